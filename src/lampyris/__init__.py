@@ -1,0 +1,87 @@
+"""lampyris: from a map to a safe, timed path among moving obstacles.
+
+Public names are loaded when first used, so that importing the package, and ``lampyris --help``, are instant.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "load_grid": "lampyris.api",
+    "plan": "lampyris.api",
+    "profile": "lampyris.api",
+    "simulate": "lampyris.api",
+    "solve_field": "lampyris.field.solve",
+    "dissertation_speeds": "lampyris.motion.dissertation",
+    "Budget": "lampyris.planners.base",
+    "Change": "lampyris.model.change",
+    "Crossing": "lampyris.model.traffic",
+    "Field": "lampyris.model.field",
+    "Gate": "lampyris.model.field",
+    "Grid": "lampyris.model.grid",
+    "LampyrisError": "lampyris.errors",
+    "MOVES": "lampyris.model.moves",
+    "Moves": "lampyris.model.moves",
+    "Outcome": "lampyris.model.trace",
+    "Path": "lampyris.model.path",
+    "Patrol": "lampyris.model.traffic",
+    "Plan": "lampyris.model.plan",
+    "Profile": "lampyris.model.profile",
+    "RandomWalk": "lampyris.model.traffic",
+    "Recorded": "lampyris.model.traffic",
+    "Robot": "lampyris.model.robot",
+    "Scene": "lampyris.model.scene",
+    "Status": "lampyris.model.plan",
+    "Trace": "lampyris.model.trace",
+}
+
+_ROOMS = ("planners",)
+
+__all__ = ["__version__", "planners", *_HOME]  # noqa: PLE0604
+
+if TYPE_CHECKING:
+    from lampyris import planners as planners
+    from lampyris.api import load_grid as load_grid
+    from lampyris.api import plan as plan
+    from lampyris.api import profile as profile
+    from lampyris.api import simulate as simulate
+    from lampyris.errors import LampyrisError as LampyrisError
+    from lampyris.field.solve import solve_field as solve_field
+    from lampyris.model.change import Change as Change
+    from lampyris.model.field import Field as Field
+    from lampyris.model.field import Gate as Gate
+    from lampyris.model.grid import Grid as Grid
+    from lampyris.model.moves import MOVES as MOVES
+    from lampyris.model.moves import Moves as Moves
+    from lampyris.model.path import Path as Path
+    from lampyris.model.plan import Plan as Plan
+    from lampyris.model.plan import Status as Status
+    from lampyris.model.profile import Profile as Profile
+    from lampyris.model.robot import Robot as Robot
+    from lampyris.model.scene import Scene as Scene
+    from lampyris.model.trace import Outcome as Outcome
+    from lampyris.model.trace import Trace as Trace
+    from lampyris.model.traffic import Crossing as Crossing
+    from lampyris.model.traffic import Patrol as Patrol
+    from lampyris.model.traffic import RandomWalk as RandomWalk
+    from lampyris.model.traffic import Recorded as Recorded
+    from lampyris.motion.dissertation import dissertation_speeds as dissertation_speeds
+    from lampyris.planners.base import Budget as Budget
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(importlib.import_module(_HOME[name]), name)
+        globals()[name] = value
+        return value
+    if name in _ROOMS:
+        return importlib.import_module(f"lampyris.{name}")
+    raise AttributeError(f"module 'lampyris' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,92 @@
+"""Everything lampyris refuses, as one tree.
+
+::
+
+    LampyrisError                 anything raised on purpose
+    ├── UsageError        exit 2  the call's own words are off (options that contradict, unknown names)
+    ├── InputError        exit 3  something given is wrong
+    │   ├── FileError             a file cannot be read as what it claims to be
+    │   ├── SceneError            an end outside the map, a body in a wall
+    │   └── SettingError          a number or name out of its range
+    ├── LimitError        exit 5  more than a stated limit allows
+    └── InternalFault     exit 6  the referee refused our own result; must never be seen
+
+An answer is not an error: "no path" is a :class:`lampyris.model.plan.Status` (exit 4).
+
+Every message reads ``error[CODE]: WHERE: what is wrong (value); what is allowed; what to do``.
+"""
+
+from __future__ import annotations
+
+
+class LampyrisError(Exception):
+    """Anything lampyris raises on purpose.
+
+    Parameters
+    ----------
+    code : upper-case word that names the kind of mistake and does not change between releases.
+    what : what is wrong, with the value that was found.
+    where : file, line, column, pixel or setting, as far as they are known.
+    allowed : what would have been accepted.
+    todo : what to do about it.
+    """
+
+    exit_code = 3
+
+    def __init__(self, code: str, what: str, *, where: str = "", allowed: str = "", todo: str = "") -> None:
+        self.code = code
+        self.what = what
+        self.where = where
+        self.allowed = allowed
+        self.todo = todo
+        super().__init__(code, what, where, allowed, todo)
+
+    def __str__(self) -> str:
+        place = f"{self.where}: " if self.where else ""
+        return f"error[{self.code}]: {place}" + "; ".join(p for p in (self.what, self.allowed, self.todo) if p)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Keyword-only arguments do not survive Exception's own pickling; workers of a study send these home.
+        return (_rebuild, (type(self), self.code, self.what, self.where, self.allowed, self.todo))
+
+
+def _rebuild(
+    kind: type[LampyrisError], code: str, what: str, where: str, allowed: str, todo: str
+) -> LampyrisError:
+    return kind(code, what, where=where, allowed=allowed, todo=todo)
+
+
+class UsageError(LampyrisError):
+    """The call's own words are off: options that contradict each other, a name nobody knows."""
+
+    exit_code = 2
+
+
+class InputError(LampyrisError):
+    """Something that was given is wrong."""
+
+    exit_code = 3
+
+
+class FileError(InputError):
+    """A file cannot be read as what it claims to be."""
+
+
+class SceneError(InputError):
+    """The pieces of a scene do not fit: an end outside the map, a body in a wall."""
+
+
+class SettingError(InputError):
+    """A number or name is out of its range."""
+
+
+class LimitError(LampyrisError):
+    """More than a stated limit allows."""
+
+    exit_code = 5
+
+
+class InternalFault(LampyrisError):
+    """The referee refused one of our own results. A bug of ours, never the user's mistake."""
+
+    exit_code = 6

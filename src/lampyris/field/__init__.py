@@ -1,0 +1,1 @@
+"""Verbs of the cost-to-goal field: solve it, find its gates, measure clearance."""

@@ -1,0 +1,138 @@
+"""The one file that imports numba, and only when a kernel is worth compiling.
+
+A kernel is written once, as a plain function over *flat* sequences. It runs in two forms with equal results:
+
+* **plain**: Python over lists, about 400 ns a cell. Small work is over sooner this way than importing numba takes
+  (0.25 s, and about 1 s to compile a kernel for the first time).
+* **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work.
+
+``NUMBA_DISABLE_JIT=1`` keeps the plain form always. Which form ran never changes a result: kernels use integers and
+``+ - * / sqrt`` on float64, in a stated order, without fastmath.
+
+Rules for kernel source
+-----------------------
+* arguments are scalars and one-dimensional arrays; nothing is allocated inside; results are written into arguments
+  named in ``out``;
+* unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed; and numba
+  turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write ``u64(1)``);
+* a kernel may call other kernels of its own file only: numba's disk cache notices a changed file, not a changed callee
+  elsewhere.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+PLAIN_CELLS = 120_000
+"""Largest work (elements of the longest array) that a kernel does in its plain form in a fresh process."""
+PLAIN_TOTAL = 400_000
+"""After so many elements in plain form, all kernels together, compiling pays: about the time numba's import takes."""
+
+_spent = 0
+
+
+def u64(value: Any) -> Any:
+    """Make an unsigned 64-bit index in the compiled form; the value itself in the plain form."""
+    return value
+
+
+def jit_disabled() -> bool:
+    """Whether ``NUMBA_DISABLE_JIT`` asks for the plain form always."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+
+
+class Kernel:
+    """A loop in two forms. Call it with NumPy arrays; it decides which form is quicker to have the answer.
+
+    Parameters
+    ----------
+    plain : the function as written.
+    out : names of the array arguments it writes into.
+    """
+
+    def __init__(self, plain: FunctionType, out: Sequence[str]) -> None:
+        self.plain = plain
+        self.__name__ = plain.__name__
+        self.__doc__ = plain.__doc__
+        names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
+        self._out = tuple(names.index(name) for name in out)
+        self._compiled: Callable[..., Any] | None = None
+
+    def __call__(self, *args: Any) -> Any:
+        if self._compiled is not None:
+            return self._compiled(*args)
+        if self._plain_is_quicker(args):
+            return self.run_plain(*args)
+        return self.compiled()(*args)
+
+    def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
+        global _spent
+        if jit_disabled():
+            return True
+        work = max((a.size for a in args if isinstance(a, np.ndarray)), default=1)
+        if work > PLAIN_CELLS or _spent > PLAIN_TOTAL:
+            return False
+        _spent += work
+        return True
+
+    def run_plain(self, *args: Any) -> Any:
+        """Run the plain form: arrays become lists (indexing them is four times quicker) and results are copied back."""
+        given = [a.tolist() if isinstance(a, np.ndarray) else a for a in args]
+        result = self.plain(*given)
+        for k in self._out:
+            args[k][:] = given[k]
+        return result
+
+    def compiled(self) -> Callable[..., Any]:
+        """The compiled form; compiling happens at its first call and is kept on disk."""
+        if self._compiled is None:
+            self._compiled = _compile(self)
+        return self._compiled
+
+
+def kernel(*, out: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Kernel]:
+    """Mark a function as a kernel that writes into the arguments named in ``out``."""
+
+    def mark(plain: Callable[..., Any]) -> Kernel:
+        assert isinstance(plain, FunctionType)
+        return Kernel(plain, out)
+
+    return mark
+
+
+def _compile(k: Kernel) -> Callable[..., Any]:
+    import numba
+
+    # The compiled form must see compiled callees and a real u64: give it a copy of its module's globals with those
+    # put in place of the Kernel objects, and leave the module itself alone.
+    scope = dict(k.plain.__globals__)
+    used = set(k.plain.__code__.co_names)
+    for name in used & scope.keys():
+        value = scope[name]
+        if isinstance(value, Kernel):
+            scope[name] = value.compiled()
+        elif value is u64:
+            scope[name] = np.uint64
+    twin = FunctionType(k.plain.__code__, scope, k.plain.__name__, k.plain.__defaults__, k.plain.__closure__)
+    twin.__module__ = k.plain.__module__
+    twin.__qualname__ = k.plain.__qualname__
+    return numba.njit(cache=_cache_works(k), nogil=True, fastmath=False)(twin)  # type: ignore[no-any-return]
+
+
+def _cache_works(k: Kernel) -> bool:
+    """Whether numba can keep compiled code on disk for this file.
+
+    A frozen or zipped installation has no file to stamp; numba would raise at decoration instead of going on.
+    """
+    return os.path.exists(k.plain.__code__.co_filename)
+
+
+def numba_loaded() -> bool:
+    """Whether this process has imported numba (a test asserts that small work has not)."""
+    return "numba" in sys.modules

@@ -1,0 +1,71 @@
+"""Field: the cost-to-goal landscape, its parents and its luciferin. And Gate: an opening one must look at twice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lampyris.model.moves import Moves
+from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Field:
+    """What each cell knows of the way to the goal. Arrays are (height, width) and read-only.
+
+    Parameters
+    ----------
+    free : bool; where the robot's centre may be (inflated by its radius, gates closed if so asked).
+    exact : exact integer cost to the goal (see :class:`Moves`), -1 where the goal cannot be reached.
+    step : index into ``moves.offsets`` of ``parent - cell`` by the local rule (method.md section 2); -1 at the goal and where
+        there is no way.
+    luciferin : ``luc(goal) = 0``, ``luc(cell) = (1 - rho) luc(parent) + gamma cost(cell)``; lower is better; infinity where
+        there is none.
+    goal : the goal cell.
+    moves : the step set.
+    rho, gamma : luciferin decay and enhancement.
+    revision : how many Changes went into it.
+    """
+
+    free: BoolGrid
+    exact: IntGrid
+    step: StepGrid
+    luciferin: FloatGrid
+    goal: Cell
+    moves: Moves
+    rho: float = 0.4
+    gamma: float = 0.6
+    revision: int = 0
+    expansions: int = field(default=0)
+
+    @property
+    def cost(self) -> FloatGrid:
+        """Cost to the goal in cells, infinity where there is none. Computed at each call."""
+        return self.moves.values(self.exact)
+
+    @property
+    def parent(self) -> IntGrid:
+        """Flat index (y * width + x) of each cell's parent, -1 where there is none. Computed at each call."""
+        width = self.exact.shape[1]
+        jump = np.array([dy * width + dx for dx, dy in self.moves.offsets] + [0], dtype=np.int64)
+        flat = np.arange(self.exact.size, dtype=np.int64).reshape(self.exact.shape) + jump[self.step]
+        return np.where(self.step < 0, np.int64(-1), flat)
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """An opening between two walls that face each other, too narrow for the robot (method.md section 3).
+
+    Parameters
+    ----------
+    cell : x, y.
+    axis : ``x`` if its left and right neighbours are blocked, ``y`` if its upper and lower ones, ``xy`` if both.
+    width_m : free width between the walls, metres.
+    dead_end : whether it leads nowhere: taking it away cuts nothing off but a blind end.
+    """
+
+    cell: Cell
+    axis: str
+    width_m: float
+    dead_end: bool

@@ -1,0 +1,122 @@
+"""Grid: what a map says of each cell, and the only place where cells and metres meet."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lampyris.errors import SettingError
+from lampyris.typing import BoolGrid, Cell, Floats
+
+
+def frozen(array: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    """The same array, made read-only."""
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """An occupancy grid.
+
+    Parameters
+    ----------
+    blocked : bool, shape (height, width), row 0 on top. True where the robot's centre may not be: walls and, unless the
+        reader was told otherwise, unknown cells.
+    unknown : bool, same shape, or None. Cells the map knows nothing of; for pictures, not for planning.
+    resolution : metres a cell.
+    origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell in the map frame.
+    name : what to call the map in tables and pictures.
+
+    Raises
+    ------
+    SettingError : not two-dimensional, empty, not boolean, or a resolution or origin that is not finite and sensible.
+    """
+
+    blocked: BoolGrid
+    unknown: BoolGrid | None = None
+    resolution: float = 1.0
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    name: str = field(default="")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "blocked", _bool_grid(self.blocked, "blocked"))
+        if self.unknown is not None:
+            unknown = _bool_grid(self.unknown, "unknown")
+            if unknown.shape != self.blocked.shape:
+                raise SettingError(
+                    "GRID_SHAPE",
+                    f"unknown has shape {unknown.shape}",
+                    allowed=f"the shape of blocked, {self.blocked.shape}",
+                )
+            object.__setattr__(self, "unknown", unknown)
+        if not (isinstance(self.resolution, int | float) and 1e-6 <= self.resolution <= 1000):
+            raise SettingError(
+                "MAP_RESOLUTION", f"resolution {self.resolution!r}", allowed="1e-6 to 1000 metres a cell"
+            )
+        object.__setattr__(self, "resolution", float(self.resolution))
+        origin = tuple(float(v) for v in self.origin)
+        if len(origin) != 3 or not all(map(math.isfinite, origin)):
+            raise SettingError(
+                "MAP_ORIGIN", f"origin {self.origin!r}", allowed="three finite numbers: x, y, yaw"
+            )
+        object.__setattr__(self, "origin", origin)
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.blocked.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return int(self.blocked.shape[1])
+
+    def contains(self, cell: Cell) -> bool:
+        """Whether the cell (x, y) is on the map."""
+        return 0 <= cell[0] < self.width and 0 <= cell[1] < self.height
+
+    def to_metres(self, cells: ArrayLike) -> Floats:
+        """Centres of cells, shape (n, 2) or (2,), in metres of the map frame; same shape."""
+        c = np.asarray(cells, dtype=np.float64)
+        x0, y0, yaw = self.origin
+        local_x = (c[..., 0] + 0.5) * self.resolution
+        local_y = (self.height - c[..., 1] - 0.5) * self.resolution
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return np.stack((x0 + cos * local_x - sin * local_y, y0 + sin * local_x + cos * local_y), axis=-1)
+
+    def to_cell(self, x_m: float, y_m: float) -> Cell:
+        """The cell that holds a point of the map frame; it may lie outside the map.
+
+        Raises
+        ------
+        SettingError : a coordinate that is not finite.
+        """
+        if not (math.isfinite(x_m) and math.isfinite(y_m)):
+            raise SettingError("POINT", f"({x_m}, {y_m})", allowed="finite metres")
+        x0, y0, yaw = self.origin
+        dx, dy = x_m - x0, y_m - y0
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        local_x, local_y = cos * dx + sin * dy, -sin * dx + cos * dy
+        return (
+            math.floor(local_x / self.resolution),
+            self.height - 1 - math.floor(local_y / self.resolution),
+        )
+
+
+def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:
+    array = np.asarray(value)
+    if array.ndim != 2 or array.size == 0:
+        raise SettingError(
+            "GRID_SHAPE", f"{what} has shape {array.shape}", allowed="two axes (height, width), not empty"
+        )
+    if array.dtype != np.bool_:
+        if array.dtype.kind not in "iu" or not np.isin(array, (0, 1)).all():
+            raise SettingError(
+                "GRID_TYPE", f"{what} has element type {array.dtype}", allowed="bool, or integers 0 and 1"
+            )
+        array = array.astype(np.bool_)
+    return frozen(np.array(array, dtype=np.bool_, order="C", copy=True))

@@ -1,0 +1,131 @@
+"""Moves: the steps a robot may make from a cell, and what each costs, exactly.
+
+Every cost is an integer, so that two costs are equal when they are and never by float accident.
+
+For ``octile`` moves a diagonal is sqrt 2. Take a convergent p/q of sqrt 2 (a Pell number pair): with straight = q and
+diagonal = p, two different pairs (n straights, m diagonals), (n', m') are ordered by ``n q + m p`` exactly as by
+``n + m sqrt 2`` whenever ``|m - m'| < q``. (A reversal needs ``|dn + dm sqrt 2| < |dm| |sqrt 2 - p/q|``; the left side is at
+least ``1 / (2.83 |dm|)`` because ``dn^2 - 2 dm^2`` is a non-zero integer, the right side below ``|dm| / (2.83 q^2)``.)
+q = 38,613,965 exceeds the 2^24 cells a map may have, so one 64-bit integer *is* the pair: exact order, exact ties.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from lampyris.errors import SettingError
+from lampyris.typing import FloatGrid, IntGrid
+
+PELL_Q = 38_613_965
+PELL_P = 54_608_393
+_INVERSE_P = pow(PELL_P, -1, PELL_Q)
+
+# Order of the local parent rule (method.md section 2): offset parent - cell, diagonals first. It reproduces Table 4.2.
+_EIGHT = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
+_FOUR = _EIGHT[4:]
+_KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Moves:
+    """A step set and its exact integer costs.
+
+    Parameters
+    ----------
+    name : ``dissertation``, ``octile``, ``four`` or ``sixteen``.
+    offsets : (dx, dy) of each step, in the order in which the local parent rule prefers ``parent - cell``.
+    costs : integer cost of each step, same order.
+    unit : integer cost of a straight step: ``cost / unit`` is a length in cells.
+    corner_cutting : whether a diagonal may pass a blocked side cell. If not, both side cells must be free.
+
+    A knight's step (``sixteen`` only) needs every cell its segment touches free: the straight and the diagonal neighbour
+    between its ends.
+    """
+
+    name: str
+    offsets: tuple[tuple[int, int], ...]
+    costs: tuple[int, ...]
+    unit: int
+    corner_cutting: bool
+
+    @property
+    def straight(self) -> int:
+        """Exact cost of a straight step."""
+        return self.unit
+
+    @property
+    def diagonal(self) -> int:
+        """Exact cost of a diagonal step; 0 where there is none."""
+        return next((c for o, c in zip(self.offsets, self.costs, strict=True) if abs(o[0] * o[1]) == 1), 0)
+
+    @property
+    def knight(self) -> int:
+        """Exact cost of a knight's step; 0 where there is none."""
+        return next((c for o, c in zip(self.offsets, self.costs, strict=True) if abs(o[0] * o[1]) == 2), 0)
+
+    @property
+    def reach(self) -> int:
+        """Chebyshev length of the longest step: 1, or 2 for ``sixteen``."""
+        return max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
+
+    def exact(self, counts: tuple[int, ...]) -> int:
+        """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""
+        return sum(n * c for n, c in zip(counts, (self.straight, self.diagonal, self.knight), strict=False))
+
+    def value(self, exact: int) -> float:
+        """A cost as a length in cells, correctly rounded from the exact integer."""
+        if self.name == "octile":
+            n, m = octile_pair(exact)
+            return n + m * math.sqrt(2.0)
+        return exact / self.unit
+
+    def values(self, exact: IntGrid) -> FloatGrid:
+        """The same for a whole array; negative entries (no cost) become infinity."""
+        e = np.asarray(exact, dtype=np.int64)
+        if self.name == "octile":
+            # e % q and the inverse are both below 2^26, so the product stays within 64 bits.
+            m = (e % PELL_Q) * _INVERSE_P % PELL_Q
+            out = (e - m * PELL_P) // PELL_Q + m * math.sqrt(2.0)
+        else:
+            out = e / self.unit
+        return np.where(e < 0, np.inf, out)
+
+
+def octile_pair(exact: int) -> tuple[int, int]:
+    """The (straights, diagonals) that an exact octile cost stands for."""
+    m = (exact % PELL_Q) * _INVERSE_P % PELL_Q
+    return (exact - m * PELL_P) // PELL_Q, m
+
+
+def _eight(name: str, straight: int, diagonal: int, cutting: bool) -> Moves:
+    return Moves(name, _EIGHT, (diagonal,) * 4 + (straight,) * 4, straight, cutting)
+
+
+MOVES = MappingProxyType(
+    {
+        "octile": _eight("octile", PELL_Q, PELL_P, False),
+        "dissertation": _eight("dissertation", 10, 14, True),
+        "four": Moves("four", _FOUR, (1,) * 4, 1, False),
+        "sixteen": Moves("sixteen", _KNIGHT + _EIGHT, (22,) * 8 + (14,) * 4 + (10,) * 4, 10, False),
+    }
+)
+"""Every step set by name."""
+
+
+def moves_named(name: str | Moves) -> Moves:
+    """The step set of that name.
+
+    Raises
+    ------
+    SettingError : no such name.
+    """
+    if isinstance(name, Moves):
+        return name
+    try:
+        return MOVES[name]
+    except (KeyError, TypeError):
+        raise SettingError("MOVES", f"moves {name!r}", allowed=", ".join(MOVES)) from None

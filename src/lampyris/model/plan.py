@@ -1,0 +1,152 @@
+"""Plan: a planner's answer, with everything needed to judge it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from lampyris.model.field import Gate
+from lampyris.model.path import Path
+from lampyris.typing import Cell, Cells
+
+
+class Status(StrEnum):
+    """How a search ended. The value is the word for machines, :attr:`sentence` is for people; only ``found`` is true."""
+
+    FOUND = "found"
+    NO_PATH = "no-path"
+    START_OCCUPIED = "start-occupied"
+    GOAL_OCCUPIED = "goal-occupied"
+    HEMMED_IN = "hemmed-in"
+    ITERATION_LIMIT = "iteration-limit"
+    LIMIT = "limit"
+
+    @property
+    def sentence(self) -> str:
+        """The sentence a person reads."""
+        return _SENTENCES[self]
+
+    def __bool__(self) -> bool:
+        return self is Status.FOUND
+
+
+_SENTENCES = {
+    Status.FOUND: "A path was found.",
+    Status.NO_PATH: "No path: walls separate the start from the goal.",
+    Status.START_OCCUPIED: "The start is not a free cell for this robot.",
+    Status.GOAL_OCCUPIED: "The goal is not a free cell for this robot.",
+    Status.HEMMED_IN: "Moving obstacles stand on every acceptable neighbour of the robot.",
+    Status.ITERATION_LIMIT: "Stopped at iter_max before the goal was reached.",
+    Status.LIMIT: "Stopped at the budget before the search was over.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One accepted neighbour of an AD-GSO iteration (method.md section 4).
+
+    ``probability`` is the share of the luciferin difference; ``way`` is the exact cost of the cheapest way to it.
+    """
+
+    cell: Cell
+    ring: int
+    luciferin: float
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """One AD-GSO iteration: the accepted set, the choice and the sub-path to it (both ends included)."""
+
+    at: Cell
+    luciferin: float
+    candidates: tuple[Candidate, ...]
+    chosen: Cell
+    subpath: tuple[Cell, ...]
+    by_parents: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A planner's answer.
+
+    Parameters
+    ----------
+    status : how the search ended.
+    planner : the planner's name.
+    path : the path, None unless found.
+    iterations : the planner's own rounds (AD-GSO: jumps; A*: 1).
+    expansions : cells it expanded.
+    commit : how many steps to drive before asking again (None: the whole path). AD-GSO decides anew at each jump.
+    jumps : AD-GSO's record, when asked for.
+    gates_met : cells at which the ``replan`` gate policy sealed a gate and planned anew.
+    optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
+    sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the baselines'
+        "path cost".
+    gates_on_path, gates_in_map : openings too narrow for the robot.
+    timing : seconds by stage; the only part that differs from run to run.
+    detail : why, in words, where there is more to say than the status's own sentence.
+    """
+
+    status: Status
+    planner: str
+    path: Path | None = None
+    iterations: int = 0
+    expansions: int = 0
+    commit: int | None = None
+    jumps: tuple[Jump, ...] = ()
+    gates_met: tuple[Cell, ...] = ()
+    optimal_exact: int | None = None
+    sum_cost_to_go: float | None = None
+    gates_on_path: tuple[Gate, ...] = ()
+    gates_in_map: tuple[Gate, ...] = ()
+    timing: Mapping[str, float] = field(default_factory=dict)
+    detail: str = ""
+
+    def __post_init__(self) -> None:
+        if (self.path is not None) != (self.status is Status.FOUND):
+            raise ValueError("a Plan holds a path exactly when its status is found")
+
+    @property
+    def cells(self) -> Cells | None:
+        """int32 (n, 2), or None when not found."""
+        return None if self.path is None else self.path.cells
+
+    @property
+    def cost(self) -> float:
+        """Cost of the path in cells; infinity when not found."""
+        return math.inf if self.path is None else self.path.cost
+
+    @property
+    def steps(self) -> tuple[int, ...] | None:
+        """Straights and diagonals (and knight's steps): the exact cost."""
+        return None if self.path is None else self.path.steps
+
+    @property
+    def optimal_cost(self) -> float | None:
+        """Cost of the best path in cells, None where unknown."""
+        if self.optimal_exact is None or self.path is None:
+            return None
+        return self.path.moves.value(self.optimal_exact)
+
+    @property
+    def gap(self) -> float | None:
+        """How much longer than the best path, as a fraction: 0 is optimal. None where unknown."""
+        if self.optimal_exact is None or self.path is None:
+            return None
+        excess = self.path.exact - self.optimal_exact
+        return 0.0 if excess == 0 else excess / self.optimal_exact
+
+    @property
+    def sentence(self) -> str:
+        """What a person should read."""
+        return self.detail or self.status.sentence
+
+    def __bool__(self) -> bool:
+        return bool(self.status)
+
+
+PlanSettings = Mapping[str, Any]

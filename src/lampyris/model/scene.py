@@ -1,0 +1,76 @@
+"""Scene: everything a planner is asked about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import SceneError, SettingError
+from lampyris.model.grid import Grid
+from lampyris.model.moves import Moves, moves_named
+from lampyris.model.robot import Robot
+from lampyris.model.traffic import Patrol, Recorded, Traffic
+from lampyris.typing import Cell
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A grid, two ends, a robot with its moves, and what moves around it.
+
+    Parameters
+    ----------
+    grid : the map.
+    start, goal : cells (x, y).
+    moves : a :class:`Moves` or its name.
+    robot : size and limits.
+    traffic : specifications of moving obstacles; one alone is taken as a list of one.
+
+    Raises
+    ------
+    SceneError : an end or a waypoint outside the map. (A blocked end is an answer, not a mistake: see
+        :class:`lampyris.model.plan.Status`.)
+    SettingError : an end that is not two whole numbers, unknown moves.
+    """
+
+    grid: Grid
+    start: Cell
+    goal: Cell
+    moves: Moves = field(default="octile")  # type: ignore[assignment]
+    robot: Robot = field(default_factory=Robot)
+    traffic: tuple[Traffic, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "moves", moves_named(self.moves))
+        object.__setattr__(self, "start", self._end("start", self.start))
+        object.__setattr__(self, "goal", self._end("goal", self.goal))
+        traffic: Any = self.traffic
+        if not isinstance(traffic, tuple | list):
+            traffic = () if traffic is None else (traffic,)
+        object.__setattr__(self, "traffic", tuple(traffic))
+        for k, one in enumerate(self.traffic):
+            cells = one.waypoints if isinstance(one, Patrol) else one.track if isinstance(one, Recorded) else ()
+            for t, cell in enumerate(cells):
+                if not self.grid.contains(cell):
+                    raise SceneError(
+                        "OBSTACLE_TRACK",
+                        f"obstacle {k} is at {cell} at step {t}",
+                        allowed=f"cells of the map, {self.grid.width} x {self.grid.height}",
+                    )
+
+    def _end(self, what: str, given: Any) -> Cell:
+        pair = tuple(given) if isinstance(given, tuple | list | np.ndarray) else ()
+        whole = all(isinstance(v, int | np.integer) and not isinstance(v, bool | np.bool_) for v in pair)
+        if len(pair) != 2 or not whole:
+            raise SettingError(
+                "TYPE", f"{given!r} is not a cell", where=what, allowed="two whole numbers x, y"
+            )
+        cell = (int(pair[0]), int(pair[1]))
+        if not self.grid.contains(cell):
+            raise SceneError(
+                f"{what.upper()}_OUTSIDE",
+                f"{what} {cell} is outside the map",
+                allowed=f"x 0 to {self.grid.width - 1}, y 0 to {self.grid.height - 1}",
+            )
+        return cell

@@ -1,0 +1,148 @@
+"""Trace: what happened, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from lampyris.model.grid import frozen
+from lampyris.model.path import Path
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Body
+from lampyris.typing import Cell, Cells, Floats
+
+
+class Outcome(StrEnum):
+    """How a simulation ended. Only ``arrived`` is true."""
+
+    ARRIVED = "arrived"
+    HIT = "hit"
+    BLOCKED = "blocked"
+    TIMEOUT = "timeout"
+    NO_PATH = "no-path"
+    START_OCCUPIED = "start-occupied"
+    GOAL_OCCUPIED = "goal-occupied"
+    COLLISION = "collision"
+
+    @property
+    def sentence(self) -> str:
+        """The sentence a person reads."""
+        return _SENTENCES[self]
+
+    def __bool__(self) -> bool:
+        return self is Outcome.ARRIVED
+
+
+_SENTENCES = {
+    Outcome.ARRIVED: "The robot arrived at the goal.",
+    Outcome.HIT: "An obstacle that does not yield ran into the robot while it stood still.",
+    Outcome.BLOCKED: "Moving obstacles kept every way closed for longer than the robot's patience.",
+    Outcome.TIMEOUT: "The last tick came before the robot arrived.",
+    Outcome.NO_PATH: "No path: walls separate the start from the goal.",
+    Outcome.START_OCCUPIED: "The start is not a free cell for this robot.",
+    Outcome.GOAL_OCCUPIED: "The goal is not a free cell for this robot.",
+    Outcome.COLLISION: "The robot drove into a moving obstacle.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth telling at a tick: ``replan``, ``wait``, ``mend``, ``gate``, ``appear``, ``hit``, ``arrive``."""
+
+    tick: int
+    word: str
+    cell: Cell
+    sentence: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A simulation, whole.
+
+    Parameters
+    ----------
+    scene : what was simulated.
+    planner, seed : who drove, and the root of every draw.
+    outcome : how it ended.
+    robot : int32 (ticks + 1, 2); the robot's cell at each tick, tick 0 first. A waiting robot repeats its cell.
+    tracks : one int32 (ticks + 1 - appears, 2) for each body, from the tick it appeared.
+    appears : the tick each body appeared, never falling from one body to the next.
+    bodies : what each was.
+    speed, cause : the robot's speed at each tick and what bound it; ``law`` and ``units`` say by which rule.
+    events : in order of time.
+    replans, waits : how often.
+    iterations : the planner's rounds that were driven.
+    expansions : cells expanded, all plannings together.
+    path : the way really driven, waits left out; None when the robot never could start.
+    detail : why it ended so, in words.
+    timing : seconds; the only part that differs from run to run.
+    """
+
+    scene: Scene
+    planner: str
+    seed: int
+    outcome: Outcome
+    robot: Cells
+    tracks: tuple[Cells, ...]
+    appears: tuple[int, ...]
+    bodies: tuple[Body, ...]
+    speed: Floats
+    cause: tuple[str, ...]
+    law: str
+    units: str
+    events: tuple[Event, ...]
+    replans: int
+    waits: int
+    iterations: int
+    expansions: int
+    path: Path | None
+    detail: str = ""
+    timing: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "robot", frozen(np.array(self.robot, dtype=np.int32).reshape(-1, 2)))
+        object.__setattr__(self, "speed", frozen(np.array(self.speed, dtype=np.float64)))
+        object.__setattr__(
+            self, "tracks", tuple(frozen(np.array(t, dtype=np.int32).reshape(-1, 2)) for t in self.tracks)
+        )
+
+    @property
+    def ticks(self) -> int:
+        """How many ticks passed."""
+        return len(self.robot) - 1
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the robot stands on the goal at the end."""
+        return bool(self.outcome)
+
+    @property
+    def hits(self) -> int:
+        """1 if an obstacle that does not yield ran into the standing robot."""
+        return int(self.outcome is Outcome.HIT)
+
+    @property
+    def collisions(self) -> int:
+        """Collisions of the robot's own making; the referee holds this at 0."""
+        return int(self.outcome is Outcome.COLLISION)
+
+    @property
+    def cost(self) -> float:
+        """Cost of the way driven, in cells."""
+        return 0.0 if self.path is None else self.path.cost
+
+    def obstacles_at(self, tick: int) -> list[Cell]:
+        """The cell of each body that is there at a tick, in order of appearance."""
+        return [
+            (int(track[tick - t0, 0]), int(track[tick - t0, 1]))
+            for track, t0 in zip(self.tracks, self.appears, strict=True)
+            if t0 <= tick
+        ]
+
+    @property
+    def sentence(self) -> str:
+        """What a person should read."""
+        return self.detail or self.outcome.sentence

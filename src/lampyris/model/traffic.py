@@ -1,0 +1,135 @@
+"""Traffic: what moves besides the robot. A scene holds specifications; a simulation turns them into bodies with tracks.
+
+Yielding: random walkers and patrols wait for the robot; crossing and recorded obstacles do not. One of those that runs into a
+robot which stands still is the outcome ``hit``, counted apart from a collision of the robot's own making.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from lampyris.errors import LimitError, SettingError
+from lampyris.typing import Cell
+
+MAX_BODIES = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class RandomWalk:
+    """Obstacles that step to a uniformly chosen free neighbour or stay (method.md section 5).
+
+    Parameters
+    ----------
+    count : greatest number on the map.
+    rate : mean number that appears each tick until ``count`` are there, 0 < rate <= 1 (1 is the dissertation's "one an
+        iteration"); None: all are there from the start.
+    radius : metres; 0 is one cell, as in the dissertation.
+    """
+
+    count: int
+    rate: float | None = None
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        _count(self.count)
+        _radius(self.radius)
+        if self.rate is not None and not (math.isfinite(self.rate) and 0 < self.rate <= 1):
+            raise SettingError("TRAFFIC_RATE", f"rate {self.rate!r}", allowed="0 < rate <= 1, or None")
+
+
+@dataclass(frozen=True, slots=True)
+class Patrol:
+    """One obstacle that drives along waypoints and back, for ever, by shortest ways; it waits where its way is taken.
+
+    Parameters
+    ----------
+    waypoints : cells (x, y), at least one; one alone stands still.
+    radius : metres.
+    """
+
+    waypoints: tuple[Cell, ...]
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        _radius(self.radius)
+        object.__setattr__(self, "waypoints", tuple((int(x), int(y)) for x, y in self.waypoints))
+        if not self.waypoints:
+            raise SettingError("TRAFFIC_WAYPOINTS", "no waypoint", allowed="at least one cell")
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """Obstacles that cross the map between two far sides and back, and do not wait for the robot.
+
+    Parameters
+    ----------
+    count : how many; their ways are drawn from the simulation's seed.
+    radius : metres.
+    """
+
+    count: int
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        _count(self.count)
+        _radius(self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """One obstacle that replays a track, whatever anybody does: one cell a tick, then it stays at the last.
+
+    Parameters
+    ----------
+    track : cells (x, y), one a tick from tick 0, each equal or 8-adjacent to the one before.
+    radius : metres.
+    """
+
+    track: tuple[Cell, ...]
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        _radius(self.radius)
+        object.__setattr__(self, "track", tuple((int(x), int(y)) for x, y in self.track))
+        if not self.track:
+            raise SettingError("OBSTACLE_TIME", "empty track", allowed="at least one cell")
+        for t, (a, b) in enumerate(zip(self.track, self.track[1:], strict=False)):
+            if max(abs(a[0] - b[0]), abs(a[1] - b[1])) > 1:
+                raise SettingError(
+                    "OBSTACLE_SPEED", f"jumps from {a} to {b} at t = {t + 1}", allowed="one cell a tick"
+                )
+
+
+Traffic: TypeAlias = RandomWalk | Patrol | Crossing | Recorded
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A moving obstacle as it was in a simulation.
+
+    Parameters
+    ----------
+    kind : ``random-walk``, ``patrol``, ``crossing`` or ``recorded``.
+    radius : metres.
+    yields : whether it waits for the robot.
+    footprint : offsets (dx, dy) of the cells it covers around its own; (0, 0) alone for a small one.
+    """
+
+    kind: str
+    radius: float
+    yields: bool
+    footprint: tuple[Cell, ...] = field(default=((0, 0),))
+
+
+def _count(count: int) -> None:
+    if not isinstance(count, int) or isinstance(count, bool) or count < 0:
+        raise SettingError("TRAFFIC_COUNT", f"count {count!r}", allowed="a whole number >= 0")
+    if count > MAX_BODIES:
+        raise LimitError("LIMIT", f"{count} obstacles", allowed=f"at most {MAX_BODIES}")
+
+
+def _radius(radius: float) -> None:
+    if not (isinstance(radius, int | float) and math.isfinite(radius) and 0 <= radius <= 1e6):
+        raise SettingError("TRAFFIC_RADIUS", f"radius {radius!r}", allowed="metres, >= 0")

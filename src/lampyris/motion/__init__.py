@@ -1,0 +1,1 @@
+"""From a Path to a Profile: small speed caps, their minimum taken once, then made feasible."""

@@ -1,0 +1,87 @@
+"""The planner contract: a planner is frozen settings plus traits; a session is its memory.
+
+Adding a planner is one file and one line: see CONTRIBUTING.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from lampyris.errors import SettingError
+from lampyris.model.change import Change
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Traits:
+    """What code may ask of a planner instead of its class name.
+
+    Parameters
+    ----------
+    optimal : every path it finds in a static map has the least cost.
+    incremental : a session reuses earlier work after a Change.
+    stochastic : answers depend on the random generator given to ``open``.
+    sees_traffic : it plans with where obstacles will be, not only where they are.
+    """
+
+    optimal: bool
+    incremental: bool = False
+    stochastic: bool = False
+    sees_traffic: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """When to stop searching.
+
+    Parameters
+    ----------
+    expansions : greatest number of cells expanded by one call of ``plan``; None: no limit.
+    """
+
+    expansions: int | None = None
+
+    def __post_init__(self) -> None:
+        e = self.expansions
+        if e is not None and (not isinstance(e, int) or isinstance(e, bool) or e < 1):
+            raise SettingError("BUDGET", f"expansions {e!r}", allowed="a whole number >= 1, or None")
+
+
+@runtime_checkable
+class Session(Protocol):
+    """A planner's memory of one scene."""
+
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """A way from where the robot is to the goal, given what is new.
+
+        A search that fails is a Plan whose status says so; it never raises for that. The plan starts at ``change.robot`` (or
+        where the robot was last known to be, at first the scene's start).
+        """
+        ...
+
+
+@runtime_checkable
+class Planner(Protocol):
+    """Frozen settings that can open sessions. Implementations are frozen dataclasses; their fields are the settings."""
+
+    name: ClassVar[str]
+    traits: ClassVar[Traits]
+    summary: ClassVar[str]
+    """One line for tables and menus."""
+    source: ClassVar[str]
+    """The publication, and what is ours."""
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> Session:
+        """Start a session.
+
+        Parameters
+        ----------
+        scene : what to plan in.
+        rng : every draw comes from it.
+        record : keep a per-iteration record in ``Plan.jumps``, if the planner has one.
+        """
+        ...

@@ -1,0 +1,1 @@
+"""The loop: sense, plan, step, record."""

@@ -1,0 +1,26 @@
+"""Array aliases that say element type and axes. Units are said where the array is held.
+
+Grids are always ``(height, width)``, row 0 on top; lists of cells are ``(n, 2)`` with ``x`` (column) first.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+BoolGrid: TypeAlias = NDArray[np.bool_]
+"""bool, (height, width)."""
+IntGrid: TypeAlias = NDArray[np.int64] | NDArray[np.int32]
+"""signed integers, (height, width)."""
+StepGrid: TypeAlias = NDArray[np.int8]
+"""int8, (height, width): index of a step in :attr:`lampyris.model.moves.Moves.offsets`, -1 where none."""
+FloatGrid: TypeAlias = NDArray[np.float64]
+"""float64, (height, width)."""
+Cells: TypeAlias = NDArray[np.int32]
+"""int32, (n, 2): x (column), y (row)."""
+Floats: TypeAlias = NDArray[np.float64]
+"""float64, (n,)."""
+Cell: TypeAlias = tuple[int, int]
+"""One cell: x (column), y (row), origin top left."""
