@@ -1,0 +1,73 @@
+# Two commands matter: `make demo` and `make test`. Both set up whatever they need.
+SHELL := /bin/bash
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: demo test lint unit check-nightly bench bench-quick test-wheel requirements clean help
+
+help:
+	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
+	@echo "make test           lint, types, floors and the whole test suite"
+	@echo "make test-wheel     the same suite against the built wheel"
+	@echo "make bench          timings beside rivals (installs them); make bench-quick for a short look"
+	@echo "make check-nightly  the large sizes"
+
+$(VENV)/.made:
+	@tools/make_venv.sh "$(PYTHON)" "$(VENV)"
+	@touch $@
+
+$(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml
+	@echo "installing lampyris and what it runs on ..."
+	@$(PIP) -r requirements/run.txt
+	@$(PIP) --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.run requirements/dev.txt
+	@echo "installing the development tools ..."
+	@$(PIP) -r requirements/dev.txt
+	@touch $@
+
+$(VENV)/.bench: $(VENV)/.run requirements/bench.txt
+	@echo "installing the rivals ..."
+	@$(PIP) -r requirements/bench.txt
+	@touch $@
+
+demo: $(VENV)/.run
+	@$(BIN)/python tools/demo.py demo
+
+test: lint unit
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+unit: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -n auto -m "not nightly"
+
+check-nightly: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -n auto -m nightly -s
+
+test-wheel: $(VENV)/.dev
+	@rm -rf dist build/wheel-venv && mkdir -p build
+	$(BIN)/python -m build --wheel --no-isolation --outdir dist . >/dev/null
+	@tools/make_venv.sh "$(PYTHON)" build/wheel-venv
+	@build/wheel-venv/bin/python -m pip install --quiet -r requirements/run.txt -r requirements/dev.txt dist/*.whl
+	@# Run from a copy of tests/ alone, so that src/ cannot be what is tested.
+	@rm -rf build/wheel-tests && mkdir build/wheel-tests && cp -r tests pyproject.toml examples README.md build/wheel-tests/
+	cd build/wheel-tests && LAMPYRIS_SHARED="$(abspath ../shared)" ../wheel-venv/bin/python -m pytest -q -n auto -m "not nightly and not source"
+
+bench: $(VENV)/.bench
+	$(BIN)/python -m benchmarks.bench_field
+
+bench-quick: $(VENV)/.bench
+	$(BIN)/python -m benchmarks.bench_field --quick
+
+requirements: $(VENV)/.dev
+	tools/compile_requirements.sh
+
+clean:
+	rm -rf $(VENV) demo dist build

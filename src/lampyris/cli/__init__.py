@@ -1,0 +1,41 @@
+"""The command line: one function for each verb.
+
+Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived (a valid answer), 5 limit, 6 internal fault, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from lampyris.errors import LampyrisError
+
+INTERNAL_FAULT = 6
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Run the command line; every way out has its exit code, and none is a traceback."""
+    from lampyris.cli.app import app
+
+    try:
+        app(standalone_mode=True)
+    except LampyrisError as error:
+        print(error, file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(INTERRUPTED)
+    except BrokenPipeError:
+        # The reader (`| head`) has left. Python would complain again when it flushes stdout at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
+    except Exception as error:
+        if os.environ.get("LAMPYRIS_DEBUG"):
+            raise
+        print(
+            f"error[INTERNAL]: {type(error).__name__}: {error}; this is a fault of lampyris, please report it; "
+            "LAMPYRIS_DEBUG=1 shows where",
+            file=sys.stderr,
+        )
+        sys.exit(INTERNAL_FAULT)

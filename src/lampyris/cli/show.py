@@ -1,0 +1,198 @@
+"""Rich tables for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
+from lampyris.planners.registry import PlannerInfo
+from lampyris.report.metrics import path_metrics
+from lampyris.report.plain import STEP_WORDS
+
+
+def _console() -> Console:
+    return Console(highlight=False, soft_wrap=False)
+
+
+def _facts(title: str, rows: Sequence[tuple[str, str]]) -> Table:
+    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for key, value in rows:
+        table.add_row(key, Text(value))
+    return table
+
+
+def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool) -> None:
+    """A plan: the verdict first, then the numbers, then (on request) every iteration."""
+    console = _console()
+    grid = scene.grid
+    style = "green" if found else "red"
+    console.print(Text(found.sentence, style=f"bold {style}"))
+    rows = [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("from, to", f"{scene.start} to {scene.goal}"),
+        ("planner", f"{found.planner}, {scene.moves.name} moves"),
+    ]
+    if found.path is not None and found.steps is not None:
+        counts = ", ".join(f"{n} {w}" for n, w in zip(found.steps, STEP_WORDS, strict=False))
+        m = path_metrics(found.path, grid)
+        gap = found.gap or 0.0
+        rows += [
+            ("cost", f"{found.cost:.6g} cells ({counts}); best {found.optimal_cost:.6g}, gap {gap:.2%}"),
+            ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
+            ("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"),
+        ]
+    rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
+    on_path = ", ".join(f"{g.cell}" for g in found.gates_on_path) or "none"
+    rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
+    if found.gates_met:
+        rows.append(("replanned at", ", ".join(map(str, found.gates_met))))
+    if profile is not None:
+        rows.append(
+            (
+                "speed",
+                f"mean {profile.mean:.4g} {profile.units} ({profile.law} law), "
+                f"{profile.duration:.4g} {'s' if profile.law == 'physical' else 'transfers'} in all",
+            )
+        )
+        rows.append(("held by", _causes(profile.cause)))
+    seconds = found.timing.get("total_s")
+    if seconds is not None:
+        rows.append(("time", f"{1000 * seconds:.1f} ms, of which planning {1000 * found.timing['plan_s']:.1f} ms"))
+    console.print(_facts("", rows))
+    if explain:
+        _explain(console, found, profile)
+
+
+def _causes(causes: Sequence[str]) -> str:
+    counts: dict[str, int] = {}
+    for cause in causes:
+        counts[cause] = counts.get(cause, 0) + 1
+    return ", ".join(f"{c} x{n}" for c, n in sorted(counts.items(), key=lambda e: (-e[1], e[0])))
+
+
+def _explain(console: Console, found: Plan, profile: Profile | None) -> None:
+    for number, jump in enumerate(found.jumps):
+        table = Table(
+            title=f"iteration {number}: at {jump.at}, luciferin {jump.luciferin:.3f}", title_justify="left"
+        )
+        for name in ("ring", "accepted", "luciferin", "probability", ""):
+            table.add_column(name, justify="left" if name in ("accepted", "") else "right")
+        for c in jump.candidates:
+            chosen = c.cell == jump.chosen
+            table.add_row(
+                str(c.ring),
+                str(c.cell),
+                f"{c.luciferin:.3f}",
+                f"{c.probability:.4f}",
+                "chosen" if chosen else "",
+                style="bold" if chosen else None,
+            )
+        console.print(table)
+        way = " ".join(map(str, jump.subpath))
+        how = "along the parents" if jump.by_parents else "the cheapest way inside the accepted cells"
+        console.print(Text(f"sub-path ({how}): {way}"))
+    if profile is not None and found.path is not None:
+        table = Table(title="speed at each node", title_justify="left")
+        for name in ("node", "cell", "s", f"v ({profile.units})", "t", "held by"):
+            table.add_column(name, justify="left" if name in ("cell", "held by") else "right")
+        for k, (x, y) in enumerate(found.path.cells):
+            table.add_row(
+                str(k),
+                f"({x}, {y})",
+                f"{profile.s[k]:.4g}",
+                f"{profile.v[k]:.4g}",
+                f"{profile.t[k]:.4g}",
+                profile.cause[k],
+            )
+        console.print(table)
+
+
+def trace(run: Trace) -> None:
+    """A simulation."""
+    console = _console()
+    console.print(Text(run.sentence, style=f"bold {'green' if run.arrived else 'red'}"))
+    grid = run.scene.grid
+    kinds = _causes([b.kind for b in run.bodies]) or "none"
+    moving = run.speed[run.speed > 0]
+    mean = f"{moving.mean():.4g}" if len(moving) else "0"
+    rows = [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("from, to", f"{run.scene.start} to {run.scene.goal}"),
+        ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}"),
+        ("obstacles", f"{len(run.bodies)} ({kinds})"),
+        ("outcome", f"{run.outcome.value} after {run.ticks} ticks; collisions {run.collisions}, hits {run.hits}"),
+        ("cost", f"{run.cost:.6g} cells driven; {run.replans} replans, {run.waits} waits"),
+        ("iterations", f"{run.iterations}; {run.expansions} expansions"),
+        ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
+        ("held by", _causes(run.cause)),
+    ]
+    console.print(_facts("", rows))
+
+
+def maps(rows: Sequence[Mapping[str, Any]]) -> None:
+    """The bundled maps."""
+    table = Table(title="bundled maps", title_justify="left")
+    for name in ("name", "size", "free", "gates", "queries", "what it is"):
+        table.add_column(name, justify="right" if name in ("size", "free", "gates", "queries") else "left")
+    for r in rows:
+        table.add_row(
+            r["name"],
+            f"{r['width']} x {r['height']}",
+            f"{r['free_share']:.0%}",
+            str(r["gates"]),
+            str(len(r["queries"])),
+            r["description"],
+        )
+    _console().print(table)
+
+
+def map_(row: Mapping[str, Any]) -> None:
+    """One bundled map and its stored queries."""
+    console = _console()
+    console.print(
+        _facts(
+            row["name"],
+            [
+                ("size", f"{row['width']} x {row['height']} cells"),
+                ("free", f"{row['free_share']:.1%}"),
+                ("gates", str(row["gates"])),
+                ("what it is", row["description"]),
+            ],
+        )
+    )
+    table = Table(title="stored queries", title_justify="left")
+    for name in ("start", "goal", "gates on the optimal way"):
+        table.add_column(name)
+    for q in row["queries"]:
+        table.add_row(str(tuple(q["start"])), str(tuple(q["goal"])), "-" if q["gates"] is None else str(q["gates"]))
+    console.print(table)
+
+
+def planners(rows: Sequence[PlannerInfo]) -> None:
+    """The planners."""
+    table = Table(title="planners", title_justify="left")
+    for name in ("name", "what it does", "traits", "settings", "source"):
+        table.add_column(name)
+    for r in rows:
+        traits = [t for t in ("optimal", "incremental", "stochastic", "sees_traffic") if getattr(r.traits, t)]
+        settings = ", ".join(f"{k}={v}" for k, v in r.settings.items())
+        table.add_row(r.name, r.summary, ", ".join(traits).replace("_", " ") or "-", settings or "-", r.source)
+    _console().print(table)
+
+
+def written(*paths: Path | None) -> None:
+    """Which files were written."""
+    for path in paths:
+        if path is not None and path.exists():
+            _console().print(Text(f"wrote {path}"))

@@ -1,0 +1,146 @@
+"""Nouns as plain data: what ``--json`` prints and what a page or a store may keep.
+
+Everything here is decided by map, settings and seed, save the one object ``timing``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lampyris.model.field import Gate
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Jump, Plan
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
+
+STEP_WORDS = ("straight", "diagonal", "knight")
+
+
+def plan_record(plan: Plan, scene: Scene, profile: Profile | None, *, seed: int = 0) -> dict[str, Any]:
+    """A plan and its speeds; ``cells``, ``cost``, ``gap`` and ``speed`` are null when no path was found."""
+    return {
+        "status": plan.status.value,
+        "sentence": plan.sentence,
+        "planner": plan.planner,
+        "seed": seed,
+        "map": grid_record(scene.grid),
+        "moves": scene.moves.name,
+        "robot": robot_record(scene),
+        "start": list(scene.start),
+        "goal": list(scene.goal),
+        "cells": None if plan.cells is None else plan.cells.tolist(),
+        "cost": _finite(plan.cost),
+        "steps": None if plan.steps is None else dict(zip(STEP_WORDS, plan.steps, strict=False)),
+        "optimal_cost": plan.optimal_cost,
+        "gap": plan.gap,
+        "sum_cost_to_go": plan.sum_cost_to_go,
+        "iterations": plan.iterations,
+        "expansions": plan.expansions,
+        "gates": {
+            "count": len(plan.gates_in_map),
+            "on_path": [gate_record(g) for g in plan.gates_on_path],
+            "in_map": [gate_record(g) for g in plan.gates_in_map],
+            "replanned_at": [list(c) for c in plan.gates_met],
+        },
+        "jumps": [jump_record(j) for j in plan.jumps],
+        "speed": None if profile is None else profile_record(profile),
+        "timing": dict(plan.timing),
+    }
+
+
+def trace_record(trace: Trace) -> dict[str, Any]:
+    """A simulation; ``obstacles`` holds one list a tick, in order of appearance."""
+    return {
+        "outcome": trace.outcome.value,
+        "sentence": trace.sentence,
+        "planner": trace.planner,
+        "seed": trace.seed,
+        "map": grid_record(trace.scene.grid),
+        "moves": trace.scene.moves.name,
+        "start": list(trace.scene.start),
+        "goal": list(trace.scene.goal),
+        "ticks": trace.ticks,
+        "cost": trace.cost,
+        "steps": None if trace.path is None else dict(zip(STEP_WORDS, trace.path.steps, strict=False)),
+        "collisions": trace.collisions,
+        "hits": trace.hits,
+        "replans": trace.replans,
+        "waits": trace.waits,
+        "iterations": trace.iterations,
+        "expansions": trace.expansions,
+        "law": trace.law,
+        "units": trace.units,
+        "robot": trace.robot.tolist(),
+        "speed": trace.speed.tolist(),
+        "cause": list(trace.cause),
+        "bodies": [{"kind": b.kind, "radius": b.radius, "yields": b.yields} for b in trace.bodies],
+        "obstacles": [[list(c) for c in trace.obstacles_at(t)] for t in range(trace.ticks + 1)],
+        "events": [
+            {"tick": e.tick, "word": e.word, "cell": list(e.cell), "sentence": e.sentence}
+            for e in trace.events
+        ],
+        "timing": dict(trace.timing),
+    }
+
+
+def grid_record(grid: Grid) -> dict[str, Any]:
+    """What a map is called and how large it is."""
+    return {
+        "name": grid.name,
+        "width": grid.width,
+        "height": grid.height,
+        "resolution": grid.resolution,
+        "origin": list(grid.origin),
+    }
+
+
+def robot_record(scene: Scene) -> dict[str, float]:
+    """Size and limits, SI units."""
+    r = scene.robot
+    return {"radius": r.radius, "v_max": r.v_max, "a_max": r.a_max, "d_max": r.d_max}
+
+
+def gate_record(gate: Gate) -> dict[str, Any]:
+    """A gate."""
+    return {"cell": list(gate.cell), "axis": gate.axis, "width_m": gate.width_m, "dead_end": gate.dead_end}
+
+
+def jump_record(jump: Jump) -> dict[str, Any]:
+    """One AD-GSO iteration."""
+    return {
+        "at": list(jump.at),
+        "luciferin": jump.luciferin,
+        "accepted": [
+            {
+                "cell": list(c.cell),
+                "ring": c.ring,
+                "luciferin": c.luciferin,
+                "probability": c.probability,
+            }
+            for c in jump.candidates
+        ],
+        "chosen": list(jump.chosen),
+        "subpath": [list(c) for c in jump.subpath],
+        "by_parents": jump.by_parents,
+    }
+
+
+def profile_record(profile: Profile) -> dict[str, Any]:
+    """A speed profile, one entry a node."""
+    return {
+        "law": profile.law,
+        "units": profile.units,
+        "s": profile.s.tolist(),
+        "v": profile.v.tolist(),
+        "a": profile.a.tolist(),
+        "t": profile.t.tolist(),
+        "cause": list(profile.cause),
+        "mean": profile.mean,
+        "duration": profile.duration,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

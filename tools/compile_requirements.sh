@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Renew the pinned versions in requirements/ from pyproject.toml, without index or file addresses in them.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+python=.venv/bin/python
+"$python" -m pip install --quiet pip-tools
+compile() {
+  out=$1
+  shift
+  CUSTOM_COMPILE_COMMAND="make requirements" "$python" -m piptools compile --quiet --strip-extras --no-emit-index-url \
+    --no-emit-find-links --no-emit-trusted-host --no-emit-options --output-file "requirements/$out" "$@" pyproject.toml
+}
+compile run.txt
+compile dev.txt --constraint requirements/run.txt --extra dev
+compile bench.txt --constraint requirements/run.txt --extra bench
