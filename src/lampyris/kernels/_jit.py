@@ -63,6 +63,7 @@ class Kernel:
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
         self._out = tuple(names.index(name) for name in out)
         self._compiled: Callable[..., Any] | None = None
+        self._linked: Callable[..., Any] | None = None
 
     def __call__(self, *args: Any) -> Any:
         if self._compiled is not None:
@@ -84,10 +85,16 @@ class Kernel:
     def run_plain(self, *args: Any) -> Any:
         """Run the plain form: arrays become lists (indexing them is four times quicker) and results are copied back."""
         given = [a.tolist() if isinstance(a, np.ndarray) else a for a in args]
-        result = self.plain(*given)
+        result = self.linked()(*given)
         for k in self._out:
             args[k][:] = given[k]
         return result
+
+    def linked(self) -> Callable[..., Any]:
+        """The plain form with plain callees: the lists it passes on must never reach a compiled one."""
+        if self._linked is None:
+            self._linked = _twin(self, lambda callee: callee.linked(), u64)
+        return self._linked
 
     def compiled(self) -> Callable[..., Any]:
         """The compiled form; compiling happens at its first call and is kept on disk."""
@@ -109,20 +116,28 @@ def kernel(*, out: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Kernel]
 def _compile(k: Kernel) -> Callable[..., Any]:
     import numba
 
-    # The compiled form must see compiled callees and a real u64: give it a copy of its module's globals with those
-    # put in place of the Kernel objects, and leave the module itself alone.
+    # The compiled form must see compiled callees and a real u64.
+    twin = _twin(k, lambda callee: callee.compiled(), np.uint64)
+    return numba.njit(cache=_cache_works(k), nogil=True, fastmath=False)(twin)
+
+
+def _twin(k: Kernel, form: Callable[[Kernel], Any], unsigned: Any) -> FunctionType:
+    """The kernel's source over a copy of its module's globals, one form of each callee in place of the Kernel.
+
+    The module itself is left alone.
+    """
     scope = dict(k.plain.__globals__)
     used = set(k.plain.__code__.co_names)
     for name in used & scope.keys():
         value = scope[name]
         if isinstance(value, Kernel):
-            scope[name] = value.compiled()
+            scope[name] = form(value)
         elif value is u64:
-            scope[name] = np.uint64
+            scope[name] = unsigned
     twin = FunctionType(k.plain.__code__, scope, k.plain.__name__, k.plain.__defaults__, k.plain.__closure__)
     twin.__module__ = k.plain.__module__
     twin.__qualname__ = k.plain.__qualname__
-    return numba.njit(cache=_cache_works(k), nogil=True, fastmath=False)(twin)  # type: ignore[no-any-return]
+    return twin
 
 
 def _cache_works(k: Kernel) -> bool:
