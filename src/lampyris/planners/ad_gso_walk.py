@@ -1,0 +1,206 @@
+"""AD-GSO's walk made callable: a field laid out for the kernel, room to work in, and the record read back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lampyris.kernels import window as w
+from lampyris.model.field import Field
+from lampyris.model.moves import Moves
+from lampyris.model.plan import Candidate, Jump
+from lampyris.typing import Cell
+
+Flat = np.ndarray[Any, np.dtype[Any]]
+
+RULES = {"greedy": w.GREEDY, "roulette": w.ROULETTE, "exact": w.EXACT}
+NO_LIMIT = 2**62
+_DRAWS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """A field laid out flat for the kernel, row by row; ``shut`` holds WALL where the field is not free."""
+
+    field: Field
+    cost: Flat
+    luc: Flat
+    step: Flat
+    shut: Flat
+
+
+def lay(field: Field) -> Ground:
+    """The same field, flat. Views of a padded array are copied once here, not at every plan."""
+    return Ground(
+        field,
+        _flat(field.exact, np.int64),
+        _flat(field.luciferin, np.float64),
+        _flat(field.step, np.int8),
+        _flat(~field.free, np.uint8) * np.uint8(w.WALL),
+    )
+
+
+def _flat(array: Flat, dtype: type[np.generic]) -> Flat:
+    flat = np.ascontiguousarray(array, dtype=dtype).reshape(-1)
+    flat.setflags(write=False)  # always: a kernel compiles anew for arrays that may be written
+    return flat
+
+
+@dataclass(slots=True)
+class Trip:
+    """How far one plan has walked. ``path`` and ``log`` grow when the kernel says they are full."""
+
+    tally: Flat
+    path: Flat
+    log: Flat
+    code: int = w.PAUSED
+    jumps: list[Jump] = field(default_factory=list)
+    gates_met: list[Cell] = field(default_factory=list)
+
+    @property
+    def cells(self) -> Flat:
+        """Flat cells walked so far, the start first."""
+        return self.path[: self.tally[w.LENGTH]]
+
+    def at(self, place: int) -> int:
+        """One number of the tally."""
+        return int(self.tally[place])
+
+
+class Walker:
+    """Runs the walk kernel over one map size and step set, with one set of settings.
+
+    Parameters
+    ----------
+    width, height : the map.
+    goal : flat cell.
+    moves : the step set.
+    choice, nt, mvr : see :class:`lampyris.planners.ad_gso.AdGso`.
+    rng : where roulette's numbers come from.
+    record : whether :attr:`Trip.jumps` is kept.
+    """
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        goal: int,
+        moves: Moves,
+        *,
+        choice: str,
+        nt: int,
+        mvr: int,
+        rng: np.random.Generator,
+        record: bool,
+    ) -> None:
+        rings = max(mvr, moves.reach)
+        side = 2 * (rings + w.MARGIN) + 1
+        self._width = width
+        self._setup = np.array([width, height, goal, RULES[choice], nt, rings, moves.reach], dtype=np.int64)
+        self._tables = (
+            *w.ring_table(rings),
+            w.step_table(moves.offsets, moves.corner_cutting, side),
+            w.step_table(moves.offsets, moves.corner_cutting, width),
+            np.array(moves.costs, dtype=np.int64),
+        )
+        sizes = [side * side] * 5 + [3 * side * side]
+        self._room = [np.zeros(n, dtype=np.int64) for n in sizes]
+        self._first_path = 4 * (width + height) + sizes[-1]
+        self._first_log = 16 * side * side if record else 0
+        self._draws_needed = choice == "roulette"
+        self._rng = rng
+        self._draws = np.zeros(1)
+        self._drawn = 1
+
+    def start(self, at: int) -> Trip:
+        """A trip that stands on a flat cell and has not moved."""
+        tally = np.zeros(w.LOGGED + 1, dtype=np.int64)
+        tally[w.AT], tally[w.LENGTH] = at, 1
+        path = np.zeros(self._first_path, dtype=np.int64)
+        path[0] = at
+        return Trip(tally, path, np.zeros(self._first_log, dtype=np.int64))
+
+    def go(self, trip: Trip, ground: Ground, shut: Flat, *, jumps: int, look: int) -> int:
+        """Walk on until the goal or a reason to stop; the kernel's word for it, also in ``trip.code``.
+
+        Parameters
+        ----------
+        ground : the field to walk on.
+        shut : its ``shut`` with bodies and gates marked.
+        jumps, look : jumps and window cells at most, counted over the whole trip.
+        """
+        tally = trip.tally
+        tally[w.ALLOWED] = look
+        while True:
+            if self._draws_needed and self._drawn == len(self._draws):
+                self._draws, self._drawn = self._rng.random(_DRAWS), 0
+            left = len(self._draws) - self._drawn if self._draws_needed else NO_LIMIT
+            tally[w.STOP] = min(jumps, trip.at(w.JUMPS) + left)
+            tally[w.DRAWN] = self._drawn
+            trip.code = int(
+                w.walk(
+                    ground.cost,
+                    ground.luc,
+                    ground.step,
+                    shut,
+                    self._setup,
+                    tally,
+                    self._draws,
+                    trip.path,
+                    trip.log,
+                    *self._tables,
+                    *self._room,
+                )
+            )
+            self._drawn = trip.at(w.DRAWN)
+            self._read(trip, ground)
+            if trip.code == w.FULL:
+                trip.path = np.concatenate((trip.path, np.zeros_like(trip.path)))
+            elif trip.code != w.PAUSED or trip.at(w.JUMPS) >= jumps:
+                return trip.code
+
+    def _read(self, trip: Trip, ground: Ground) -> None:
+        """Turn the kernel's log into Jumps, and empty it."""
+        log = trip.log[: trip.tally[w.LOGGED]].tolist()
+        trip.tally[w.LOGGED] = 0
+        heads = []
+        k = 0
+        while k < len(log):
+            heads.append(k)
+            k += w.LOG_HEAD + log[k + 4]
+        ends = [log[k + 3] for k in heads[1:]] + [trip.at(w.LENGTH) - 1]
+        for k, end in zip(heads, ends, strict=True) if heads else ():
+            at, chosen, by_parents, begin, count = log[k : k + w.LOG_HEAD]
+            cells = log[k + w.LOG_HEAD : k + w.LOG_HEAD + count]
+            trip.jumps.append(
+                Jump(
+                    at=self.cell(at),
+                    luciferin=float(ground.luc[at]),
+                    candidates=self._candidates(at, cells, ground),
+                    chosen=self.cell(chosen),
+                    subpath=tuple(self.cell(c) for c in trip.path[begin : end + 1].tolist()),
+                    by_parents=bool(by_parents),
+                )
+            )
+
+    def _candidates(self, at: int, cells: list[int], ground: Ground) -> tuple[Candidate, ...]:
+        x, y = self.cell(at)
+        luc = [float(ground.luc[c]) for c in cells]
+        here = float(ground.luc[at])
+        total = sum(here - value for value in luc)
+        out = []
+        for c, value in zip(cells, luc, strict=True):
+            cx, cy = self.cell(c)
+            ring = max(abs(cx - x), abs(cy - y))
+            out.append(Candidate((cx, cy), ring, value, (here - value) / total))
+        return tuple(out)
+
+    def cell(self, flat: int) -> Cell:
+        """x, y of a flat cell."""
+        return flat % self._width, flat // self._width
+
+    def flat(self, cell: Cell) -> int:
+        """The flat cell of x, y."""
+        return cell[1] * self._width + cell[0]
