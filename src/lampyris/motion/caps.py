@@ -1,0 +1,77 @@
+"""Speed caps: each a small function of numbers and arrays, one speed a node, with equation and source.
+
+A cap knows nothing of paths, maps, or the other caps. The minimum of them is taken once, in
+:mod:`lampyris.motion.profile`, which is also where each node gets the name of the cap that binds it. Adding
+a cap is one function here and one line in the law that uses it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.typing import Floats
+
+# Cosines of the turns half way between straight on, 45 and 90 degrees, by half-angle formulas: no call of
+# cos, so the same bits everywhere. No two grid steps meet at exactly such a turn (its tangent is
+# irrational).
+_COS_22_5 = math.sqrt(2.0 + math.sqrt(2.0)) / 2.0
+_COS_67_5 = math.sqrt(2.0 - math.sqrt(2.0)) / 2.0
+
+
+def limit(count: int, v_max: float) -> Floats:
+    """The robot's top speed at every node: ``v <= v_max``."""
+    return np.full(count, v_max, dtype=np.float64)
+
+
+def clearance(distance: Floats, *, radius: float, d_max: float, creep: float) -> Floats:
+    """Slow enough to stop before the nearest surface: ``v <= sqrt(2 d_max (distance - radius))``.
+
+    Parameters
+    ----------
+    distance : metres from the robot's centre to the nearest surface, infinity where there is none; shape
+        (n,).
+    radius : the robot's, metres.
+    d_max : braking, m/s2.
+    creep : m/s, never less than this, so that a robot in a tight but free place still moves. There the cap
+        stops promising what its name says: the robot needs ``creep^2 / (2 d_max)`` metres to stop.
+
+    Source: stopping distance v^2 / (2 d) of uniform braking; the bound on speed by what is near is Lumelsky's
+    ``V = sqrt(2 p r)`` with the clearance in place of the radius of vision (dissertation, related work;
+    algorithms.md 7).
+    """
+    return np.maximum(creep, np.sqrt(2.0 * d_max * np.maximum(distance - radius, 0.0)))
+
+
+def rings(
+    n1: NDArray[np.int64], n2: NDArray[np.int64], *, v_max: float, v_min: float, drop1: float, drop2: float
+) -> Floats:
+    """Slower for each obstacle around a node: ``max(v_min, v_max - drop1 n1 - drop2 n2)``.
+
+    Parameters
+    ----------
+    n1, n2 : obstacles counted in ring 1 and in ring 2 (:func:`lampyris.motion.rings.ring_counts`); shape
+        (n,).
+    v_max, v_min, drop1, drop2 : velocity units: 80, 20, 6 and 3 in the dissertation.
+
+    Source: dissertation, Algorithm 3.11 and Equation 3.2, summed over the obstacles as its Tables 4.12-4.17
+    are.
+    """
+    return np.maximum(v_min, v_max - drop1 * n1 - drop2 * n2)
+
+
+def angle(turn_cosine: Floats, *, v_180: float, v_135: float, v_90: float) -> Floats:
+    """Slower where the path bends: one speed each for interior angles near 180, 135 and 90 degrees.
+
+    Parameters
+    ----------
+    turn_cosine : cosine of the turn (180 degrees less the interior angle); 1 straight on, 0 a right angle,
+        -1 back; (n,).
+    v_180, v_135, v_90 : velocity units: 80, 60 and 20 in the dissertation. The borders are at 157.5 and
+        112.5 degrees; anything sharper than 112.5 has ``v_90``.
+
+    Source: dissertation, Algorithm 3.12 and Table 3.1.
+    """
+    return np.where(turn_cosine > _COS_22_5, v_180, np.where(turn_cosine > _COS_67_5, v_135, v_90))
