@@ -1,0 +1,340 @@
+"""The loop: sense, plan, step, record. One tick at a time, and every tick can be looked at.
+
+From tick t to t + 1, in this order:
+
+1. **Obstacles move**: recorded ones (whatever anybody does), crossing ones, patrols, random walkers; within
+   a kind in order of index. Each sees the new places of those that have moved and the old places of the
+   rest.
+2. **The robot senses** all places, and each obstacle's last step.
+3. **The robot steps** to the next cell of its plan if that is legal now; otherwise it asks its planner
+   again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
+   asks again in the next tick.
+4. **The tick is recorded**, with the robot's speed and what bound it.
+
+Legal, for every two bodies: never two in one cell, never a swap, never both diagonals of one 2x2 block in
+one tick; for footprints alike (:mod:`lampyris.sim.world`). A step of the robot is legal only if walls allow
+it too. One step takes one tick, a knight's step as well.
+
+The planner is asked at tick 0, whenever the steps that its plan commits to have been driven (not a replan),
+and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
+plan reports as met is a replan too.
+
+Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
+obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
+planned or re-chosen step; if it cannot, it was hit while it stood still: the outcome ``hit``, and the end.
+``collision`` cannot come about.
+
+Draws: the planner has the stream ``SeedSequence((seed, 0))``, specification k of the traffic
+``SeedSequence((seed, 1 + k))``.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from lampyris.errors import InternalFault, SettingError
+from lampyris.model.change import Change
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Event, Outcome, Trace
+from lampyris.planners.base import Planner
+from lampyris.sim.pace import Pace, SpeedLaw
+from lampyris.sim.sense import seen_cells, sense
+from lampyris.sim.space import Space, Step, robot_shape
+from lampyris.sim.traffic import open_traffic
+from lampyris.sim.world import World
+from lampyris.typing import Cell, Cells
+
+PATIENCE = 50
+"""Ticks in a row the robot waits before it gives up.
+
+The dissertation's own would be 1: wait one step, mend, then fail.
+"""
+
+_NEVER = {
+    Status.NO_PATH: Outcome.NO_PATH,
+    Status.START_OCCUPIED: Outcome.START_OCCUPIED,
+    Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
+}
+
+
+def run(
+    scene: Scene,
+    planner: Planner,
+    *,
+    seed: int = 0,
+    ticks: int | None = None,
+    law: SpeedLaw = "physical",
+    patience: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Trace:
+    """Drive from start to goal through the scene's traffic; the whole story as a Trace.
+
+    Parameters
+    ----------
+    scene : where, with its traffic.
+    planner : who plans.
+    seed : root of every draw, >= 0. Every planner meets the same obstacle draws as far as its own deeds
+        allow.
+    ticks : the last tick; None: ten times (height + width), and four times the steps of the first plan on
+        top.
+    law : the speed law: ``physical``, ``dissertation``, or settings of one of them.
+    patience : the robot gives up after more than so many ticks of waiting in a row; None: 50.
+    progress : called with each tick that is over.
+
+    Raises
+    ------
+    SceneError : obstacles that do not fit the map: see :func:`lampyris.sim.traffic.open_traffic`.
+    SettingError : a setting out of its range.
+    LimitError : too many obstacles.
+    """
+    simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience)
+    while simulation.outcome is None:
+        simulation.tick()
+        if progress is not None:
+            progress(simulation.now)
+    return simulation.trace()
+
+
+class Simulation:
+    """A simulation that can be stopped between two ticks and looked at.
+
+    Attributes
+    ----------
+    now : ticks over.
+    outcome : how it ended; None while it has not.
+    world : where everybody is.
+    plan : what the planner said last.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        planner: Planner,
+        *,
+        seed: int = 0,
+        ticks: int | None = None,
+        law: SpeedLaw = "physical",
+        patience: int | None = None,
+    ) -> None:
+        began = time.perf_counter()
+        self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
+        self.last_tick = None if ticks is None else _whole("ticks", ticks, 1)
+        self.patience = PATIENCE if patience is None else _whole("patience", patience, 0)
+        self.now = 0
+        self.outcome: Outcome | None = None
+        self.detail = ""
+        self.pace = Pace(scene, law)
+        space = Space(scene.grid)
+        self.world = World(space, robot_shape(scene, space), space.number(scene.start))
+        self.crowd = open_traffic(scene, self.world, self.seed)
+        self.session = planner.open(scene, self._stream())
+        self.plan: Plan
+        self._way: list[Cell] = []
+        self._at = self._until = 0
+        self._counted = True
+        self._patient = 0
+        self._robot: list[Cell] = [scene.start]
+        self._tracks: list[list[int]] = [[n] for n in self.world.where]
+        self._speed, self._cause = [0.0], ["start"]
+        self._events: list[Event] = []
+        self._replans = self._waits = self._iterations = self._expansions = 0
+        self._planning_s = self._total_s = 0.0
+        self._begin()
+        self._total_s += time.perf_counter() - began
+
+    def _stream(self) -> np.random.Generator:
+        return np.random.Generator(np.random.PCG64(np.random.SeedSequence((self.seed, 0))))
+
+    # ---- planning --------------------
+
+    def _begin(self) -> None:
+        """The first plan, and whether there is anything to drive at all."""
+        scene = self.scene
+        self._ask(sense(self.world))
+        self._started = True
+        if self.plan.status in _NEVER:
+            verdict = self._without_traffic() if self.crowd.bodies else self.plan
+            if verdict.status in _NEVER:
+                self._started = False
+                self._end(_NEVER[verdict.status], verdict.sentence)
+                return
+        if self.last_tick is None:
+            self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * max(len(self._way) - 1, 0)
+        if self.plan.status and scene.start == scene.goal:
+            self._arrive()
+
+    def _without_traffic(self) -> Plan:
+        """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
+        began = time.perf_counter()
+        plan = self.planner.open(self.scene, self._stream()).plan(Change(robot=self.scene.start))
+        self._planning_s += time.perf_counter() - began
+        self._expansions += plan.expansions
+        return plan
+
+    def _ask(self, change: Change) -> None:
+        began = time.perf_counter()
+        plan = self.plan = self.session.plan(change)
+        self._planning_s += time.perf_counter() - began
+        self._expansions += plan.expansions
+        for gate in plan.gates_met:
+            self._replans += 1
+            self._tell("gate", gate, "A gate on the way proved too narrow; planned anew.")
+        self._way, self._at, self._until, self._counted = [], 0, 0, False
+        if plan.path is None:
+            return
+        cells = plan.path.cells
+        if tuple(cells[0].tolist()) != self._robot[-1]:
+            raise InternalFault(
+                "PLAN_START",
+                f"{plan.planner} planned from {tuple(cells[0].tolist())}, the robot is at {self._robot[-1]}",
+            )
+        self._way = [(x, y) for x, y in cells.tolist()]
+        steps = len(self._way) - 1
+        self._until = steps if plan.commit is None else max(min(plan.commit, steps), min(steps, 1))
+
+    def _planned(self) -> Step | None:
+        """The next step of the plan if it is legal now."""
+        if self._at >= self._until:
+            return None
+        x, y = self._way[self._at + 1]
+        number = self.world.space.number((x, y))
+        for step in self.world.robot_shape.steps(self.world.robot):
+            if step[0] == number:
+                return step if self.world.robot_may(step) else None
+        return None
+
+    # ---- one tick --------------------
+
+    def tick(self) -> None:
+        """One tick. Does nothing once there is an outcome."""
+        if self.outcome is not None:
+            return
+        began = time.perf_counter()
+        self.now += 1
+        for body in self.crowd.advance(self.now):
+            self._tracks.append([])
+            self._tell("appear", self.world.space.cell(self.world.where[body]), "An obstacle appeared.")
+        for track, number in zip(self._tracks, self.world.where, strict=True):
+            track.append(number)
+        step = self._choose()
+        if step is None:
+            self._stay()
+        else:
+            self._drive(step)
+        if self.outcome is None and self.now == self.last_tick:
+            self._end(Outcome.TIMEOUT, f"The robot had not arrived at tick {self.now}, the last.")
+        self._total_s += time.perf_counter() - began
+
+    def _choose(self) -> Step | None:
+        step = self._planned()
+        if step is not None:
+            return step
+        if self._at < self._until or self._patient or not self._way:
+            self._replans += 1
+            self._tell("replan", self._robot[-1], self._why())
+        self._ask(sense(self.world))
+        return self._planned()
+
+    def _why(self) -> str:
+        if self._patient or not self._way:
+            return "Asked again after waiting."
+        return f"The next cell, {self._way[self._at + 1]}, cannot be entered now; chose anew."
+
+    def _drive(self, step: Step) -> None:
+        came = self._robot[-1]
+        self.world.put_robot(step[0])
+        self._at += 1
+        here = self._way[self._at]
+        self._robot.append(here)
+        self._patient = 0
+        if not self._counted:
+            self._iterations += self.plan.iterations if self.plan.commit is None else 1
+            self._counted = True
+        if here == self.scene.goal:
+            self._speed.append(0.0)
+            self._cause.append("goal")
+            self._arrive()
+            return
+        speed, cause = self.pace.drive([came, *self._way[self._at :]], seen_cells(self.world))
+        self._speed.append(speed)
+        self._cause.append(cause)
+
+    def _stay(self) -> None:
+        here = self._robot[-1]
+        self._robot.append(here)
+        self.pace.stop()
+        self._speed.append(0.0)
+        self._cause.append("waiting")
+        self._waits += 1
+        self._patient += 1
+        if self.world.robot_is_met():
+            self._tell("hit", here, Outcome.HIT.sentence)
+            self._end(
+                Outcome.HIT,
+                f"An obstacle that does not yield ran into the robot, which stood still at {here}.",
+            )
+            return
+        self._tell(
+            "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
+        )
+        if self._patient > self.patience:
+            why = "" if self.plan else f" The planner's last word: {self.plan.sentence}"
+            self._end(
+                Outcome.BLOCKED,
+                f"Waited {self._patient} ticks in a row at {here}; the patience is {self.patience}.{why}",
+            )
+
+    # ---- the story --------------------
+
+    def _tell(self, word: str, cell: Cell, sentence: str) -> None:
+        self._events.append(Event(self.now, word, cell, sentence))
+
+    def _arrive(self) -> None:
+        self._tell("arrive", self.scene.goal, Outcome.ARRIVED.sentence)
+        self._end(Outcome.ARRIVED, "")
+
+    def _end(self, outcome: Outcome, detail: str) -> None:
+        self.outcome, self.detail = outcome, detail
+
+    def trace(self) -> Trace:
+        """What has happened so far; before the end its outcome is ``timeout``."""
+        space = self.world.space
+        driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
+        return Trace(
+            scene=self.scene,
+            planner=self.planner.name,
+            seed=self.seed,
+            outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
+            robot=np.array(self._robot, dtype=np.int32),
+            tracks=tuple(_cells(track, space) for track in self._tracks),
+            appears=tuple(self.crowd.appears),
+            bodies=tuple(self.crowd.bodies),
+            speed=np.array(self._speed),
+            cause=tuple(self._cause),
+            law=self.pace.name,
+            units=self.pace.units,
+            events=tuple(self._events),
+            replans=self._replans,
+            waits=self._waits,
+            iterations=self._iterations,
+            expansions=self._expansions,
+            path=path_of(np.array([self._robot[0], *driven]), self.scene.moves) if self._started else None,
+            detail=self.detail,
+            timing={"total_s": self._total_s, "planning_s": self._planning_s},
+        )
+
+
+def _cells(track: list[int], space: Space) -> Cells:
+    y, x = np.divmod(np.array(track, dtype=np.int64), space.stride)
+    return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+
+
+def _whole(what: str, value: int, least: int) -> int:
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
+        raise SettingError(what.upper(), f"{value!r}", where=what, allowed=f"a whole number >= {least}")
+    return int(value)

@@ -1,0 +1,124 @@
+"""Recorded tracks: checked before the first tick, because a replay asks nobody while it runs.
+
+A track must keep out of walls, out of the robot's start at tick 0, and out of every other track's way. All
+cells that a track ever covers are its lane; no other kind of obstacle enters a lane (see
+:mod:`lampyris.sim.traffic`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lampyris.errors import SceneError
+from lampyris.model.traffic import Recorded
+from lampyris.sim.space import Shape, Space
+from lampyris.typing import BoolGrid
+
+_ID = "obstacle"
+
+
+def position(track: Recorded, tick: int) -> tuple[int, int]:
+    """The cell of a recorded obstacle at a tick; after its end it stays."""
+    return track.track[min(tick, len(track.track) - 1)]
+
+
+def check_tracks(
+    space: Space, tracks: list[tuple[int, Recorded, Shape]], robot_cover: frozenset[int]
+) -> BoolGrid:
+    """Refuse tracks that cannot be replayed, and mark every cell that they ever cover.
+
+    Parameters
+    ----------
+    tracks : (index of the obstacle in the scene, its track, its shape).
+    robot_cover : numbers of the cells the robot covers at tick 0.
+
+    Returns
+    -------
+    bool, (height, width): the lanes.
+
+    Raises
+    ------
+    SceneError : ``OBSTACLE_TRACK`` into a wall, ``OBSTACLE_START`` on the robot, ``OBSTACLE_OVERLAP`` two
+        in one cell, swapping places or crossing.
+    """
+    lanes = np.zeros((space.height, space.width), dtype=np.bool_)
+    for k, one, shape in tracks:
+        for t, (x, y) in enumerate(one.track):
+            if not shape.free[y, x]:
+                raise SceneError(
+                    "OBSTACLE_TRACK",
+                    f"{_ID} {k} meets a wall at ({x}, {y}), t = {t}",
+                    allowed="cells where the obstacle's whole footprint is free",
+                )
+            for c in shape.cover(space.number((x, y))):
+                cx, cy = space.cell(c)
+                lanes[cy, cx] = True
+        if robot_cover.intersection(shape.cover(space.number(one.track[0]))):
+            raise SceneError(
+                "OBSTACLE_START",
+                f"{_ID} {k} is on the robot at t = 0, {one.track[0]}",
+                allowed="a track that begins clear of the robot's start",
+            )
+    _check_pairs(space, tracks)
+    return lanes
+
+
+def _check_pairs(space: Space, tracks: list[tuple[int, Recorded, Shape]]) -> None:
+    last: dict[int, int] = {}
+    numbers: list[int] = []
+    for t in range(max((len(one.track) for _, one, _ in tracks), default=0)):
+        now: dict[int, int] = {}
+        before, numbers = numbers, []
+        for i, (_, one, shape) in enumerate(tracks):
+            numbers.append(space.number(position(one, t)))
+            for c in shape.cover(numbers[i]):
+                if now.setdefault(c, i) != i:
+                    raise _overlap(tracks, now[c], i, t, "are in one cell", space, c)
+        if t:
+            for i, (_, _, shape) in enumerate(tracks):
+                if numbers[i] != before[i]:
+                    _check_step(space, tracks, i, t, (before, numbers), (last, now), shape)
+        last = now
+
+
+def _check_step(
+    space: Space,
+    tracks: list[tuple[int, Recorded, Shape]],
+    i: int,
+    t: int,
+    numbers: tuple[list[int], list[int]],
+    covers: tuple[dict[int, int], dict[int, int]],
+    shape: Shape,
+) -> None:
+    before, after = numbers
+    last, now = covers
+    old, new = shape.cover(before[i]), shape.cover(after[i])
+    for c in new:
+        j = last.get(c, i)
+        if j != i and any(now.get(o) == j for o in old):
+            raise _overlap(tracks, i, j, t, "swap places", space, c)
+    jump = after[i] - before[i]
+    dy = round(jump / space.stride)
+    dx = jump - dy * space.stride
+    if not (dx and dy):
+        return
+    for c in old:
+        for beside, back in (
+            (c + dx, dy * space.stride - dx),
+            (c + dy * space.stride, dx - dy * space.stride),
+        ):
+            j = last.get(beside, i)
+            if j != i and after[j] - before[j] == back:
+                raise _overlap(tracks, i, j, t, "cross each other diagonally", space, c)
+
+
+def _overlap(
+    tracks: list[tuple[int, Recorded, Shape]], i: int, j: int, t: int, what: str, space: Space, number: int
+) -> SceneError:
+    a, b = sorted((tracks[i][0], tracks[j][0]))
+    return SceneError(
+        "OBSTACLE_OVERLAP",
+        f"obstacles {a} and {b} {what} at {space.cell(number)}, t = {t}",
+        allowed="tracks that never meet",
+        todo="leave out one of them or shift its times",
+    )
