@@ -1,1 +1,1 @@
-"""From a file or a name to a Grid."""
+"""From a file or a name to a Grid: readers, bundled maps, seeded recipes, writers."""

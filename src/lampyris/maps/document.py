@@ -1,0 +1,238 @@
+"""MapDocument: a map as its file has it, marks and warnings included; and the codes all readers share."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import FileError, LimitError, SettingError
+from lampyris.maps.make import MAX_CELLS
+from lampyris.model.grid import Grid
+from lampyris.model.traffic import MAX_BODIES
+from lampyris.typing import Cell
+
+CodeGrid: TypeAlias = NDArray[np.uint8]
+"""uint8, (height, width): one of the codes below."""
+
+FREE, BLOCKED, UNKNOWN, START, GOAL, BODY = range(6)
+BAD = 255
+"""What a reader's table gives for a value it does not know; never leaves the reader."""
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A start and a goal worth asking about.
+
+    Parameters
+    ----------
+    start, goal : cells (x, y).
+    gates : how many gate cells every optimal path passes, where that is known.
+    label : where it comes from.
+    """
+
+    start: Cell
+    goal: Cell
+    gates: int | None = None
+    label: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapDocument:
+    """What a map file says.
+
+    Parameters
+    ----------
+    grid : the occupancy grid; marks (start, goal, moving obstacles) are free cells in it.
+    start, goal : the cells marked so, or None.
+    bodies : the cells where moving obstacles are drawn, by rows.
+    queries : stored start and goal pairs.
+    format : ``png``, ``bmp``, ``pgm``, ``movingai``, ``text``, ``numpy`` or ``bundled``.
+    notes : sentences a person should read (what was read as unknown, what was left out).
+    """
+
+    grid: Grid
+    start: Cell | None = None
+    goal: Cell | None = None
+    bodies: tuple[Cell, ...] = ()
+    queries: tuple[Query, ...] = ()
+    format: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A file's bytes on the way into a reader.
+
+    Parameters
+    ----------
+    data : all of the file.
+    name : the file as the caller named it, for messages.
+    max_cells : more cells than this are refused from the header.
+    """
+
+    data: bytes
+    name: str
+    max_cells: int = MAX_CELLS
+
+    def error(self, code: str, what: str, at: str = "", allowed: str = "", todo: str = "") -> FileError:
+        """A FileError about this file, to be raised; ``at`` is a line, column or pixel."""
+        where = f"{self.name}: {at}" if at else self.name
+        return FileError(code, what, where=where, allowed=allowed, todo=todo)
+
+    def check_size(self, width: int, height: int, code: str = "MAP_TOO_LARGE") -> None:
+        """Refuse a map of more cells than allowed, before anything is made for it.
+
+        Raises
+        ------
+        LimitError : too many cells.
+        """
+        if width * height > self.max_cells:
+            raise LimitError(
+                code,
+                f"{width} x {height} is {width * height:,} cells",
+                where=self.name,
+                allowed=f"at most {self.max_cells:,} cells",
+                todo="crop it or make it coarser",
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """What a reader hands back: codes (height, width), notes, and the format as it turned out to be."""
+
+    codes: CodeGrid
+    notes: tuple[str, ...] = ()
+
+
+def check_limit(max_cells: int) -> int:
+    """The limit itself, checked.
+
+    Raises
+    ------
+    SettingError : not 1 to 2^24.
+    """
+    if not isinstance(max_cells, int) or isinstance(max_cells, bool) or not 1 <= max_cells <= MAX_CELLS:
+        raise SettingError("MAX_CELLS", f"max_cells {max_cells!r}", allowed=f"1 to {MAX_CELLS:,}")
+    return max_cells
+
+
+def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
+    """All bytes of a regular file; directories, pipes and devices are refused without waiting for them.
+
+    Parameters
+    ----------
+    path : the file.
+    limit : most bytes.
+
+    Raises
+    ------
+    FileError : missing, not readable, not a regular file.
+    LimitError : more bytes than the limit.
+    """
+    import stat
+
+    name = os.fspath(path)
+    try:
+        # O_NONBLOCK: opening a pipe that nobody writes to would otherwise wait for ever. The kind is asked
+        # of the open file, not of the name, so that nothing can be put in its place in between.
+        handle = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        raise FileError("FILE_MISSING", "no such file", where=repr(name)) from None
+    except IsADirectoryError:
+        raise FileError("FILE_KIND", "not a regular file (a directory)", where=name) from None
+    except OSError as problem:
+        # A socket cannot be opened at all (ENXIO); everything else is what the system says it is.
+        if Path(name).is_socket():
+            raise FileError("FILE_KIND", "not a regular file (a socket)", where=name) from None
+        raise FileError("FILE_READ", problem.strerror or "cannot be read", where=name) from None
+    try:
+        info = os.fstat(handle)
+        if not stat.S_ISREG(info.st_mode):
+            kind = "a directory" if stat.S_ISDIR(info.st_mode) else "a pipe or device"
+            raise FileError("FILE_KIND", f"not a regular file ({kind})", where=name)
+        if info.st_size > limit:
+            raise LimitError(
+                "FILE_TOO_LARGE", f"{info.st_size:,} bytes", where=name, allowed=f"at most {limit:,} bytes"
+            )
+        with os.fdopen(os.dup(handle), "rb") as stream:
+            data = stream.read(limit + 1)
+    except OSError as problem:
+        raise FileError("FILE_READ", problem.strerror or "cannot be read", where=name) from None
+    finally:
+        os.close(handle)
+    if len(data) > limit:
+        raise LimitError("FILE_TOO_LARGE", "the file grows", where=name, allowed=f"at most {limit:,} bytes")
+    return data
+
+
+def document(
+    reading: Reading,
+    source: Source,
+    *,
+    name: str,
+    format: str,
+    resolution: float | None = None,
+    queries: tuple[Query, ...] = (),
+) -> MapDocument:
+    """Turn codes into a document: marks become cells, unknown becomes blocked.
+
+    Raises
+    ------
+    FileError : two starts or two goals.
+    LimitError : more moving obstacles than a scene can hold.
+    SettingError : a resolution out of range.
+    """
+    codes = reading.codes
+    unknown = codes == UNKNOWN
+    blocked = (codes == BLOCKED) | unknown
+    start = _only(codes, START, "start", source)
+    goal = _only(codes, GOAL, "goal", source)
+    if int(np.count_nonzero(codes == BODY)) > MAX_BODIES:
+        raise LimitError(
+            "LIMIT", "too many moving obstacles drawn", where=source.name, allowed=f"at most {MAX_BODIES:,}"
+        )
+    bodies = tuple((int(x), int(y)) for y, x in np.argwhere(codes == BODY))
+    grid = Grid(
+        blocked,
+        unknown=unknown if unknown.any() else None,
+        resolution=1.0 if resolution is None else resolution,
+        name=name,
+    )
+    return MapDocument(grid, start, goal, bodies, queries, format, reading.notes)
+
+
+def _only(codes: CodeGrid, code: int, what: str, source: Source) -> Cell | None:
+    found = np.flatnonzero(codes == code)
+    if found.size == 0:
+        return None
+    cells = [(int(k % codes.shape[1]), int(k // codes.shape[1])) for k in found[:2]]
+    if found.size > 1:
+        more = "" if found.size == 2 else f" (and {found.size - 2} more)"
+        raise source.error(
+            f"{what.upper()}_TWICE",
+            f"{cells[0]} and {cells[1]}{more} are both marked as {what}",
+            allowed=f"one {what}",
+        )
+    return cells[0]
+
+
+def look_up(table: CodeGrid, samples: NDArray[np.uint8]) -> CodeGrid:
+    """``table[samples]`` for a table of 256 codes: a new array, three times quicker than NumPy's indexing."""
+    codes = bytearray(samples.tobytes().translate(table.tobytes()))
+    return np.frombuffer(codes, dtype=np.uint8).reshape(samples.shape)
+
+
+def first_bad(mask: NDArray[np.bool_]) -> Cell:
+    """The first true cell (x, y), by rows."""
+    k = int(np.argmax(mask))
+    return k % mask.shape[1], k // mask.shape[1]
+
+
+def plural(n: int, thing: str) -> str:
+    """``1 pixel``, ``2 pixels``."""
+    return f"{n:,} {thing}" + ("" if n == 1 else "s")

@@ -1,0 +1,129 @@
+"""The bundled maps: the dissertation's guide map, and maps of our own made by seeded recipes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import FileError
+from lampyris.maps.document import MapDocument, Query, Source, document
+from lampyris.maps.make import MAX_CELLS, Edit, make
+from lampyris.maps.text import read_text
+from lampyris.typing import BoolGrid
+
+
+@dataclass(frozen=True, slots=True)
+class MapInfo:
+    """One row of the table of bundled maps.
+
+    Parameters
+    ----------
+    name, title, description : what to call it and what it is.
+    width, height : cells.
+    free : share of the cells that are free, 0 to 1.
+    gates : gate cells in the whole map (method.md section 3).
+    queries : stored starts and goals; the first is the map's own.
+    recipe : in words, how to make the map again; empty for a map that was not made by a recipe.
+    """
+
+    name: str
+    title: str
+    description: str
+    width: int
+    height: int
+    free: float
+    gates: int
+    queries: tuple[Query, ...]
+    recipe: str
+
+
+def names() -> tuple[str, ...]:
+    """The names of the bundled maps, in the order in which to show them."""
+    return tuple(_index())
+
+
+def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CELLS) -> MapDocument:
+    """A bundled map with its queries; the first query is its start and goal.
+
+    Raises
+    ------
+    FileError : no bundled map of that name.
+    LimitError : it has more cells than ``max_cells``.
+    """
+    entry = _entry(name)
+    source = Source((files("lampyris.maps") / "data" / f"{name}.txt").read_bytes(), name, max_cells)
+    queries = _queries(entry)
+    made = document(
+        read_text(source), source, name=name, format="bundled", resolution=resolution, queries=queries
+    )
+    first = queries[0]
+    return MapDocument(made.grid, first.start, first.goal, made.bodies, queries, "bundled", made.notes)
+
+
+def describe(name: str) -> MapInfo:
+    """What there is to say about a bundled map.
+
+    Raises
+    ------
+    FileError : no bundled map of that name.
+    """
+    entry = _entry(name)
+    grid = load(name).grid
+    recipe = entry["recipe"]
+    words = f"{recipe['name']}, seed {recipe['seed']}, {len(recipe['edits'])} edits" if recipe else ""
+    return MapInfo(
+        name,
+        entry["title"],
+        entry["description"],
+        grid.width,
+        grid.height,
+        1.0 - float(np.count_nonzero(grid.blocked)) / grid.blocked.size,
+        entry["gates"],
+        _queries(entry),
+        words,
+    )
+
+
+def remake(name: str) -> BoolGrid:
+    """The blocked cells of a bundled map, made anew from its recipe and edits.
+
+    Raises
+    ------
+    FileError : no bundled map of that name, or one that was not made by a recipe.
+    """
+    recipe = _entry(name)["recipe"]
+    if recipe is None:
+        raise FileError("RECIPE", "this map was not made by a recipe", where=name)
+    edits = tuple(Edit(x, y, w, h, bool(wall)) for x, y, w, h, wall in recipe["edits"])
+    return make(
+        recipe["name"], recipe["width"], recipe["height"], recipe["seed"], edits=edits, **recipe["settings"]
+    )
+
+
+@cache
+def _index() -> Mapping[str, Mapping[str, Any]]:
+    text = (files("lampyris.maps") / "data" / "index.json").read_text(encoding="utf-8")
+    return MappingProxyType(json.loads(text)["maps"])
+
+
+def _entry(name: str) -> Mapping[str, Any]:
+    try:
+        return _index()[name]
+    except KeyError:
+        raise FileError(
+            "FILE_MISSING", "no bundled map of that name", where=name, allowed=", ".join(names())
+        ) from None
+
+
+def _queries(entry: Mapping[str, Any]) -> tuple[Query, ...]:
+    return tuple(
+        Query((q["start"][0], q["start"][1]), (q["goal"][0], q["goal"][1]), q["gates"], q["label"])
+        for q in entry["queries"]
+    )

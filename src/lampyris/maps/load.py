@@ -1,0 +1,127 @@
+"""From a name or a file to a MapDocument. The content decides what a file is, never its name alone."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from lampyris.errors import FileError, SettingError
+from lampyris.maps import bmp, image, library, movingai, numpy_file, pgm, text
+from lampyris.maps.document import MapDocument, Reading, Source, check_limit, document, read_regular
+from lampyris.maps.make import MAX_CELLS
+
+HEAD_BYTES = 4096
+BYTES_PER_CELL = 8
+"""A file may have so many bytes for each cell allowed (16-bit colour with alpha), and a megabyte besides."""
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One row of the table of formats; adding a format is one reader and one row.
+
+    Parameters
+    ----------
+    name : what ``MapDocument.format`` says.
+    suffixes : the usual endings of such files, for warnings.
+    begins : whether the first bytes of a file are of this format, rightly or wrongly written.
+    read : the reader.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    begins: Callable[[bytes], bool]
+    read: Callable[[Source], Reading]
+
+
+FORMATS = (
+    Format("png", (".png",), lambda head: head.startswith(image.MAGIC), image.read_png),
+    Format("bmp", (".bmp", ".dib"), bmp.looks_like, bmp.read_bmp),
+    Format("pgm", (".pgm", ".pbm", ".ppm", ".pnm"), pgm.looks_like, pgm.read_pgm),
+    Format("numpy", (".npy",), lambda head: head.startswith(numpy_file.MAGIC), numpy_file.read_npy),
+    Format("movingai", (".map",), movingai.looks_like, movingai.read_map),
+)
+TEXT = Format("text", (".txt",), lambda head: True, text.read_text)
+_PICTURES = tuple(s for f in FORMATS[:3] for s in f.suffixes)
+
+
+def load_map(
+    name_or_path: str | os.PathLike[str], *, resolution: float | None = None, max_cells: int = MAX_CELLS
+) -> MapDocument:
+    """Read a map: one of the bundled maps by its name, or a file.
+
+    Parameters
+    ----------
+    name_or_path : a bundled name such as ``guide`` (write ``./guide`` for a file of that name), or a path.
+    resolution : metres a cell; None is 1, for files that do not say.
+    max_cells : more cells than this are refused, from the header, before anything is made for them.
+
+    Raises
+    ------
+    FileError : FILE_MISSING (neither a map nor a file), FILE_KIND (a directory, pipe or device), or what is
+        wrong in it.
+    LimitError : IMG_TOO_LARGE, MAP_TOO_LARGE or FILE_TOO_LARGE.
+    SettingError : a resolution or limit out of its range.
+    """
+    check_limit(max_cells)
+    try:
+        name = os.fsdecode(name_or_path)
+    except TypeError:
+        raise SettingError(
+            "MAP_NAME", f"{type(name_or_path).__name__} given", allowed="a name or a path"
+        ) from None
+    if isinstance(name_or_path, str) and name in library.names():
+        return library.load(name, resolution=resolution, max_cells=max_cells)
+    try:
+        data = read_regular(name, max_cells * BYTES_PER_CELL + 2**20)
+    except FileError as problem:
+        if problem.code == "FILE_MISSING":
+            raise _missing(name) from None
+        raise
+    source = Source(data, name, max_cells)
+    form = _format(source)
+    reading = form.read(source)
+    suffix = Path(name).suffix.lower()
+    known = next((f for f in (*FORMATS, TEXT) if suffix in f.suffixes), form)
+    if known is not form:
+        note = f"the file is called {suffix} and is {form.name}; it was read as what it is"
+        reading = Reading(reading.codes, (note, *reading.notes))
+    return document(reading, source, name=Path(name).name, format=form.name, resolution=resolution)
+
+
+def _format(source: Source) -> Format:
+    """What a file is, by its first bytes."""
+    head = source.data[:HEAD_BYTES]
+    if not head:
+        raise source.error("IMG_EMPTY", "the file is empty")
+    for form in FORMATS:
+        if form.begins(head):
+            return form
+    other = image.foreign(head)
+    suffix = Path(source.name).suffix.lower()
+    if other or b"\0" in head or suffix in _PICTURES:
+        raise source.error(
+            "IMG_FORMAT",
+            f"this is {other}" if other else f"not a PNG, BMP or PGM (starts with {_shown(head[:4])})",
+            allowed="PNG, BMP, PGM, MovingAI, plain text, NumPy",
+        )
+    if suffix in FORMATS[-1].suffixes:
+        return FORMATS[-1]  # its reader says what the first line should be
+    return TEXT
+
+
+def _shown(some: bytes) -> str:
+    return '"' + "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in some) + '"'
+
+
+def _missing(name: str) -> FileError:
+    near = difflib.get_close_matches(name, library.names(), 1)
+    return FileError(
+        "FILE_MISSING",
+        "neither a file nor a bundled map",
+        where=name if name.isprintable() else repr(name),
+        allowed="bundled: " + ", ".join(library.names()),
+        todo=f"did you mean {near[0]}?" if near else "",
+    )

@@ -1,0 +1,112 @@
+"""NumPy ``.npy`` maps: a two-dimensional array, True or 1 blocked, False or 0 free, -1 unknown.
+
+The header is read here, within limits and without pickle: ``numpy.load`` would warn about some old headers,
+run a pickle if asked, and allocate what the header says before it looks at the size of the file. Values
+such as 255 are refused: black = 0 is a wall in a picture and free space in an array, and no guess is safe.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lampyris.maps.document import BLOCKED, FREE, UNKNOWN, Reading, Source, first_bad
+
+MAGIC = b"\x93NUMPY"
+HEADER_BYTES = 4096
+_TYPE = re.compile(r"[|<>=]?(?:b1|[iu][1248])")
+_SHAPE = re.compile(r"\s*([0-9]{1,10})L?\s*,\s*([0-9]{1,10})L?\s*,?\s*")
+_DESCR = re.compile(r"'descr'\s*:\s*'([^']*)'")
+# Patterns, not ast.literal_eval: that prints a SyntaxWarning for some inputs, and nothing here needs a
+# parser.
+_ENTRIES = (re.compile(r"'fortran_order'\s*:\s*(True|False)\b"), re.compile(r"'shape'\s*:\s*\(([^()]*)\)"))
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    kind: str
+    fortran: bool
+    shape: str
+    offset: int
+
+
+def read_npy(source: Source) -> Reading:
+    """Read a ``.npy``.
+
+    Raises
+    ------
+    FileError : NPY_HEADER, NPY_TYPE, NPY_SHAPE, NPY_TRUNCATED, NPY_TRAILING or NPY_VALUE.
+    LimitError : the header asks for more cells than allowed.
+    """
+    header = _header(source)
+    if not _TYPE.fullmatch(header.kind):
+        raise source.error("NPY_TYPE", f"element type {header.kind[:40]!r}", allowed="bool, or whole numbers")
+    two = _SHAPE.fullmatch(header.shape)
+    if two is None or int(two[1]) == 0 or int(two[2]) == 0:
+        raise source.error("NPY_SHAPE", f"shape ({header.shape[:60]})", allowed="(height, width), not empty")
+    height, width = int(two[1]), int(two[2])
+    source.check_size(width, height)
+    dtype = np.dtype(header.kind)
+    size, there = height * width * dtype.itemsize, len(source.data) - header.offset
+    if there != size:
+        code = "NPY_TRUNCATED" if there < size else "NPY_TRAILING"
+        raise source.error(
+            code, f"{there} bytes of cells", allowed=f"{size}, for {height} x {width} of {dtype}"
+        )
+    flat = np.frombuffer(source.data, dtype=dtype, offset=header.offset)
+    cells = flat.reshape((width, height)).T if header.fortran else flat.reshape((height, width))
+    return Reading(_codes(cells, source))
+
+
+def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    if cells.dtype.kind == "b":
+        # A stored bool may be any byte; what is not 0 is True, as NumPy itself has it.
+        return np.where(cells.view(np.uint8) != 0, np.uint8(BLOCKED), np.uint8(FREE))
+    codes = np.full(cells.shape, BLOCKED, dtype=np.uint8)
+    codes[cells == 0] = FREE
+    wrong = (cells != 0) & (cells != 1)
+    if cells.dtype.kind == "i":
+        codes[cells == -1] = UNKNOWN
+        wrong &= cells != -1
+    if wrong.any():
+        x, y = first_bad(wrong)
+        raise source.error(
+            "NPY_VALUE",
+            str(cells[y, x]),
+            f"cell ({x},{y})",
+            "0 free, 1 blocked, -1 unknown",
+            "save `blocked` as a bool array",
+        )
+    return codes
+
+
+def _header(source: Source) -> _Header:
+    """The header's three entries, not yet interpreted, and the offset of the first cell."""
+    data = source.data
+    try:
+        major = data[6]
+        length, offset = (
+            (struct.unpack_from("<H", data, 8)[0], 10)
+            if major == 1
+            else (struct.unpack_from("<I", data, 8)[0], 12)
+        )
+    except (IndexError, struct.error):
+        raise source.error("NPY_HEADER", "the header ends early") from None
+    if major not in (1, 2, 3):
+        raise source.error("NPY_HEADER", f"version {major}", allowed="1, 2 or 3")
+    if length > HEADER_BYTES:
+        raise source.error("NPY_HEADER", f"{length} bytes of header", allowed=f"at most {HEADER_BYTES}")
+    if offset + length > len(data):
+        raise source.error("NPY_HEADER", "the header ends early")
+    text = data[offset : offset + length].decode("latin-1")
+    found = [entry.search(text) for entry in _ENTRIES]
+    if not all(found):
+        wrong = next(name for name, m in zip(("fortran_order", "shape"), found, strict=True) if m is None)
+        raise source.error("NPY_HEADER", f"{wrong} is missing or malformed")
+    order, shape = (m[1] for m in found if m is not None)
+    kind = _DESCR.search(text)
+    return _Header(kind[1] if kind else text, order == "True", shape, offset + length)
