@@ -1,0 +1,61 @@
+"""The referee: the stranger who judges any path, plan, profile or trace, and names the first broken rule.
+
+It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
+costs added up, discs laid against walls and clearances measured a second time here, by other means. Each
+``check_`` returns the first :class:`Violation`, or None. :func:`demand` turns one into an
+:class:`lampyris.errors.InternalFault`; :func:`certify` does both.
+
+What it cannot see: whether a "no path" is true (the tests compare that with an exhaustive search), and what
+happens *between* ticks beyond swaps and crossings: bodies are cells at ticks, not discs in continuous time.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from lampyris.errors import UsageError
+from lampyris.model.path import Path
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
+from lampyris.referee.path import check_path, check_plan
+from lampyris.referee.profile import check_profile
+from lampyris.referee.trace import check_trace
+from lampyris.referee.verdict import Violation, demand
+
+__all__ = ["Violation", "certify", "check_path", "check_plan", "check_profile", "check_trace", "demand"]
+
+_Judged = TypeVar("_Judged", Path, Plan, Profile, Trace)
+
+
+def certify(result: _Judged, scene: Scene | None = None, path: Path | None = None) -> _Judged:
+    """The same result, certified: it comes back only if no rule is broken.
+
+    Parameters
+    ----------
+    result : a path or plan (needs ``scene``), a profile (needs ``scene`` and ``path``), or a trace (brings
+        its own scene).
+
+    Raises
+    ------
+    InternalFault : the referee refuses it.
+    UsageError : what it is to be judged against is missing.
+    """
+    if isinstance(result, Trace):
+        demand(check_trace(result))
+        return result
+    if scene is None or (isinstance(result, Profile) and path is None):
+        raise UsageError(
+            "CERTIFY",
+            f"a {type(result).__name__} alone",
+            allowed="with its scene, and a profile with its path",
+        )
+    if isinstance(result, Plan):
+        demand(check_plan(result, scene))
+    elif isinstance(result, Profile):
+        assert path is not None
+        demand(check_profile(result, path, scene))
+    else:
+        demand(check_path(result, scene.grid, scene.robot, scene.moves, scene.start, scene.goal))
+    return result

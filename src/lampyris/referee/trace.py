@@ -1,0 +1,279 @@
+"""Traces: the robot's drive, every body's track, every pair at every tick, and the story told about them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.model.trace import Outcome, Trace
+from lampyris.referee.bodies import Crowd, Judge
+from lampyris.referee.path import cost_violation, moves_violation, walk_violation
+from lampyris.referee.shapes import Ints, disc_cells, first_overlap, slack, stands_free
+from lampyris.referee.verdict import Violation
+
+TOP_SPEED = 80.0
+"""The dissertation's greatest speed, velocity units (Table 3.1)."""
+
+_NEVER_DROVE = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
+
+
+def check_trace(trace: Trace) -> Violation | None:
+    """Whether a simulation broke a rule: walls, steps, any two bodies at any tick, or the story told of it.
+
+    Rules, in this order: ``lengths``; of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
+    ``knight``, ``sweep``; of each body ``appear``, ``footprint``, ``body outside``, ``body step``, ``body
+    wall``; of every two bodies ``together``, ``swap``, ``cross``, ``through`` (a long step over somebody);
+    then ``outcome``, ``path``, ``moves``, ``steps``, ``cost``, ``waits``,
+    ``replans``, ``numbers``, ``events``, ``speed``.
+
+    Two bodies are together when their footprints share a cell: the own cell and every cell whose square is
+    strictly nearer to the centre than the radius. The one thing allowed is the outcome ``hit``: at the last
+    tick, an obstacle that does not yield has moved onto a robot that stood still.
+    """
+    return (
+        _lengths(trace)
+        or _robot(trace)
+        or _bodies(trace)
+        or _pairs(trace)
+        or _outcome(trace)
+        or _way(trace)
+        or _events(trace)
+        or _speeds(trace)
+    )
+
+
+def _lengths(trace: Trace) -> Violation | None:
+    n = len(trace.robot)
+    if n == 0:
+        return Violation("lengths", "trace", "the robot has no place at tick 0")
+    for what, have in (("speeds", len(trace.speed)), ("causes", len(trace.cause))):
+        if have != n:
+            return Violation("lengths", "trace", f"{have} {what} for {n} ticks")
+    if not len(trace.tracks) == len(trace.appears) == len(trace.bodies):
+        told = f"{len(trace.tracks)} tracks, {len(trace.appears)} appearances, {len(trace.bodies)} bodies"
+        return Violation("lengths", "trace", told)
+    before = 0
+    for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
+        if not before <= t0 <= trace.ticks:
+            return Violation(
+                "appear", f"body {k}", f"appears at tick {t0}, after one at {before}, of {trace.ticks}"
+            )
+        if len(track) != n - t0:
+            return Violation(
+                "lengths", f"body {k}", f"{len(track)} places from tick {t0} on, {n - t0} ticks are left"
+            )
+        before = t0
+    return None
+
+
+def _driven(trace: Trace) -> tuple[NDArray[np.int32], Ints]:
+    """The robot's cells without repeats, and the tick at which it left each."""
+    cells = trace.robot
+    moved = (cells[1:] != cells[:-1]).any(axis=1)
+    new = np.concatenate((np.ones(1, dtype=np.bool_), moved))
+    leaves = np.concatenate((np.flatnonzero(moved), [len(cells) - 1]))
+    return cells[new], leaves.astype(np.int64)
+
+
+def _robot(trace: Trace) -> Violation | None:
+    scene = trace.scene
+    first = (int(trace.robot[0, 0]), int(trace.robot[0, 1]))
+    if first != scene.start:
+        return Violation("start", "tick 0", f"the robot is at {first}; the start is {scene.start}")
+    cells, leaves = _driven(trace)
+    if trace.outcome is Outcome.START_OCCUPIED:
+        return None if len(cells) == 1 else Violation("outcome", "trace", "drove from an occupied start")
+    fault, _ = walk_violation(cells, scene.grid, scene.robot, scene.moves)
+    if fault is None:
+        return None
+    return Violation(fault.rule, f"robot after tick {leaves[fault.index]}", fault.sentence)
+
+
+def _bodies(trace: Trace) -> Violation | None:
+    """Each body alone: its size, its steps, the walls."""
+    grid = trace.scene.grid
+    for k, body in enumerate(trace.bodies):
+        inner = set(map(tuple, disc_cells(body.radius, grid.resolution).tolist()))
+        told = set(body.footprint)
+        if told != inner:
+            outer = set(
+                map(tuple, disc_cells(body.radius + 2 * slack(body.radius), grid.resolution).tolist())
+            )
+            if not inner <= told <= outer:
+                what = f"covers {len(told)} cells, a disc of {body.radius:g} m covers {len(inner)}"
+                return Violation("footprint", f"body {k}", what)
+    crowd = _crowd(trace)
+    at, there = crowd.at[:, 1:], crowd.there[:, 1:]
+    x, y = at[..., 0], at[..., 1]
+    outside = there & ((x < 0) | (x >= grid.width) | (y < 0) | (y >= grid.height))
+    if outside.any():
+        return _body("body outside", outside, at, f"outside the map, {grid.width} x {grid.height}")
+    far = (np.abs(at[1:] - at[:-1]).max(axis=2, initial=0) > 1) & there[:-1]
+    if far.any():
+        return _body("body step", far, at, "more than one cell from where it is a tick later")
+    wall = there & grid.blocked[np.where(there, y, 0), np.where(there, x, 0)]
+    if wall.any():
+        return _body("body wall", wall, at, "in a wall")
+    for k, offsets in enumerate(crowd.covers[1:]):
+        if len(offsets) > 1:
+            t = np.flatnonzero(there[:, k])
+            hit = first_overlap(grid.blocked, x[t, k], y[t, k], offsets)
+            if hit is not None:
+                wall[t[hit[0]], k] = True
+                return _body("body wall", wall, at, f"over the wall at ({hit[1]}, {hit[2]})")
+    return None
+
+
+def _body(rule: str, bad: NDArray[np.bool_], at: Ints, what: str) -> Violation:
+    t, k = (int(v) for v in np.unravel_index(int(bad.argmax()), bad.shape))
+    return Violation(rule, f"body {k} at tick {t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
+
+
+def _crowd(trace: Trace) -> Crowd:
+    """The robot and all bodies in one array; the robot is number 0."""
+    n, count = len(trace.robot), len(trace.tracks)
+    at = np.zeros((n, count + 1, 2), dtype=np.int64)
+    there = np.zeros((n, count + 1), dtype=np.bool_)
+    at[:, 0], there[:, 0] = trace.robot, True
+    for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
+        at[t0:, k + 1], there[t0:, k + 1] = track, True
+        at[:t0, k + 1] = track[0]
+    res = trace.scene.grid.resolution
+    radii = (trace.scene.robot.radius, *(b.radius for b in trace.bodies))
+    # A disc that reaches into no other cell covers one, whatever its radius: let all of those be one group.
+    covers = [disc_cells(r if r > res / 2 else 0.0, res) for r in radii]
+    return Crowd(at, there, covers)
+
+
+def _pairs(trace: Trace) -> Violation | None:
+    grid = trace.scene.grid
+    crowd = _crowd(trace)
+    judge = Judge(crowd, grid.width, grid.height, _hits(trace))
+    clash = judge.first()
+    over = _through(trace, judge) if trace.scene.moves.reach > 1 else None
+    if clash is None or (over is not None and over[0] < clash.tick):
+        return None if over is None else over[1]
+    told = {
+        "together": "cover one cell,",
+        "swap": "change places at",
+        "cross": "cross each other's diagonal beside",
+    }[clash.rule]
+    one = _name(clash.one)
+    sentence = f"{one} and {_name(clash.other)} {told} ({clash.cell[0]}, {clash.cell[1]})"
+    return Violation(clash.rule, f"tick {clash.tick}", sentence)
+
+
+def _name(body: int) -> str:
+    return "the robot" if body == 0 else f"body {body - 1}"
+
+
+def _hits(trace: Trace) -> frozenset[int]:
+    """Bodies (1 is the first) that may lie on a robot that stood still: unyielding, and they moved."""
+    if trace.outcome is not Outcome.HIT or trace.ticks == 0:
+        return frozenset()
+    if (trace.robot[-1] != trace.robot[-2]).any():
+        return frozenset()
+    return frozenset(
+        k + 1
+        for k, (track, body) in enumerate(zip(trace.tracks, trace.bodies, strict=True))
+        if not body.yields and len(track) > 1 and (track[-1] != track[-2]).any()
+    )
+
+
+def _through(trace: Trace, judge: Judge) -> tuple[int, Violation] | None:
+    """The first long step over a cell that some body covers before or after it: tick and violation."""
+    d = np.diff(trace.robot.astype(np.int64), axis=0)
+    for t in np.flatnonzero(np.abs(d).max(axis=1, initial=0) > 1).tolist():
+        dx, dy = (int(v) for v in d[t])
+        sx, sy = (dx > 0) - (dx < 0), (dy > 0) - (dy < 0)
+        passed = ((sx, 0) if abs(dx) == 2 else (0, sy), (sx, sy))
+        x, y = (int(v) for v in trace.robot[t])
+        for tick in (t, t + 1):
+            taken = judge.covered(tick)
+            for px, py in passed:
+                for ox, oy in judge.crowd.covers[0].tolist():
+                    body = taken.get((x + px + ox, y + py + oy))
+                    if body is not None:
+                        what = f"the robot drives over {_name(body)} at ({x + px + ox}, {y + py + oy})"
+                        return t + 1, Violation("through", f"tick {t + 1}", what)
+    return None
+
+
+def _outcome(trace: Trace) -> Violation | None:
+    scene = trace.scene
+    last = (int(trace.robot[-1, 0]), int(trace.robot[-1, 1]))
+    word = trace.outcome.value
+    if trace.outcome is Outcome.COLLISION:
+        return Violation("outcome", "trace", "the robot made a collision; it never may")
+    if trace.outcome in (Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED):
+        end = scene.start if trace.outcome is Outcome.START_OCCUPIED else scene.goal
+        if stands_free(scene.grid, end, scene.robot.radius):
+            return Violation("outcome", "trace", f"{word}, but the robot can stand on {end}")
+        return None
+    if trace.arrived != (last == scene.goal):
+        return Violation(
+            "outcome", "trace", f"{word}, and the robot ends on {last}; the goal is {scene.goal}"
+        )
+    if trace.outcome is Outcome.HIT:
+        hits = _hits(trace)
+        covers = _crowd(trace).covers
+        mine = {(last[0] + dx, last[1] + dy) for dx, dy in covers[0].tolist()}
+        for k in hits:
+            x, y = (int(v) for v in trace.tracks[k - 1][-1])
+            if any((x + dx, y + dy) in mine for dx, dy in covers[k].tolist()):
+                return None
+        return Violation(
+            "outcome", "trace", "hit, but no obstacle that does not yield ran into the standing robot"
+        )
+    return None
+
+
+def _way(trace: Trace) -> Violation | None:
+    """The way really driven, its cost, and how often the robot waited."""
+    cells, _ = _driven(trace)
+    waited = len(trace.robot) - len(cells)
+    if trace.path is None:
+        if trace.outcome not in _NEVER_DROVE or len(cells) > 1:
+            return Violation("path", "trace", f"{trace.outcome.value} without the way driven")
+    else:
+        if trace.path.cells.shape != cells.shape or (trace.path.cells != cells).any():
+            return Violation("path", "trace", "the way told is not the robot's cells without repeats")
+        moves = trace.scene.moves
+        broken = moves_violation(trace.path.moves, moves)
+        if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
+            _, code = walk_violation(cells, trace.scene.grid, trace.scene.robot, moves)
+            broken = cost_violation(trace.path, moves, code)
+        if broken is not None:
+            return broken
+    if trace.waits != waited:
+        return Violation(
+            "waits", "trace", f"claims {trace.waits} waits; the robot stood still {waited} times"
+        )
+    told = sum(event.word in ("replan", "gate") for event in trace.events)
+    if trace.replans != told:
+        return Violation("replans", "trace", f"claims {trace.replans} replans; {told} are told of")
+    if min(trace.iterations, trace.expansions) < 0:
+        return Violation("numbers", "trace", f"{trace.iterations} iterations, {trace.expansions} expansions")
+    return None
+
+
+def _events(trace: Trace) -> Violation | None:
+    before = 0
+    for k, event in enumerate(trace.events):
+        if not before <= event.tick <= trace.ticks:
+            what = f"{event.word!r} at tick {event.tick}, after one at {before}, of {trace.ticks}"
+            return Violation("events", f"event {k}", what)
+        if not trace.scene.grid.contains(event.cell):
+            return Violation("events", f"event {k}", f"{event.word!r} at {event.cell}, outside the map")
+        before = event.tick
+    return None
+
+
+def _speeds(trace: Trace) -> Violation | None:
+    v = trace.speed
+    limit = TOP_SPEED if trace.law == "dissertation" else trace.scene.robot.v_max
+    bad = ~((v >= 0) & (v <= limit * (1 + 1e-9)))
+    if bad.any():
+        t = int(bad.argmax())
+        return Violation("speed", f"tick {t}", f"{v[t]!r} {trace.units}; allowed 0 to {limit:g}")
+    return None
