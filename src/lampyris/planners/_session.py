@@ -1,0 +1,130 @@
+"""The session of a graph search: the planner contract around one search."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from lampyris.errors import SceneError
+from lampyris.field.layers import free_space, moves_for
+from lampyris.kernels.search import EXHAUSTED, FOUND, LIMIT
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.planners._graph import GridSearch
+from lampyris.planners.base import Budget
+
+
+class GraphSession:
+    """A session that searches anew at every call and remembers the map and where the robot was.
+
+    Parameters
+    ----------
+    scene : what to plan in.
+    name : the planner's name.
+    informed : whether the search is led by a heuristic.
+    """
+
+    def __init__(self, scene: Scene, name: str, *, informed: bool) -> None:
+        self._scene = scene
+        self._name = name
+        self._moves = moves_for(scene)
+        self._robot = scene.start
+        self._free = free_space(scene)
+        self._search = GridSearch(self._free, self._moves, informed=informed)
+
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """The cheapest way from where the robot is to the goal.
+
+        Obstacles count as blocked for this call, save on the robot's own cell and on the goal: it is
+        covered now and will be free again. What is counted as expanded includes, on failure, the search
+        that tells walls from obstacles and the size of the two regions; all of it together keeps within the
+        budget.
+
+        Raises
+        ------
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        """
+        began = time.perf_counter()
+        change = change or Change()
+        self._take(change)
+        made = self._answer(change, None if budget is None else budget.expansions)
+        return replace(made, timing={"search_s": time.perf_counter() - began})
+
+    def _take(self, change: Change) -> None:
+        grid = self._scene.grid
+        robot = () if change.robot is None else (change.robot,)
+        for what, cells in (("robot", robot), ("blocked", change.blocked), ("freed", change.freed)):
+            for cell in cells:
+                if not grid.contains(cell):
+                    raise SceneError(
+                        "CHANGE_OUTSIDE",
+                        f"cell {cell} is outside the map",
+                        where=f"change.{what}",
+                        allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
+                    )
+        if change.robot is not None:
+            self._robot = (int(change.robot[0]), int(change.robot[1]))
+        if change.blocked or change.freed:
+            # The free space of a wide robot is not a matter of single cells: make it anew. A cell named in
+            # both is blocked.
+            walls = grid.blocked.copy()
+            for x, y in change.freed:
+                walls[y, x] = False
+            for x, y in change.blocked:
+                walls[y, x] = True
+            edited = Grid(walls, None, grid.resolution, grid.origin, grid.name)
+            self._scene = replace(self._scene, grid=edited)
+            self._free = free_space(self._scene)
+            self._search.set_free(self._free)
+
+    def _answer(self, change: Change, budget: int | None) -> Plan:
+        start, goal = self._robot, self._scene.goal
+        if not self._free[start[1], start[0]]:
+            return Plan(Status.START_OCCUPIED, self._name)
+        if not self._free[goal[1], goal[0]]:
+            return Plan(Status.GOAL_OCCUPIED, self._name)
+        contains = self._scene.grid.contains
+        closed = sorted(c for c in change.obstacles if c not in (start, goal) and contains(c))
+        answer = self._search.way(start, goal, budget, closed)
+        if answer.cells is not None:
+            path = path_of(answer.cells, self._moves)
+            return Plan(
+                Status.FOUND,
+                self._name,
+                path,
+                iterations=1,
+                expansions=answer.expansions,
+                optimal_exact=None if change.obstacles else path.exact,
+            )
+        if answer.ending == LIMIT:
+            return self._failed(Status.LIMIT, answer.expansions)
+        return self._why_not(answer.expansions, budget, bool(closed))
+
+    def _why_not(self, spent: int, budget: int | None, among_obstacles: bool) -> Plan:
+        """Whether walls or moving obstacles close the way, and how much is left on either side."""
+        start, goal = self._robot, self._scene.goal
+
+        def left() -> int | None:
+            return None if budget is None else budget - spent
+
+        here = spent
+        if among_obstacles:
+            static = self._search.way(start, goal, left())
+            spent += static.expansions
+            if static.ending == LIMIT:
+                return self._failed(Status.LIMIT, spent)
+            if static.ending == FOUND:
+                why = "No path for now: walls leave a way, moving obstacles close it."
+                return self._failed(Status.HEMMED_IN, spent, why)
+            here = static.expansions
+        there = self._search.region(goal, left())
+        spent += there.expansions
+        size = f"{there.expansions}" if there.ending == EXHAUSTED else f"over {there.expansions}"
+        regions = f"start region {here} cells, goal region {size} cells"
+        return self._failed(Status.NO_PATH, spent, f"{Status.NO_PATH.sentence[:-1]} ({regions}).")
+
+    def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
+        return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)

@@ -1,0 +1,85 @@
+"""Every published MovingAI query: the exact companions find the published optimal length.
+
+N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE TCIAIG 4(2):144-148, 2012. The maps are not part of the
+project; without them these tests are skipped and say so.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.planners.astar import AStar
+from lampyris.planners.base import Planner
+from lampyris.planners.dijkstra import Dijkstra
+from lampyris.referee import check_path
+from reference.search_twin import read_map, read_queries
+
+PLANNERS = [AStar(), Dijkstra()]
+QUERIES = {
+    "16room_000": 1_860,
+    "AR0011SR": 1_280,
+    "Berlin_0_256": 930,
+    "arena2": 929,
+    "ht_0_hightown": 1_330,
+    "maze512-32-0": 5_760,
+    "random512-10-0": 1_670,
+}
+SAMPLE = 60
+
+
+def differences(
+    planner: Planner, folder: Path, name: str, sample: int | None
+) -> tuple[int, list[str], float]:
+    """How many queries were asked, what was wrong with which, and the seconds that planning took."""
+    grid = Grid(~np.array(read_map((folder / f"{name}.map").read_text())))
+    queries = read_queries((folder / f"{name}.map.scen").read_text())
+    assert len(queries) == QUERIES[name]
+    if sample is not None:
+        chosen = np.random.default_rng(2012).choice(len(queries), size=sample, replace=False)
+        queries = [queries[k] for k in sorted(chosen)]
+    sessions = {}
+    wrong = []
+    spent = 0.0
+    for start, goal, length, tolerance in queries:
+        if goal not in sessions:
+            # One at a time: a session keeps arrays as large as the map.
+            sessions = {goal: planner.open(Scene(grid, start, goal), np.random.default_rng(0))}
+        began = time.perf_counter()
+        plan = sessions[goal].plan(Change(robot=start))
+        spent += time.perf_counter() - began
+        case = f"{name} {start} to {goal}: {plan.status}, {plan.cost!r}, published {length}"
+        if plan.path is None or abs(plan.cost - length) > tolerance:
+            wrong.append(case)
+        else:
+            scene = Scene(grid, start, goal)
+            broken = check_path(plan.path, grid, scene.robot, scene.moves, start, goal)
+            if broken is not None:
+                wrong.append(f"{case}; {broken}")
+    return len(queries), wrong, spent
+
+
+@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
+def test_a_sample_of_published_lengths(planner: Planner, name: str, movingai: Path) -> None:
+    asked, wrong, _ = differences(planner, movingai, name, SAMPLE)
+    assert asked == SAMPLE
+    assert wrong == []
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
+def test_every_published_length(planner: Planner, name: str, movingai: Path) -> None:
+    asked, wrong, spent = differences(planner, movingai, name, None)
+    print(
+        f"\n{planner.name} {name}: {asked} queries, {len(wrong)} differences, {1e3 * spent / asked:.2f} ms a query"
+    )
+    assert asked == QUERIES[name]
+    assert wrong == []
