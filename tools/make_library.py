@@ -9,7 +9,7 @@ own where *every* optimal path of a pair passes exactly that many gates, for the
 made by the recipe ``gates``. What it changed is kept as edits, so the map is recipe + seed + edits, and
 ``tests/maps/test_library.py`` makes it again and compares every byte.
 
-The search is not needed to use the maps, and needs about a minute for all six.
+The search is not needed to use the maps, and takes about two minutes for all six.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ GUIDE = {
     "description": "The 10x10 example of the dissertation, read off its Table 4.2, with its start and goal.",
     "gates": 1,
     "recipe": None,
-    "queries": [{"start": [0, 9], "goal": [7, 0], "gates": None, "label": "Tables 4.3 to 4.6"}],
+    "queries": [{"start": [0, 9], "goal": [7, 0], "gates": 0, "label": "Tables 4.3 to 4.6"}],
 }
 
 

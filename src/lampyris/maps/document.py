@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -134,40 +135,34 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
     FileError : missing, not readable, not a regular file.
     LimitError : more bytes than the limit.
     """
-    import stat
-
     name = os.fspath(path)
     try:
-        # O_NONBLOCK: opening a pipe that nobody writes to would otherwise wait for ever. The kind is asked
-        # of the open file, not of the name, so that nothing can be put in its place in between.
+        # Asked twice. By name first: merely opening some devices does something. Of the open file then: it
+        # may have been changed for another in between. O_NONBLOCK, because opening a pipe nobody writes to
+        # would wait for ever.
+        _regular(os.stat(name).st_mode, name)
         handle = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(handle, "rb") as stream:
+            info = os.fstat(handle)
+            _regular(info.st_mode, name)
+            data = b"" if info.st_size > limit else stream.read(limit + 1)
+            size = max(info.st_size, len(data))
     except (FileNotFoundError, NotADirectoryError, ValueError):
         raise FileError("FILE_MISSING", "no such file", where=repr(name)) from None
-    except IsADirectoryError:
-        raise FileError("FILE_KIND", "not a regular file (a directory)", where=name) from None
     except OSError as problem:
-        # A socket cannot be opened at all (ENXIO); everything else is what the system says it is.
-        if Path(name).is_socket():
-            raise FileError("FILE_KIND", "not a regular file (a socket)", where=name) from None
-        raise FileError("FILE_READ", problem.strerror or "cannot be read", where=name) from None
-    try:
-        info = os.fstat(handle)
-        if not stat.S_ISREG(info.st_mode):
-            kind = "a directory" if stat.S_ISDIR(info.st_mode) else "a pipe or device"
-            raise FileError("FILE_KIND", f"not a regular file ({kind})", where=name)
-        if info.st_size > limit:
-            raise LimitError(
-                "FILE_TOO_LARGE", f"{info.st_size:,} bytes", where=name, allowed=f"at most {limit:,} bytes"
-            )
-        with os.fdopen(os.dup(handle), "rb") as stream:
-            data = stream.read(limit + 1)
-    except OSError as problem:
-        raise FileError("FILE_READ", problem.strerror or "cannot be read", where=name) from None
-    finally:
-        os.close(handle)
-    if len(data) > limit:
-        raise LimitError("FILE_TOO_LARGE", "the file grows", where=name, allowed=f"at most {limit:,} bytes")
+        why = problem.strerror or "cannot be read"
+        missing = problem.errno in (errno.ENAMETOOLONG, errno.ELOOP)
+        raise FileError("FILE_MISSING" if missing else "FILE_READ", why, where=repr(name[:200])) from None
+    if size > limit:
+        raise LimitError("FILE_TOO_LARGE", f"{size:,} bytes", where=name, allowed=f"at most {limit:,} bytes")
     return data
+
+
+def _regular(mode: int, name: str) -> None:
+    if not stat.S_ISREG(mode):
+        kinds = ((stat.S_ISDIR, "directory"), (stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"))
+        kind = next((word for is_kind, word in kinds if is_kind(mode)), "device")
+        raise FileError("FILE_KIND", f"not a regular file (a {kind})", where=name)
 
 
 def document(

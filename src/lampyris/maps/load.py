@@ -121,7 +121,7 @@ def _missing(name: str) -> FileError:
     return FileError(
         "FILE_MISSING",
         "neither a file nor a bundled map",
-        where=name if name.isprintable() else repr(name),
+        where=name if name.isprintable() and 0 < len(name) <= 200 else repr(name[:200]),
         allowed="bundled: " + ", ".join(library.names()),
         todo=f"did you mean {near[0]}?" if near else "",
     )

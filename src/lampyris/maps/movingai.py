@@ -43,23 +43,23 @@ def read_map(source: Source) -> Reading:
 def _header(source: Source) -> tuple[int, int, int]:
     """height, width, and the offset of the first row."""
     head = source.data[:HEADER_BYTES]
-    lines: list[str] = []
     offset = 0
-    for number in range(1, 5):
+    sizes = []
+    for number, word in enumerate(("type", "height", "width", "map"), 1):
         end = head.find(b"\n", offset)
         if end < 0:
             raise source.error(
                 "MAP_HEADER", "the header ends early", f"line {number}", "type, height, width, map"
             )
-        lines.append(head[offset:end].decode("ascii", "replace").strip())
+        text = head[offset:end].decode("ascii", "replace").strip()
         offset = end + 1
-        if number == 1 and lines[0].split() != ["type", "octile"]:
-            raise source.error("MAP_TYPE", repr(lines[0][:40]), "line 1", "type octile")
-    height = _dimension(source, lines[1], 2, "height")
-    width = _dimension(source, lines[2], 3, "width")
-    if lines[3] != "map":
-        raise source.error("MAP_HEADER", repr(lines[3][:40]), "line 4", "map")
-    return height, width, offset
+        if word == "type" and text.split() != ["type", "octile"]:
+            raise source.error("MAP_TYPE", repr(text[:40]), "line 1", "type octile")
+        if word == "map" and text != "map":
+            raise source.error("MAP_HEADER", repr(text[:40]), "line 4", "map")
+        if word in ("height", "width"):
+            sizes.append(_dimension(source, text, number, word))
+    return sizes[0], sizes[1], offset
 
 
 def _dimension(source: Source, text: str, line: int, word: str) -> int:
