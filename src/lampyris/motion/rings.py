@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from itertools import chain
 from typing import Any, Literal, TypeAlias
 
@@ -15,7 +16,8 @@ from lampyris.typing import BoolGrid, Cell
 Reading: TypeAlias = Literal["all", "ahead"]
 """Which cells of a ring count: all, or those within 45 degrees (included) of the incoming heading."""
 
-_FREE, _TAKEN, _OUTSIDE = 0, 1, 2
+_TAKEN, _OUTSIDE = 1, 2
+"""Bits of what a cell holds; a free cell is 0."""
 
 _SQUARE = [(dx, dy) for dy in range(-2, 3) for dx in range(-2, 3)]
 _OFFSETS = [o for k in (1, 2) for o in _SQUARE if max(map(abs, o)) == k]
@@ -99,16 +101,19 @@ def count(
     at = cells[:, 1] * width + cells[:, 0] - (y0 * width + x0)
     # Offsets come first, nodes second: sums then run over whole rows, several times quicker than along
     # short ones.
-    seen = window.ravel()[(_DY * width + _DX)[:, None] + at]
-    ahead = _AHEAD[:, heading] if "ahead" in (ring1, ring2) else None
-    counts = []
+    seen = window.take((_DY * width + _DX)[:, None] + at)
+    counted = seen & _counted(ring1, ring2, outside1, outside2).take(heading, axis=1) != 0
+    return counted[:8].sum(axis=0), counted[8:].sum(axis=0)
+
+
+@cache
+def _counted(ring1: Reading, ring2: Reading, outside1: bool, outside2: bool) -> NDArray[np.uint8]:
+    """What counts by offset and heading, (24, 25): the bits of _TAKEN and _OUTSIDE, 0 where nothing does."""
+    out = np.zeros(_AHEAD.shape, dtype=np.uint8)
     for ring, reading, outside in ((slice(0, 8), ring1, outside1), (slice(8, 24), ring2, outside2)):
-        taken = seen[ring] != _FREE if outside else seen[ring] == _TAKEN
-        if reading == "ahead":
-            assert ahead is not None
-            taken &= ahead[ring]
-        counts.append(taken.sum(axis=0))
-    return counts[0], counts[1]
+        looked_at = _AHEAD[ring] | (reading == "all")
+        out[ring] = looked_at * (_TAKEN | _OUTSIDE * outside)
+    return out
 
 
 def cells_of(path_cells: ArrayLike) -> NDArray[np.int64]:
