@@ -21,8 +21,10 @@ plan reports as met is a replan too.
 
 Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
 obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
-planned or re-chosen step; if it cannot, it was hit while it stood still: the outcome ``hit``, and the end.
-``collision`` cannot come about.
+planned or re-chosen step. There the planner is asked twice if need be: once to choose anew, and once more in
+place of the step it has no time to wait (AD-GSO then mends its field; without it, one run in eight among
+twenty crossing obstacles was a hit instead of one in forty). If the robot cannot leave, it was hit while it
+stood still: the outcome ``hit``, and the end. ``collision`` cannot come about.
 
 Draws: the planner has the stream ``SeedSequence((seed, 0))``, specification k of the traffic
 ``SeedSequence((seed, 1 + k))``.
@@ -142,6 +144,7 @@ class Simulation:
         self._tracks: list[list[int]] = [[n] for n in self.world.where]
         self._speed, self._cause = [0.0], ["start"]
         self._events: list[Event] = []
+        self._gates: set[Cell] = set()
         self._replans = self._waits = self._iterations = self._expansions = 0
         self._planning_s = self._total_s = 0.0
         self._begin()
@@ -157,7 +160,7 @@ class Simulation:
         scene = self.scene
         self._ask(sense(self.world))
         self._started = True
-        if self.plan.status in _NEVER:
+        if not self.plan:
             verdict = self._without_traffic() if self.crowd.bodies else self.plan
             if verdict.status in _NEVER:
                 self._started = False
@@ -182,6 +185,9 @@ class Simulation:
         self._planning_s += time.perf_counter() - began
         self._expansions += plan.expansions
         for gate in plan.gates_met:
+            if gate in self._gates:
+                continue  # a planner that looks ahead tells of the same gate in every plan until it is passed
+            self._gates.add(gate)
             self._replans += 1
             self._tell("gate", gate, "A gate on the way proved too narrow; planned anew.")
         self._way, self._at, self._until, self._counted = [], 0, 0, False
@@ -237,8 +243,16 @@ class Simulation:
         if self._at < self._until or self._patient or not self._way:
             self._replans += 1
             self._tell("replan", self._robot[-1], self._why())
-        self._ask(sense(self.world))
-        return self._planned()
+        change = sense(self.world)
+        self._ask(change)
+        step = self._planned()
+        if step is None and self.world.robot_is_met():
+            # No time to wait a step and ask again: a planner that would mend its field then must do so now.
+            self._replans += 1
+            self._tell("replan", self._robot[-1], "An obstacle came onto the robot; asked once more.")
+            self._ask(change)
+            step = self._planned()
+        return step
 
     def _why(self) -> str:
         if self._patient or not self._way:
