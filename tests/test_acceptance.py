@@ -1,4 +1,4 @@
-"""The large sizes of the main job through the front door: every published query, every 3x3 grid, 2,000 random grids.
+"""The large sizes of the main job through the front door: published queries, 3x3 grids, random grids.
 
 ``make check-nightly`` runs them and prints what it found; a seeded sample runs with every commit.
 """
@@ -18,7 +18,9 @@ import lampyris
 EIGHT = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if (dx, dy) != (0, 0)]
 
 
-def reference(blocked: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> tuple[str, tuple[int, int] | None]:  # type: ignore[type-arg]
+def reference(
+    blocked: np.ndarray, start: tuple[int, int], goal: tuple[int, int]
+) -> tuple[str, tuple[int, int] | None]:  # type: ignore[type-arg]
     """Verdict and (straights, diagonals) by a plain Dijkstra over pairs; 8 neighbours, no corner cutting."""
     h, w = blocked.shape
     if blocked[start[1], start[0]]:
@@ -109,7 +111,7 @@ def test_two_thousand_random_grids() -> None:
 
 
 def queries(path: Path) -> list[tuple[tuple[int, int], tuple[int, int], float, float]]:
-    """(start, goal, published length, tolerance) of each line of a .scen file; its own reader, as a stranger's."""
+    """(start, goal, published length, tolerance) of each line of a .scen file, by a reader of its own."""
     out = []
     for line in path.read_text(encoding="ascii").splitlines():
         words = line.split()
@@ -130,7 +132,10 @@ def compare(movingai: Path, every: int) -> None:
         for start, goal, length, tolerance in queries(scen)[::every]:
             scene = lampyris.Scene(grid, start, goal)
             for name, settings in (("astar", {}), ("dijkstra", {}), ("ad-gso", {"choice": "exact"})):
-                wrong += not abs(lampyris.plan(scene, planner=name, record=False, **settings).cost - length) <= tolerance
+                wrong += (
+                    not abs(lampyris.plan(scene, planner=name, record=False, **settings).cost - length)
+                    <= tolerance
+                )
             greedy = lampyris.plan(scene, record=False)
             assert greedy.status == "found", (scen.name, start, goal)
             assert greedy.gap is not None
@@ -138,8 +143,8 @@ def compare(movingai: Path, every: int) -> None:
         total += len(gaps)
         q = np.quantile(gaps, (0.5, 0.9, 0.99))
         print(
-            f"\n{scen.stem:20} queries={len(gaps):5d} x 3 exact planners, differences={wrong}; greedy ad-gso found all, gap "
-            f"mean {np.mean(gaps):.3%} median {q[0]:.3%} 90% {q[1]:.3%} 99% {q[2]:.3%} max {max(gaps):.3%}",
+            f"\n{scen.stem:20} queries={len(gaps):5d} x 3 exact planners, differences={wrong}; "
+            f"greedy ad-gso found all, gap mean {np.mean(gaps):.3%} median {q[0]:.3%} 90% {q[1]:.3%} 99% {q[2]:.3%} max {max(gaps):.3%}",
             end="",
         )
         assert wrong == 0

@@ -15,13 +15,18 @@ from lampyris.model.path import path_of
 PLANNERS = ("ad-gso", "astar", "dijkstra")
 
 
-def scene_of(seed: int, share: float, moves: str = "octile", size: tuple[int, int] = (30, 40)) -> lampyris.Scene:
+def scene_of(
+    seed: int, share: float, moves: str = "octile", size: tuple[int, int] = (30, 40)
+) -> lampyris.Scene:
     rng = np.random.default_rng(seed)
     blocked = rng.random(size) < share
     ys, xs = np.nonzero(~blocked)
     a, b = rng.integers(len(xs), size=2)
     return lampyris.Scene(
-        lampyris.Grid(blocked), (int(xs[a]), int(ys[a])), (int(xs[b]), int(ys[b])), moves=moves  # type: ignore[arg-type]
+        lampyris.Grid(blocked),
+        (int(xs[a]), int(ys[a])),
+        (int(xs[b]), int(ys[b])),
+        moves=moves,  # type: ignore[arg-type]
     )
 
 
@@ -60,7 +65,9 @@ def test_metamorphic_mirror_swap_pad_and_wall() -> None:
         b, w, h = scene.grid.blocked, scene.grid.width, scene.grid.height
         (sx, sy), (gx, gy) = scene.start, scene.goal
         mirrored = lampyris.Scene(lampyris.Grid(b[:, ::-1]), (w - 1 - sx, sy), (w - 1 - gx, gy))
-        turned = lampyris.Scene(lampyris.Grid(b[::-1, ::-1]), (w - 1 - sx, h - 1 - sy), (w - 1 - gx, h - 1 - gy))
+        turned = lampyris.Scene(
+            lampyris.Grid(b[::-1, ::-1]), (w - 1 - sx, h - 1 - sy), (w - 1 - gx, h - 1 - gy)
+        )
         swapped = lampyris.Scene(scene.grid, scene.goal, scene.start)
         padded = lampyris.Scene(
             lampyris.Grid(np.pad(b, 2, constant_values=True)), (sx + 2, sy + 2), (gx + 2, gy + 2)
@@ -73,7 +80,10 @@ def test_metamorphic_mirror_swap_pad_and_wall() -> None:
             walled = b.copy()
             x, y = base.cells[len(base.cells) // 2]
             walled[y, x] = True
-            assert lampyris.plan(dataclasses.replace(scene, grid=lampyris.Grid(walled)), planner="astar").cost >= base.cost
+            assert (
+                lampyris.plan(dataclasses.replace(scene, grid=lampyris.Grid(walled)), planner="astar").cost
+                >= base.cost
+            )
 
 
 def test_prefixes_of_optimal_paths_are_optimal() -> None:

@@ -20,16 +20,28 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     (
         "env-1.png",
         ("plan", "env-1", "--picture", "env-1.png", "--csv", "env-1.csv", "--json"),
-        "a dense 50 x 50 map: the path coloured by speed, the gates it passes, the optimality gap in the title",
+        "a dense 50 x 50 map: the path coloured by speed, the gates it passes, its optimality gap",
     ),
     (
         "env-1.csv",
         (),
-        "the same plan for a robot: x, y, yaw in metres, speed and time at every node, and why each speed is what it is",
+        "the same plan for a robot: x, y, yaw, speed and time at every node, and why each speed",
     ),
     (
         "env-3.webp",
-        ("simulate", "env-3", "--obstacles", "24", "--mobility", "mixed", "--seed", "4", "--film", "env-3.webp", "--json"),
+        (
+            "simulate",
+            "env-3",
+            "--obstacles",
+            "24",
+            "--mobility",
+            "mixed",
+            "--seed",
+            "4",
+            "--film",
+            "env-3.webp",
+            "--json",
+        ),
         "a film: the robot re-chooses its way among 24 moving obstacles of three kinds",
     ),
 )
@@ -45,7 +57,9 @@ def main(folder: Path) -> int:
                 [str(lampyris), *words, "--force"], cwd=folder, capture_output=True, text=True, check=False
             )
             if done.returncode != 0:
-                print(f"lampyris {' '.join(words)} failed ({done.returncode}):\n{done.stderr}", file=sys.stderr)
+                print(
+                    f"lampyris {' '.join(words)} failed ({done.returncode}):\n{done.stderr}", file=sys.stderr
+                )
                 return 1
             (folder / f"{Path(name).stem}.json").write_text(done.stdout, encoding="utf-8")
             print(f"{folder / name}: {look}\n    {told(json.loads(done.stdout))}")
@@ -59,12 +73,13 @@ def told(record: dict) -> str:  # type: ignore[type-arg]
     """The result in a few words."""
     if "outcome" in record:
         return (
-            f"{record['outcome']} after {record['ticks']} ticks, cost {record['cost']:.6g}, {record['replans']} replans, "
-            f"{record['collisions']} collisions"
+            f"{record['outcome']} after {record['ticks']} ticks, cost {record['cost']:.6g}, "
+            f"{record['replans']} replans, {record['collisions']} collisions"
         )
     return (
-        f"{record['status']}, cost {record['cost']:.6g} (best {record['optimal_cost']:.6g}, gap {record['gap']:.2%}), "
-        f"{record['iterations']} iterations, mean speed {record['speed']['mean']:.3g} {record['speed']['units']}"
+        f"{record['status']}, cost {record['cost']:.6g} (best {record['optimal_cost']:.6g}, gap "
+        f"{record['gap']:.2%}), {record['iterations']} iterations, mean speed "
+        f"{record['speed']['mean']:.3g} {record['speed']['units']}"
     )
 
 

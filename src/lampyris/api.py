@@ -39,7 +39,7 @@ def load_grid(path_or_name: str | os.PathLike[str]) -> Grid:
 
     Parameters
     ----------
-    path_or_name : a picture (PNG, BMP, PGM), a MovingAI ``.map``, plain text, a NumPy file, or a bundled name.
+    path_or_name : a picture (PNG, BMP, PGM), a MovingAI ``.map``, text, a NumPy file, or a bundled name.
 
     Raises
     ------

@@ -27,7 +27,9 @@ def _less_by_squares(n1: int, m1: int, n2: int, m2: int) -> bool:
 def test_the_pell_pair_is_a_convergent() -> None:
     assert PELL_P**2 - 2 * PELL_Q**2 in (-1, 1)
     assert PELL_Q > 2**24
-    assert abs(Fraction(PELL_P, PELL_Q) - Fraction(math.sqrt(2))) < Fraction(1, 2 * PELL_Q**2) + Fraction(1, 2**50)
+    assert abs(Fraction(PELL_P, PELL_Q) - Fraction(math.sqrt(2))) < Fraction(1, 2 * PELL_Q**2) + Fraction(
+        1, 2**50
+    )
 
 
 def test_octile_integers_order_pairs_as_sqrt_2_does() -> None:
@@ -78,5 +80,5 @@ def test_parent_preference_is_diagonals_first_in_the_order_of_table_4_2() -> Non
 
 
 def test_unknown_moves_are_refused() -> None:
-    with pytest.raises(SettingError, match="octil.*dissertation"):
+    with pytest.raises(SettingError, match=r"octil.*dissertation"):
         moves_named("octil")

@@ -1,6 +1,7 @@
 """The command line: one function for each verb.
 
-Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived (a valid answer), 5 limit, 6 internal fault, 130 interrupted.
+Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived (a valid answer), 5 limit, 6 internal
+fault, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def main() -> None:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise
         print(
-            f"error[INTERNAL]: {type(error).__name__}: {error}; this is a fault of lampyris, please report it; "
+            f"error[INTERNAL]: {type(error).__name__}: {error}; a fault of lampyris, please report it; "
             "LAMPYRIS_DEBUG=1 shows where",
             file=sys.stderr,
         )

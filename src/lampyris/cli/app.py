@@ -35,13 +35,20 @@ def _root(
 
 
 Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
-Start = Annotated[str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")]
+Start = Annotated[
+    str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")
+]
 Goal = Annotated[str | None, typer.Option("--goal", metavar="X,Y", help="Goal cell.")]
-StartM = Annotated[str | None, typer.Option("--start-m", metavar="X,Y", help="Start in metres of the map frame.")]
-GoalM = Annotated[str | None, typer.Option("--goal-m", metavar="X,Y", help="Goal in metres of the map frame.")]
+StartM = Annotated[
+    str | None, typer.Option("--start-m", metavar="X,Y", help="Start in metres of the map frame.")
+]
+GoalM = Annotated[
+    str | None, typer.Option("--goal-m", metavar="X,Y", help="Goal in metres of the map frame.")
+]
 Planner = Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")]
 Preset = Annotated[
-    str, typer.Option("--preset", help="robot: octile moves, SI units. dissertation: its moves and speed law.")
+    str,
+    typer.Option("--preset", help="robot: octile moves, SI units. dissertation: its moves and speed law."),
 ]
 Moves = Annotated[
     str | None, typer.Option("--moves", help="dissertation, octile, four or sixteen (default: the preset's).")
@@ -53,7 +60,8 @@ Set = Annotated[
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same bytes.")]
 Resolution = Annotated[
-    float | None, typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1).")
+    float | None,
+    typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1)."),
 ]
 Radius = Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the robot.")]
 VMax = Annotated[float, typer.Option("--v-max", metavar="M/S", help="Greatest speed of the robot.")]
@@ -128,7 +136,9 @@ def simulate(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    obstacles: Annotated[int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles.")] = 10,
+    obstacles: Annotated[
+        int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles.")
+    ] = 10,
     mobility: Annotated[
         str, typer.Option("--mobility", help="random-walk, patrol, crossing, or mixed (a third of each).")
     ] = "random-walk",
@@ -141,18 +151,22 @@ def simulate(
     ] = 0.0,
     track: Annotated[
         list[Path] | None,
-        typer.Option("--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, a row a tick."),
+        typer.Option(
+            "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, a row a tick."
+        ),
     ] = None,
     ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", help="When to stop.")] = None,
     patience: Annotated[
-        int | None, typer.Option("--patience", metavar="N", help="Ticks in a row the robot waits before it gives up.")
+        int | None,
+        typer.Option("--patience", metavar="N", help="Ticks in a row the robot waits before it gives up."),
     ] = None,
     json_: Json = False,
     film: Annotated[
         Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")
     ] = None,
     csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write tick, x_m, y_m, speed, cause for every tick.")
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write tick, x_m, y_m, speed, cause for every tick."),
     ] = None,
     force: Force = False,
 ) -> None:
@@ -170,7 +184,9 @@ def simulate(
 
 @app.command()
 def maps(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show one map and its stored queries.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Show one map and its stored queries.")
+    ] = None,
     json_: Json = False,
 ) -> None:
     """List the bundled maps."""

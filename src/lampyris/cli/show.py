@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from lampyris.maps.library import MapInfo
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
@@ -61,17 +61,22 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool) -
         rows.append(
             (
                 "speed",
-                f"mean {profile.mean:.4g} {profile.units} ({profile.law} law), "
-                f"{profile.duration:.4g} {'s' if profile.law == 'physical' else 'transfers'} in all",
+                f"mean {profile.mean:.4g} {profile.units} ({profile.law} law); {_duration(profile)} in all",
             )
         )
         rows.append(("held by", _causes(profile.cause)))
     seconds = found.timing.get("total_s")
     if seconds is not None:
-        rows.append(("time", f"{1000 * seconds:.1f} ms, of which planning {1000 * found.timing['plan_s']:.1f} ms"))
+        rows.append(
+            ("time", f"{1000 * seconds:.1f} ms, of which planning {1000 * found.timing['plan_s']:.1f} ms")
+        )
     console.print(_facts("", rows))
     if explain:
         _explain(console, found, profile)
+
+
+def _duration(profile: Profile) -> str:
+    return f"{profile.duration:.4g} {'s' if profile.law == 'physical' else 'transfers'}"
 
 
 def _causes(causes: Sequence[str]) -> str:
@@ -131,7 +136,10 @@ def trace(run: Trace) -> None:
         ("from, to", f"{run.scene.start} to {run.scene.goal}"),
         ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}"),
         ("obstacles", f"{len(run.bodies)} ({kinds})"),
-        ("outcome", f"{run.outcome.value} after {run.ticks} ticks; collisions {run.collisions}, hits {run.hits}"),
+        (
+            "outcome",
+            f"{run.outcome.value} after {run.ticks} ticks; collisions {run.collisions}, hits {run.hits}",
+        ),
         ("cost", f"{run.cost:.6g} cells driven; {run.replans} replans, {run.waits} waits"),
         ("iterations", f"{run.iterations}; {run.expansions} expansions"),
         ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
@@ -140,42 +148,36 @@ def trace(run: Trace) -> None:
     console.print(_facts("", rows))
 
 
-def maps(rows: Sequence[Mapping[str, Any]]) -> None:
+def maps(rows: Sequence[MapInfo]) -> None:
     """The bundled maps."""
     table = Table(title="bundled maps", title_justify="left")
     for name in ("name", "size", "free", "gates", "queries", "what it is"):
         table.add_column(name, justify="right" if name in ("size", "free", "gates", "queries") else "left")
     for r in rows:
+        size = f"{r.width} x {r.height}"
         table.add_row(
-            r["name"],
-            f"{r['width']} x {r['height']}",
-            f"{r['free_share']:.0%}",
-            str(r["gates"]),
-            str(len(r["queries"])),
-            r["description"],
+            r.name, size, f"{r.free:.0%}", str(r.gates), str(len(r.queries)), f"{r.title}. {r.description}"
         )
     _console().print(table)
 
 
-def map_(row: Mapping[str, Any]) -> None:
+def map_(row: MapInfo) -> None:
     """One bundled map and its stored queries."""
     console = _console()
-    console.print(
-        _facts(
-            row["name"],
-            [
-                ("size", f"{row['width']} x {row['height']} cells"),
-                ("free", f"{row['free_share']:.1%}"),
-                ("gates", str(row["gates"])),
-                ("what it is", row["description"]),
-            ],
-        )
-    )
+    rows = [
+        ("size", f"{row.width} x {row.height} cells"),
+        ("free", f"{row.free:.1%}"),
+        ("gates", str(row.gates)),
+        ("what it is", f"{row.title}. {row.description}"),
+    ]
+    if row.recipe:
+        rows.append(("recipe", row.recipe))
+    console.print(_facts(row.name, rows))
     table = Table(title="stored queries", title_justify="left")
-    for name in ("start", "goal", "gates on the optimal way"):
+    for name in ("start", "goal", "gates on every optimal way"):
         table.add_column(name)
-    for q in row["queries"]:
-        table.add_row(str(tuple(q["start"])), str(tuple(q["goal"])), "-" if q["gates"] is None else str(q["gates"]))
+    for q in row.queries:
+        table.add_row(str(q.start), str(q.goal), "-" if q.gates is None else str(q.gates))
     console.print(table)
 
 
@@ -187,7 +189,9 @@ def planners(rows: Sequence[PlannerInfo]) -> None:
     for r in rows:
         traits = [t for t in ("optimal", "incremental", "stochastic", "sees_traffic") if getattr(r.traits, t)]
         settings = ", ".join(f"{k}={v}" for k, v in r.settings.items())
-        table.add_row(r.name, r.summary, ", ".join(traits).replace("_", " ") or "-", settings or "-", r.source)
+        table.add_row(
+            r.name, r.summary, ", ".join(traits).replace("_", " ") or "-", settings or "-", r.source
+        )
     _console().print(table)
 
 

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,9 @@ def plan(
     _, law = request.preset_of()
     settings = request.planner_settings()
     with _working(f"planning on {scene.grid.name or request.map_}", quiet=as_json):
-        found = api.plan(scene, request.planner, request.seed, record=explain or picture is not None, **settings)
+        found = api.plan(
+            scene, request.planner, request.seed, record=explain or picture is not None, **settings
+        )
         profile = api.profile(found, scene, law) if found else None
     if picture is not None:
         from lampyris.field.solve import solve_field
@@ -46,9 +49,7 @@ def plan(
 
         with _working("drawing", quiet=as_json):
             field = solve_field(scene) if layer != "none" else None
-            draw_plan(
-                scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=picture
-            )
+            draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=picture)
     if csv is not None:
         if found.path is None or profile is None:
             _remarks(("no path, so no CSV was written",))
@@ -58,8 +59,6 @@ def plan(
             write_plan_csv(csv, found, profile, scene.grid)
     if as_json:
         if not explain:
-            from dataclasses import replace
-
             # Whether a picture was drawn must not change the answer.
             found = replace(found, jumps=())
         _print_json(plan_record(found, scene, profile, seed=request.seed))
@@ -129,7 +128,7 @@ def maps(name: str | None, as_json: bool) -> int:
     if name is None:
         rows = [library.describe(n) for n in library.names()]
         if as_json:
-            _print_json({"maps": rows})
+            _print_json({"maps": [asdict(r) for r in rows]})
         else:
             from lampyris.cli import show
 
@@ -137,7 +136,7 @@ def maps(name: str | None, as_json: bool) -> int:
         return 0
     row = library.describe(name)
     if as_json:
-        _print_json(row)
+        _print_json(asdict(row))
     else:
         from lampyris.cli import show
 
@@ -147,8 +146,6 @@ def maps(name: str | None, as_json: bool) -> int:
 
 def planners(as_json: bool) -> int:
     """``lampyris planners``. Returns the exit code."""
-    from dataclasses import asdict
-
     from lampyris.planners.registry import table
 
     rows = list(table().values())
@@ -190,10 +187,14 @@ def _outputs(force: bool, *paths: Path | None) -> None:
         if path is None:
             continue
         if path.exists() and not force:
-            raise UsageError("EXISTS", "the file exists", where=str(path), todo="give --force to overwrite it")
+            raise UsageError(
+                "EXISTS", "the file exists", where=str(path), todo="give --force to overwrite it"
+            )
         folder = path.parent if str(path.parent) else Path(".")
         if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise FileError("FILE_WRITE", "cannot write there", where=str(path), allowed="a folder you may write in")
+            raise FileError(
+                "FILE_WRITE", "cannot write there", where=str(path), allowed="a folder you may write in"
+            )
 
 
 @contextmanager
