@@ -144,7 +144,8 @@ def compare(movingai: Path, every: int) -> None:
         q = np.quantile(gaps, (0.5, 0.9, 0.99))
         print(
             f"\n{scen.stem:20} queries={len(gaps):5d} x 3 exact planners, differences={wrong}; "
-            f"greedy ad-gso found all, gap mean {np.mean(gaps):.3%} median {q[0]:.3%} 90% {q[1]:.3%} 99% {q[2]:.3%} max {max(gaps):.3%}",
+            f"greedy ad-gso found all; gap mean {np.mean(gaps):.3%}, median {q[0]:.3%}, "
+            f"90% {q[1]:.3%}, 99% {q[2]:.3%}, max {max(gaps):.3%}",
             end="",
         )
         assert wrong == 0
