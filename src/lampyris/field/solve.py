@@ -1,24 +1,38 @@
-"""Solve: from free cells and a goal to the field (method.md section 2)."""
+"""Solve: from free cells and a goal to the field (method.md section 2).
+
+Everything is laid out once in a padded frame, a border of walls as wide as the longest step, so that the kernels need no
+bounds. The Field's arrays are read-only views of the inside of that frame.
+"""
 
 from __future__ import annotations
 
-import heapq
 import math
+import threading
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lampyris.errors import SceneError, SettingError
+from lampyris.errors import LimitError, SceneError, SettingError
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import free_space, moves_for
+from lampyris.kernels import wavefront
 from lampyris.model.field import Field
 from lampyris.model.grid import frozen
-from lampyris.model.moves import Moves
+from lampyris.model.moves import MOVES, PELL_Q, Moves
 from lampyris.model.scene import Scene
 from lampyris.typing import BoolGrid, Cell
 
+_EIGHT = MOVES["octile"].offsets
+_RING = 16
+"""Levels that may wait for a head of :func:`lampyris.kernels.wavefront.two_heads`."""
+_SCRATCH_BYTES = 64 << 20
+"""Largest scratch kept from call to call. Fresh memory costs more than the whole wavefront on some machines."""
+
 
 def solve_field(scene: Scene, *, rho: float = 0.4, gamma: float = 0.6, gates: str = "ignore") -> Field:
-    """The field of a scene: cost-to-goal, parents and luciferin of every cell.
+    """The field of a scene: cost-to-goal, parent and luciferin of every cell that can reach the goal.
 
     Parameters
     ----------
@@ -30,7 +44,7 @@ def solve_field(scene: Scene, *, rho: float = 0.4, gamma: float = 0.6, gates: st
     SettingError : a setting out of its range.
     """
     if gates not in ("ignore", "close"):
-        raise SettingError("GATES", f"gates {gates!r}", allowed="ignore, close")
+        raise SettingError("GATES", f"{gates!r}", where="gates", allowed="ignore, close")
     free = free_space(scene)
     if gates == "close":
         closed = gate_mask(scene.grid, scene.robot).copy()
@@ -50,68 +64,222 @@ def solve(
     stop: Cell | None = None,
     revision: int = 0,
 ) -> Field:
-    """The field over free cells."""
-    if not (isinstance(rho, int | float) and 0 < rho <= 1):
-        raise SettingError("RHO", f"rho {rho!r}", allowed="0 < rho <= 1")
-    if not (isinstance(gamma, int | float) and math.isfinite(gamma) and gamma > 0):
-        raise SettingError("GAMMA", f"gamma {gamma!r}", allowed="a finite number > 0")
-    free = np.asarray(free, dtype=np.bool_)
-    h, w = free.shape
-    gx, gy = goal
-    if not (0 <= gx < w and 0 <= gy < h):
-        raise SceneError("GOAL_OUTSIDE", f"goal {goal} is outside the map", allowed=f"{w} x {h} cells")
-    ok = free.tolist()
-    exact = np.full((h, w), -1, dtype=np.int64)
-    step = np.full((h, w), -1, dtype=np.int8)
-    luc = np.full((h, w), np.inf)
-    order: list[tuple[int, int]] = []
+    """The field over free cells. A blocked goal gives a field without a cost anywhere.
 
-    def fr(x: int, y: int) -> bool:
-        return 0 <= x < w and 0 <= y < h and ok[y][x]
+    Parameters
+    ----------
+    free : bool, (height, width); where the robot's centre may be. Copied unless it is read-only.
+    moves : the step set; steps are legal as :class:`lampyris.model.moves.Moves` says.
+    goal : x, y.
+    rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0. Luciferin is a float64 recursion along parents, of
+        ``exact / moves.unit`` (for octile moves q + p sqrt 2 to within rounding: p / q differs from sqrt 2 by less).
+    stop : a cell; the field then holds just the cells that cost no more than it. A cell that cannot be reached: all.
+    revision : how many Changes went into ``free``.
 
-    def legal(x: int, y: int, dx: int, dy: int) -> bool:
-        if not fr(x + dx, y + dy):
-            return False
-        if abs(dx) == 2:
-            return fr(x + dx // 2, y) and fr(x + dx // 2, y + dy)
-        if abs(dy) == 2:
-            return fr(x, y + dy // 2) and fr(x + dx, y + dy // 2)
-        if dx and dy and not moves.corner_cutting:
-            return fr(x + dx, y) and fr(x, y + dy)
-        return True
-
-    cost = {}
-    heap = [(0, gx, gy)] if ok[gy][gx] else []
-    best = {(gx, gy): 0}
-    limit = None
-    while heap:
-        d, x, y = heapq.heappop(heap)
-        if (x, y) in cost:
-            continue
-        if limit is not None and d > limit:
-            break
-        cost[x, y] = d
-        order.append((x, y))
-        if stop is not None and (x, y) == tuple(stop):
-            limit = d
-        for (dx, dy), c in zip(moves.offsets, moves.costs, strict=True):
-            n = (x + dx, y + dy)
-            if n not in cost and d + c < best.get(n, 1 << 62) and legal(x, y, dx, dy):
-                best[n] = d + c
-                heapq.heappush(heap, (d + c, *n))
-    keep = 1.0 - rho
-    for x, y in order:
-        d = cost[x, y]
-        exact[y, x] = d
-        if (x, y) == (gx, gy):
-            luc[y, x] = 0.0
-            continue
-        for k, ((dx, dy), c) in enumerate(zip(moves.offsets, moves.costs, strict=True)):
-            p = (x + dx, y + dy)
-            if p in cost and cost[p] + c == d and legal(x, y, dx, dy):
-                step[y, x] = k
-                luc[y, x] = keep * luc[p[1], p[0]] + gamma * (d / moves.unit)
-                break
+    Raises
+    ------
+    SettingError : rho or gamma out of its range, a step set that no wavefront can serve.
+    SceneError : a goal outside the map.
+    LimitError : more cells than exact octile costs can tell apart.
+    """
+    _check(rho, gamma)
+    free = _own(free)
+    height, width = free.shape
+    if not (0 <= goal[0] < width and 0 <= goal[1] < height):
+        raise SceneError(
+            "GOAL_OUTSIDE", f"goal {goal} is outside the map", allowed=f"x 0 to {width - 1}, y 0 to {height - 1}"
+        )
+    goal = (int(goal[0]), int(goal[1]))
+    frame = _Frame(free, moves)
+    # One block, not three: freed and asked for again it comes back without the pages being faulted in anew.
+    n = frame.size
+    _, (luciferin, cost, step) = _carve(None, (n, np.float64), (n, frame.dtype), (n, np.int8))
+    luciferin.fill(np.inf)
+    cost.fill(-1)
+    step.fill(-1)
+    count = 0
+    if free[goal[1], goal[0]]:
+        until = 0
+        if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
+            until = frame.index(stop)
+        order, toll, count = _expand(frame, free, moves, frame.index(goal), until, cost, step)
+        jump = frame.table(moves)[0]
+        wavefront.glow(order, toll, count, step, jump, luciferin, 1.0 - rho, float(gamma), float(moves.unit))
     return Field(
-        frozen(free.copy()), frozen(exact), frozen(step), frozen(luc), (gx, gy), moves, rho, gamma, revision, len(order)
+        free=free,
+        exact=frame.inside(cost),
+        step=frame.inside(step),
+        luciferin=frame.inside(luciferin),
+        goal=goal,
+        moves=moves,
+        rho=rho,
+        gamma=gamma,
+        revision=revision,
+        expansions=int(count),
     )
+
+
+class _Frame:
+    """A map with its border of walls: sizes, indices and views."""
+
+    def __init__(self, free: BoolGrid, moves: Moves) -> None:
+        self.pad = moves.reach
+        height, width = free.shape
+        self.width = width + 2 * self.pad
+        self.rows = height + 2 * self.pad
+        self.size = self.width * self.rows
+        most = max(moves.costs)
+        if moves.unit == PELL_Q and free.size >= PELL_Q:
+            raise LimitError("LIMIT", f"{free.size} cells", allowed=f"fewer than {PELL_Q} with octile moves")
+        # A path visits a cell once, so no cost exceeds the longest step at every cell.
+        self.never = 2**30 if most * self.size < 2**30 else 2**62
+        self.dtype: Any = np.int32 if self.never == 2**30 else np.int64
+
+    def index(self, cell: Cell) -> int:
+        """Index of a cell in the padded map."""
+        return (cell[1] + self.pad) * self.width + cell[0] + self.pad
+
+    def inside(self, flat: NDArray[Any]) -> NDArray[Any]:
+        """The map without its border, read-only."""
+        p = self.pad
+        return frozen(flat.reshape(self.rows, self.width)[p : self.rows - p, p : self.width - p])
+
+    def table(self, moves: Moves) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Index offsets of each step's end and of the two cells that must be free besides."""
+        return _table(moves.offsets, moves.corner_cutting, self.width)
+
+
+@lru_cache(maxsize=64)
+def _table(
+    offsets: tuple[tuple[int, int], ...], cutting: bool, width: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """See :meth:`_Frame.table`.
+
+    The segment of a knight's step (2, 1) leaves its cell through the middle half of one side, crosses the border between the
+    straight cell (1, 0) and the diagonal cell (1, 1) at its midpoint, and enters the last cell likewise: it touches those
+    two cells, no corner and nothing else.
+    """
+    jump, side, other = [], [], []
+    for dx, dy in offsets:
+        end = dy * width + dx
+        if abs(dx * dy) == 2:
+            x, y = int(math.copysign(1, dx)), int(math.copysign(1, dy))
+            first = x if abs(dx) == 2 else y * width
+            sides = (first, y * width + x)
+        elif dx and dy and not cutting:
+            sides = (dx, dy * width)
+        else:
+            sides = (end, end)
+        jump.append(end)
+        side.append(sides[0])
+        other.append(sides[1])
+    return np.array(jump, np.int64), np.array(side, np.int64), np.array(other, np.int64)
+
+
+def _expand(
+    frame: _Frame,
+    free: BoolGrid,
+    moves: Moves,
+    goal: int,
+    stop: int,
+    cost: NDArray[Any],
+    step: NDArray[np.int8],
+) -> tuple[NDArray[Any], NDArray[Any], int]:
+    """Fill in costs and parents by the wavefront that suits the moves; return order, toll and how many."""
+    n, pad = frame.size, frame.pad
+    a, b = moves.unit, moves.diagonal
+    inner = (slice(pad, frame.rows - pad), slice(pad, frame.width - pad))
+    eight = moves.offsets == _EIGHT and moves.costs == (b,) * 4 + (a,) * 4 and a < b <= 2 * a
+    if eight and moves.corner_cutting and b < _RING:
+        fresh, order, toll, ring = _SCRATCH.take(
+            (n, np.uint8), (n + 1, np.uint32), (n + 1, frame.dtype), (2 * _RING, np.int64)
+        )
+        fresh[:] = 0
+        fresh.reshape(frame.rows, frame.width)[inner] = free
+        count = wavefront.two_heads(
+            cost, fresh, order, toll, ring[:_RING], ring[_RING:], frame.width, goal, stop, a, b
+        )
+        wavefront.parents8(cost, step, frame.width, frame.rows, a, b, 0, frame.never - 1)
+        return order, toll, count
+    # -1 at walls, never elsewhere, by arithmetic: a masked copy is ten times slower in clutter.
+    plane = cost.reshape(frame.rows, frame.width)[inner]
+    np.multiply(free, frame.dtype(frame.never + 1), out=plane)
+    np.subtract(plane, 1, out=plane)
+    if eight:
+        guard = 0 if moves.corner_cutting else -1
+        order, toll = _SCRATCH.take((2 * n + 2, np.uint32), (n + 1, frame.dtype))
+        count = wavefront.windows(cost, order, toll, n + 1, frame.width, goal, stop, a, b, guard)
+        limit = _limit(cost, stop, frame)
+        wavefront.parents8(cost, step, frame.width, frame.rows, a, b, guard, limit)
+        return order, toll, count
+    least = min(moves.costs)
+    if not 0 < least <= max(moves.costs) < 3 * least:
+        raise SettingError(
+            "MOVES", f"costs {moves.costs}", allowed="positive, the greatest below three times the least"
+        )
+    jump, side, other = frame.table(moves)
+    price = np.array(moves.costs, dtype=frame.dtype)
+    order, toll, ends = _SCRATCH.take((3 * n + 3, np.uint32), (n + 1, frame.dtype), (3, np.uint64))
+    count = wavefront.ripple(cost, order, toll, ends, n + 1, jump, side, other, price, goal, stop, least)
+    wavefront.parents(
+        cost, step, frame.width, frame.rows, pad, jump, side, other, price, _limit(cost, stop, frame)
+    )
+    return order, toll, count
+
+
+def _limit(cost: NDArray[Any], stop: int, frame: _Frame) -> int:
+    """The greatest cost that is final."""
+    reached = stop > 0 and int(cost[stop]) < frame.never
+    return int(cost[stop]) if reached else frame.never - 1
+
+
+Wanted = tuple[int, Any]
+"""Length and element type of an array."""
+
+
+def _carve(block: NDArray[np.uint8] | None, *wanted: Wanted) -> tuple[NDArray[np.uint8], list[NDArray[Any]]]:
+    """Uninitialised arrays side by side in one block, in the one given if it is large enough; the block and the arrays."""
+    sizes = [length * np.dtype(kind).itemsize for length, kind in wanted]
+    total = sum(-(-size // 64) * 64 for size in sizes)
+    if block is None or block.size < total:
+        block = np.empty(total, dtype=np.uint8)
+    at, out = 0, []
+    for size, (_, kind) in zip(sizes, wanted, strict=True):
+        out.append(block[at : at + size].view(kind))
+        at += -(-size // 64) * 64
+    return block, out
+
+
+class _Scratch(threading.local):
+    """Memory for what only lives during one call, kept from call to call, one block for each thread.
+
+    Nothing is ever read from it that the same call has not written.
+    """
+
+    block: NDArray[np.uint8] | None = None
+
+    def take(self, *wanted: Wanted) -> list[NDArray[Any]]:
+        """Uninitialised arrays, valid until the next call in this thread."""
+        block, arrays = _carve(self.block, *wanted)
+        self.block = block if block.size <= _SCRATCH_BYTES else None
+        return arrays
+
+
+_SCRATCH = _Scratch()
+
+
+def _own(free: BoolGrid) -> BoolGrid:
+    """The same cells as a read-only array that nobody else can write to."""
+    array = np.asarray(free)
+    if array.ndim != 2 or array.size == 0 or array.dtype != np.bool_:
+        raise SettingError(
+            "GRID_SHAPE", f"free has shape {array.shape} of {array.dtype}", allowed="bool, (height, width), not empty"
+        )
+    return frozen(array.copy()) if array.flags.writeable else array
+
+
+def _check(rho: float, gamma: float) -> None:
+    if isinstance(rho, bool) or not isinstance(rho, int | float) or not 0 < rho <= 1:
+        raise SettingError("RHO", f"{rho!r}", where="rho", allowed="0 < rho <= 1")
+    if isinstance(gamma, bool) or not isinstance(gamma, int | float) or not 0 < gamma < math.inf:
+        raise SettingError("GAMMA", f"{gamma!r}", where="gamma", allowed="a finite number > 0")
