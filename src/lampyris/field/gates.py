@@ -2,74 +2,113 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from lampyris.field.layers import free_cells
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.field.layers import FORGIVEN
+from lampyris.kernels import gates as kernels
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
 from lampyris.typing import BoolGrid
 
 _POINT = Robot()
+_AXES = ("", "x", "y", "xy")
 
 
 def gate_mask(grid: Grid, robot: Robot = _POINT) -> BoolGrid:
-    """Which cells are gates; bool, (height, width), read-only."""
-    wx, wy = _widths(grid, robot)
-    return frozen((wx > 0) | (wy > 0))
+    """Which cells are gates; bool, (height, width), read-only. See :func:`find_gates` for what a gate is."""
+    mask = np.zeros(grid.blocked.shape, dtype=np.bool_)
+    most = _most(grid, robot)
+    if most == 1:
+        # The common case, and asked for at every plan: whole-map comparisons instead of lists of runs.
+        b = grid.blocked
+        mask[:, 1:-1] = b[:, :-2] & b[:, 2:]
+        mask[1:-1] |= b[:-2] & b[2:]
+        mask &= ~b
+        return frozen(mask)
+    for lines, plane in ((grid.blocked, mask), (grid.blocked.T, mask.T)):
+        for cells, _ in _narrow(lines, most):
+            plane[cells] = True
+    return frozen(mask)
 
 
 def find_gates(grid: Grid, robot: Robot = _POINT) -> tuple[Gate, ...]:
-    """Every gate of a map, sorted by row, then column."""
-    wx, wy = _widths(grid, robot)
-    mask = (wx > 0) | (wy > 0)
-    dead = _dead_ends(~grid.blocked, mask, wx > 0, wy > 0)
+    """Every gate of a map, sorted by row, then column.
+
+    Without a radius, a gate is a free cell whose left and right, or whose upper and lower, neighbours are
+    both blocked cells of the map. With a radius, it is a free cell of a run of free cells, along a row or a
+    column between two blocked ones, that is narrower than the robot; then it takes the whole run to close
+    the opening. Outside the map is not blocked here. Gates are found on the map as it is: closing one never
+    makes another.
+
+    ``dead_end`` says that on one side of its passage there is no live cell to step to, where live means
+    free and not itself a gate that is a dead end; of a gate on both axes, that this is so for both
+    passages. Without a radius the step may cut corners (the dissertation's moves); with one it may not.
+    """
+    height, width = grid.blocked.shape
+    most = _most(grid, robot)
+    narrow = np.zeros((2, height, width), dtype=np.int64)
+    for lines, plane in ((grid.blocked, narrow[0]), (grid.blocked.T, narrow[1].T)):
+        for cells, lengths in _narrow(lines, most):
+            plane[cells] = lengths
+    along_x, along_y = narrow
+    kind = (along_x > 0) + 2 * (along_y > 0).astype(np.uint8)
+    ys, xs = np.nonzero(kind)
+    if ys.size == 0:
+        return ()
+    dead = _dead(grid.blocked, kind, ys, xs, robot.radius > 0)
+    widths = np.minimum(*(np.where(a > 0, a, most + 1)[ys, xs] for a in narrow)) * grid.resolution
+    return tuple(
+        Gate((x, y), _AXES[k], m, d)
+        for x, y, k, m, d in zip(
+            xs.tolist(), ys.tolist(), kind[ys, xs].tolist(), widths.tolist(), dead.tolist(), strict=True
+        )
+    )
+
+
+def _most(grid: Grid, robot: Robot) -> int:
+    """The widest run, in cells, that is too narrow for the robot."""
+    if robot.radius <= 0:
+        return 1
+    return math.ceil(2.0 * robot.radius / grid.resolution * (1.0 - FORGIVEN)) - 1
+
+
+Found = tuple[tuple[NDArray[np.intp], NDArray[np.intp]], NDArray[np.intp]]
+"""Rows and columns of cells, and the lengths of the runs that they lie in."""
+
+
+def _narrow(lines: BoolGrid, most: int) -> list[Found]:
+    """Cells of each run of 1 to ``most`` free cells between two blocked ones of the same row."""
+    if most < 1:
+        return []
+    width = lines.shape[1]
+    walls = np.flatnonzero(lines)
+    gap = np.diff(walls)
+    # Few gaps are narrow: everything after this line is small.
+    near = np.flatnonzero((gap > 1) & (gap <= most + 1))
+    before, length = walls[near], gap[near] - 1
+    same = before // width == (before + length + 1) // width
+    before, length = before[same], length[same]
     out = []
-    for y, x in np.argwhere(mask).tolist():
-        a, b = int(wx[y, x]), int(wy[y, x])
-        axis = ("x" if a else "") + ("y" if b else "")
-        width = min(v for v in (a, b) if v)
-        out.append(Gate((x, y), axis, width * grid.resolution, bool(dead[y, x])))
-    return tuple(out)
+    for k in range(1, int(length.max(initial=0)) + 1):
+        before, length = before[length >= k], length[length >= k]
+        out.append((np.divmod(before + k, width), length))
+    return out
 
 
-def _widths(grid: Grid, robot: Robot):  # type: ignore[no-untyped-def]
-    """Width in cells of the narrow run through each gate along x and along y, else 0."""
-    b = grid.blocked
-    limit = 2 * robot.radius / grid.resolution if robot.radius > 0 else None
-
-    def along_x(b):  # type: ignore[no-untyped-def]
-        h, w = b.shape
-        out = np.zeros((h, w), np.int64)
-        for y in range(h):
-            xs = np.nonzero(b[y])[0]
-            for l, r in zip(xs[:-1], xs[1:], strict=True):
-                n = r - l - 1
-                if n and (n == 1 if limit is None else n < limit - 1e-9):
-                    out[y, l + 1 : r] = n
-        return out
-
-    return along_x(b), along_x(b.T).T
-
-
-def _dead_ends(free, mask, gx, gy):  # type: ignore[no-untyped-def]
-    live = free.copy()
-    h, w = free.shape
-
-    def side(x, y, cells):  # type: ignore[no-untyped-def]
-        return any(0 <= x + dx < w and 0 <= y + dy < h and live[y + dy, x + dx] for dx, dy in cells)
-
-    changed = True
-    gates = np.argwhere(mask).tolist()
-    while changed:
-        changed = False
-        for y, x in gates:
-            if not live[y, x]:
-                continue
-            dead = (gx[y, x] and not (side(x, y, ((-1, -1), (0, -1), (1, -1))) and side(x, y, ((-1, 1), (0, 1), (1, 1))))) or (
-                gy[y, x] and not (side(x, y, ((-1, -1), (-1, 0), (-1, 1))) and side(x, y, ((1, -1), (1, 0), (1, 1))))
-            )
-            if dead:
-                live[y, x] = False
-                changed = True
-    return mask & ~live
+def _dead(
+    blocked: BoolGrid, kind: NDArray[np.uint8], ys: NDArray[np.intp], xs: NDArray[np.intp], strict: bool
+) -> NDArray[np.bool_]:
+    """For each gate, whether it is a dead end."""
+    state = np.pad(~blocked, 1).view(np.uint8)
+    width = state.shape[1]
+    axis = np.pad(kind, 1).ravel()
+    cells = ((ys + 1) * width + xs + 1).astype(np.uint32)
+    queue = np.append(cells, np.uint32(0))
+    flat = state.ravel()
+    kernels.dead_ends(flat, axis, queue, cells.size, width, int(strict))
+    dead: BoolGrid = flat[cells] == 2
+    return dead

@@ -1,7 +1,8 @@
-"""Layers: what a cell offers besides distance. Where the robot's centre may be, and how far the nearest wall is.
+"""Layers: what a cell offers besides distance: whether the robot's centre may be there, and how far the
+next wall is.
 
-Walls are the *squares* of blocked cells, not their centres, and everything is measured in whole half cells, so that a
-robot exactly as wide as an opening fits through it on every machine.
+Walls are the *squares* of blocked cells, not their centres, and everything is measured in whole half cells,
+so that a robot exactly as wide as an opening fits through it on every machine.
 """
 
 from __future__ import annotations
@@ -10,44 +11,45 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lampyris.kernels.clearance import wall_distance
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
 from lampyris.typing import BoolGrid, FloatGrid
 
-_NO_WALL = 2**62
-"""Squared distance where the map has no wall at all."""
+_NEVER = 2**60
+"""Squared half cells to the nearest wall of a map that has none."""
 
-_FORGIVEN = 1e-9
-"""Share of the squared radius that the rounding of decimal numbers may eat: 0.3 m in a 0.6 m corridor fits."""
+FORGIVEN = 1e-9
+"""Share of a length that decimal rounding may eat, so that 0.3 m of radius fits a corridor of 0.6 m."""
 
 
 def free_space(scene: Scene) -> BoolGrid:
-    """Where the robot's centre may be: bool, (height, width), read-only."""
+    """Where the robot's centre may be; bool, (height, width), read-only."""
     return free_cells(scene.grid, scene.robot.radius)
 
 
 def free_cells(grid: Grid, radius: float) -> BoolGrid:
     """Cells whose centre is at least ``radius`` metres from every wall; bool, (height, width), read-only.
 
-    The distance is to the nearest point of a blocked cell's square, so up to half a cell every free cell will do. The
-    edge of the map is not a wall.
+    The distance is to the nearest point of a blocked cell's square, so up to half a cell every free cell
+    will do. The edge of the map is not a wall.
     """
-    reach = 2.0 * radius / grid.resolution
-    if reach <= 1.0 + _FORGIVEN:
+    reach = 2.0 * radius / grid.resolution * (1.0 - FORGIVEN)
+    if reach <= 1.0:
         return frozen(~grid.blocked)
-    need = math.ceil(reach * reach * (1.0 - _FORGIVEN))
-    return frozen(_squared_half_cells(grid.blocked) >= need)
+    return frozen(_squared_half_cells(grid.blocked) >= math.ceil(reach * reach))
 
 
 def moves_for(scene: Scene) -> Moves:
-    """The scene's moves, made safe for a robot with a size.
+    """The scene's moves, made safe for a robot with a size; a robot of radius 0 keeps them as they are.
 
-    With a radius no diagonal cuts a corner: a disc swept from centre to centre keeps its distance exactly if the centres of
-    all four cells around the step are free (every point of the step is, in each axis, at least as far from a wall as
-    one of the four). Knight's steps are left out: a disc on one passes within a quarter of a cell of cells that the
-    segment does not touch. A robot of radius 0 keeps the moves as they are.
+    With a radius no diagonal cuts a corner. That is enough: every point of a step lies, in each axis, at
+    least as far from a wall as one of the four cell centres around the step, so a disc swept from centre to
+    centre keeps its distance if those four are free. Knight's steps are left out: halfway along one, a disc
+    comes within a quarter of a cell of squares that its centre line does not touch.
     """
     moves = scene.moves
     if scene.robot.radius <= 0:
@@ -62,23 +64,23 @@ def moves_for(scene: Scene) -> Moves:
 
 
 def clearance(grid: Grid) -> FloatGrid:
-    """Distance from each cell's centre to the nearest wall surface; metres, float64, (height, width), read-only.
+    """Distance from each cell's centre to the nearest wall surface; metres, float64, (height, width),
+    read-only.
 
     0 in blocked cells, infinity where the map has no wall. The edge of the map is not a wall.
     """
     squared = _squared_half_cells(grid.blocked)
-    half = 0.5 * grid.resolution
-    return frozen(np.where(squared >= _NO_WALL, np.inf, np.sqrt(squared.astype(np.float64)) * half))
+    metres = np.sqrt(squared, dtype=np.float64)
+    metres *= 0.5 * grid.resolution
+    metres[squared >= _NEVER] = np.inf
+    return frozen(metres)
 
 
-def _squared_half_cells(blocked: BoolGrid) -> np.ndarray:  # type: ignore[type-arg]
+def _squared_half_cells(blocked: BoolGrid) -> NDArray[np.int64]:
     height, width = blocked.shape
-    out = np.full(blocked.shape, _NO_WALL, dtype=np.int64)
-    ys, xs = np.nonzero(blocked)
-    gx = np.arange(width)
-    gy = np.arange(height)
-    for y, x in zip(ys, xs, strict=True):
-        dx = np.maximum(2 * np.abs(gx - x) - 1, 0) ** 2
-        dy = np.maximum(2 * np.abs(gy - y) - 1, 0) ** 2
-        np.minimum(out, dx[None, :] + dy[:, None], out=out)
-    return out
+    squared = np.empty(blocked.size, dtype=np.int64)
+    scratch = np.zeros((3, width), dtype=np.int64)
+    wall_distance(
+        np.ascontiguousarray(blocked).view(np.uint8).ravel(), squared, *scratch, height, width, _NEVER
+    )
+    return squared.reshape(height, width)

@@ -1,7 +1,7 @@
 """Solve: from free cells and a goal to the field (method.md section 2).
 
-Everything is laid out once in a padded frame, a border of walls as wide as the longest step, so that the kernels need no
-bounds. The Field's arrays are read-only views of the inside of that frame.
+Everything is laid out once in a padded frame, a border of walls as wide as the longest step, so that the
+kernels need no bounds. The Field's arrays are read-only views of the inside of that frame.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _EIGHT = MOVES["octile"].offsets
 _RING = 16
 """Levels that may wait for a head of :func:`lampyris.kernels.wavefront.two_heads`."""
 _SCRATCH_BYTES = 64 << 20
-"""Largest scratch kept from call to call. Fresh memory costs more than the whole wavefront on some machines."""
+"""Largest scratch kept from call to call: on some machines fresh memory costs more than the wavefront."""
 
 
 def solve_field(scene: Scene, *, rho: float = 0.4, gamma: float = 0.6, gates: str = "ignore") -> Field:
@@ -71,9 +71,11 @@ def solve(
     free : bool, (height, width); where the robot's centre may be. Copied unless it is read-only.
     moves : the step set; steps are legal as :class:`lampyris.model.moves.Moves` says.
     goal : x, y.
-    rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0. Luciferin is a float64 recursion along parents, of
-        ``exact / moves.unit`` (for octile moves q + p sqrt 2 to within rounding: p / q differs from sqrt 2 by less).
-    stop : a cell; the field then holds just the cells that cost no more than it. A cell that cannot be reached: all.
+    rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0. Luciferin is a float64 recursion along
+        parents, of ``exact / moves.unit`` (for octile moves q + p sqrt 2 to within rounding: p / q differs
+        from sqrt 2 by less).
+    stop : a cell; the field then holds just the cells that cost no more than it. A cell that cannot be
+        reached: all.
     revision : how many Changes went into ``free``.
 
     Raises
@@ -87,7 +89,9 @@ def solve(
     height, width = free.shape
     if not (0 <= goal[0] < width and 0 <= goal[1] < height):
         raise SceneError(
-            "GOAL_OUTSIDE", f"goal {goal} is outside the map", allowed=f"x 0 to {width - 1}, y 0 to {height - 1}"
+            "GOAL_OUTSIDE",
+            f"goal {goal} is outside the map",
+            allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
         )
     goal = (int(goal[0]), int(goal[1]))
     frame = _Frame(free, moves)
@@ -132,7 +136,7 @@ class _Frame:
         if moves.unit == PELL_Q and free.size >= PELL_Q:
             raise LimitError("LIMIT", f"{free.size} cells", allowed=f"fewer than {PELL_Q} with octile moves")
         # A path visits a cell once, so no cost exceeds the longest step at every cell.
-        self.never = 2**30 if most * self.size < 2**30 else 2**62
+        self.never: int = 2**30 if most * self.size < 2**30 else 2**62
         self.dtype: Any = np.int32 if self.never == 2**30 else np.int64
 
     def index(self, cell: Cell) -> int:
@@ -155,9 +159,9 @@ def _table(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """See :meth:`_Frame.table`.
 
-    The segment of a knight's step (2, 1) leaves its cell through the middle half of one side, crosses the border between the
-    straight cell (1, 0) and the diagonal cell (1, 1) at its midpoint, and enters the last cell likewise: it touches those
-    two cells, no corner and nothing else.
+    The segment of a knight's step (2, 1) leaves its cell through the middle half of one side, crosses the
+    border between the straight cell (1, 0) and the diagonal cell (1, 1) at its midpoint, and enters the
+    last cell likewise: it touches those two cells, no corner and nothing else.
     """
     jump, side, other = [], [], []
     for dx, dy in offsets:
@@ -229,8 +233,8 @@ def _expand(
 
 def _limit(cost: NDArray[Any], stop: int, frame: _Frame) -> int:
     """The greatest cost that is final."""
-    reached = stop > 0 and int(cost[stop]) < frame.never
-    return int(cost[stop]) if reached else frame.never - 1
+    found = int(cost[stop])
+    return found if stop > 0 and found < frame.never else frame.never - 1
 
 
 Wanted = tuple[int, Any]
@@ -238,7 +242,7 @@ Wanted = tuple[int, Any]
 
 
 def _carve(block: NDArray[np.uint8] | None, *wanted: Wanted) -> tuple[NDArray[np.uint8], list[NDArray[Any]]]:
-    """Uninitialised arrays side by side in one block, in the one given if it is large enough; the block and the arrays."""
+    """The block, a new one if the given one is too small, and uninitialised arrays side by side in it."""
     sizes = [length * np.dtype(kind).itemsize for length, kind in wanted]
     total = sum(-(-size // 64) * 64 for size in sizes)
     if block is None or block.size < total:
@@ -273,7 +277,9 @@ def _own(free: BoolGrid) -> BoolGrid:
     array = np.asarray(free)
     if array.ndim != 2 or array.size == 0 or array.dtype != np.bool_:
         raise SettingError(
-            "GRID_SHAPE", f"free has shape {array.shape} of {array.dtype}", allowed="bool, (height, width), not empty"
+            "GRID_SHAPE",
+            f"free has shape {array.shape} of {array.dtype}",
+            allowed="bool, (height, width), not empty",
         )
     return frozen(array.copy()) if array.flags.writeable else array
 

@@ -1,23 +1,28 @@
 """Wavefronts: cost-to-goal without a heap, then parents and luciferin, over padded flat maps.
 
-Every map here has a border of walls, so that no loop asks whether a neighbour is on the map; a cell is its index in the
-padded map. A wavefront writes ``order``, the cells as they settle, and ``toll``, the exact cost of each of them.
+Every map here has a border of walls, so that no loop asks whether a neighbour is on the map; a cell is its
+index in the padded map. A wavefront writes ``order``, the cells as they settle, and ``toll``, the exact
+cost of each of them.
 
-Three wavefronts share one trick (a branch mispredicted at every second neighbour would cost more than the work): each
-neighbour is written at the end of a list *unconditionally* and the end advances by 0 or 1. So clutter costs no more than
-open floor.
+Three wavefronts share one trick (a branch mispredicted at every second neighbour would cost more than the
+work): each neighbour is written at the end of a list *unconditionally* and the end advances by 0 or 1. So
+clutter costs no more than open floor.
 
-* :func:`two_heads`: two step costs and corner cutting (``dissertation``). Cells settle in rising cost, so one list holds
-  them all and two read heads walk it: one spends straight steps from the cells of cost d - a, one diagonal steps from those
-  of cost d - b. No cell is touched before its cost is known, so a byte a cell is all that the inner loop reads.
-* :func:`windows`: any two step costs a < b <= 2 a, with or without corner cutting (``octile``). Costs are too various for
-  levels, but within a window of width a the order does not matter: no step leads from the window into itself.
-* :func:`ripple`: any step set with costs below three straights (``four``, ``sixteen``); the same windows, moves from a table.
+* :func:`two_heads`: two step costs and corner cutting (``dissertation``). Cells settle in rising cost, so
+  one list holds them all and two read heads walk it: one spends straight steps from the cells of cost d -
+  a, one diagonal steps from those of cost d - b. No cell is touched before its cost is known, so a byte a
+  cell is all that the inner loop reads.
+* :func:`windows`: any two step costs a < b <= 2 a, with or without corner cutting (``octile``). Costs are
+  too various for levels, but within a window of width a the order does not matter: no step leads from the
+  window into itself.
+* :func:`ripple`: any step set with costs below three straights (``four``, ``sixteen``); the same windows,
+  moves from a table.
 
-The parents come from a pass of their own that compares eight shifted maps at once, the luciferin from another in settling
-order. Roads not taken, measured on 512 x 512 cells: all in the first loop, one direction at a time so that the first touch is
-the parent (level in the open, twice as slow in clutter, where levels are short and every loop's end is mispredicted); one
-record a cell instead of three arrays (no gain); four neighbours through one table look-up (10 % gain, needs vector code).
+The parents come from a pass of their own that compares eight shifted maps at once, the luciferin from
+another in settling order. Roads not taken, measured on 512 x 512 cells: all in the first loop, one
+direction at a time so that the first touch is the parent (level in the open, twice as slow in clutter,
+where levels are short and every loop's end is mispredicted); one record a cell instead of three arrays (no
+gain); four neighbours through one table look-up (10 % gain, needs vector code).
 """
 
 from __future__ import annotations
@@ -35,8 +40,8 @@ def two_heads(cost, fresh, order, toll, ring_cost, ring_end, width, goal, stop, 
     fresh : uint8, (n,); 1 where a cell may be entered, 0 at walls. All reached cells are 0 on return.
     order : uint32, (n + 1,); the cells as they settled.
     toll : as ``cost``, (n + 1,); what each of them costs.
-    ring_cost, ring_end : int64, (16,); scratch. Of the levels from d - diagonal to d each may be waiting for a head, so
-        ``diagonal`` must be below 16.
+    ring_cost, ring_end : int64, (16,); scratch. Of the levels from d - diagonal to d each may be waiting
+        for a head, so ``diagonal`` must be below 16.
     width : of a padded row.
     goal, stop : cells; expansion ends with the level of ``stop``, 0 for never.
     """
@@ -123,8 +128,8 @@ def windows(cost, order, toll, bench, width, goal, stop, straight, diagonal, gua
 
     Parameters
     ----------
-    cost : signed, (n,); -1 at walls, elsewhere more than any cost, on entry. Exact for settled cells on return; with ``stop``,
-        cells beyond it may hold a cost that is no more than an upper bound.
+    cost : signed, (n,); -1 at walls, elsewhere more than any cost, on entry. Exact for settled cells on
+        return; with ``stop``, cells beyond it may hold a cost that is no more than an upper bound.
     order : uint32, (2 n + 2,); from ``bench`` (>= n + 1) on lie cells that wait for the window after next.
     toll : as ``cost``, (n + 1,).
     goal, stop : cells; what costs more than ``stop`` is not settled; 0 for never.
@@ -177,8 +182,8 @@ def windows(cost, order, toll, bench, width, goal, stop, straight, diagonal, gua
             order[tail] = down
             tail = tail + one if old_down >= hi_next else tail
             cost[down] = old_down if old_down < c else c
-            # A diagonal lands in the next window or the one after, the same for all four: one list end serves.
-            # Behind a shut corner a cell looks like a wall.
+            # A diagonal lands in the next window or the one after, the same for all four: one list end
+            # serves. Behind a shut corner a cell looks like a wall.
             c = d + diagonal
             soon = c < hi_next
             t = tail if soon else waiting
@@ -223,10 +228,12 @@ def ripple(cost, order, toll, ends, bench, jump, side, other, price, goal, stop,
     Parameters
     ----------
     cost, toll, goal, stop : as for :func:`windows`.
-    order : uint32, (3 n + 3,); from ``bench`` on the window after next waits, from twice ``bench`` on the one after that.
+    order : uint32, (3 n + 3,); from ``bench`` on the window after next waits, from twice ``bench`` on the
+        one after that.
     ends : uint64, (3,); scratch, the ends of those three lists.
     jump : int64, (m,); index offset of each step.
-    side, other : int64, (m,); offsets of the two cells that must be free besides (the end itself where there is none).
+    side, other : int64, (m,); offsets of the two cells that must be free besides (the end itself where
+        there is none).
     price : exact costs, (m,); every one from ``straight`` to below three times that.
     """
     late = u64(bench)
@@ -294,11 +301,13 @@ def _keep(order, toll, begin, end, limit):
 def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
     """The local parent rule for eight moves; costs above ``limit`` become -1.
 
-    For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at which a
-    neighbour costs exactly one such step less (method.md section 2). The choices are made last first, each overwriting the one
-    before, so that there is no branch and the compiler handles many cells at once.
+    For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at
+    which a neighbour costs exactly one such step less (method.md section 2). The choices are made last
+    first, each overwriting the one before, so that there is no branch and the compiler handles many cells
+    at once.
 
-    Cells that lose their cost here cannot be missed as parents or side cells of those that keep theirs: both cost less.
+    Cells that lose their cost here cannot be missed as parents or side cells of those that keep theirs:
+    both cost less.
     """
     w = u64(width)
     one = u64(1)
@@ -322,14 +331,16 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
         k = 1 if (cost[i + two] == far) & (((up | right) & guard) >= 0) else k
         k = 0 if (cost[i] == far) & (((up | left) & guard) >= 0) else k
         step[at] = k if (c <= limit) & (c > 0) else -1
-    # A loop of its own: a map that is read at eight offsets while it is written cannot be handled many cells at once.
+    # A loop of its own: a map that is read at eight offsets while it is written cannot be handled many
+    # cells at once.
     for i in range(u64(len(cost))):
         cost[i] = cost[i] if cost[i] <= limit else -1
 
 
 @kernel(out=("cost", "step"))
 def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
-    """The local parent rule for any step set (arguments as for :func:`ripple`); costs above ``limit`` become -1.
+    """The local parent rule for any step set (arguments as for :func:`ripple`); costs above ``limit``
+    become -1.
 
     Row by row, one step of the set at a time, the last first, for the same reason as in :func:`parents8`.
     """
@@ -354,7 +365,8 @@ def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
 
 @kernel(out=("luciferin",))
 def glow(order, toll, count, step, jump, luciferin, keep, gamma, unit):
-    """Luciferin along parents, in settling order: ``luc = keep luc(parent) + gamma (cost / unit)``, 0 at the goal.
+    """Luciferin along parents, in settling order: ``luc = keep luc(parent) + gamma (cost / unit)``, 0 at
+    the goal.
 
     Sums are formed in exactly this order, cost divided first, so that both forms agree to the last bit.
     """
