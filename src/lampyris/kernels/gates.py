@@ -45,10 +45,11 @@ def dead_ends(state, axis, queue, count, width, strict):
         p = queue[top] + u64(0)
         kind = axis[p] - 4
         axis[p] = kind
-        through_y = kind != 2 and _opens(state, p, u64(0) - w, one, strict) and _opens(state, p, w, one,
-        strict)
-        through_x = kind != 1 and _opens(state, p, u64(0) - one, w, strict) and _opens(state, p, one, w,
-        strict) if through_x or through_y:
+        up = u64(0) - w
+        left = u64(0) - one
+        through_y = kind != 2 and _opens(state, p, up, one, strict) and _opens(state, p, w, one, strict)
+        through_x = kind != 1 and _opens(state, p, left, w, strict) and _opens(state, p, one, w, strict)
+        if through_x or through_y:
             continue
         state[p] = 2
         for dy in range(3):
