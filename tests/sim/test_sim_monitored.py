@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sim_planners import Breadth, Scripted, drive
 
+from lampyris import referee
 from lampyris.errors import LampyrisError, SceneError
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
@@ -120,14 +121,20 @@ def test_knights_steps_among_traffic():
         assert Monitor(trace).faults() == []
 
 
-def test_the_referee_agrees():
-    from lampyris import referee
-
-    driver = Breadth()
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("breadth", {"moves": "dissertation"}),
+        ("astar", {"moves": "sixteen"}),
+        ("astar", {"robot_radius": 0.8, "body_radius": 1.2}),
+    ],
+)
+def test_the_referee_agrees(name, how):
+    driver = planner(name)
     for kind in KINDS:
         for seed in range(40, 46):
             try:
-                trace = run(seeded_scene(seed, kind, moves="dissertation"), driver, seed=seed)
+                trace = run(seeded_scene(seed, kind, **how), driver, seed=seed, patience=15)
             except SceneError:
                 continue
             assert referee.check_trace(trace) is None, (kind, seed)

@@ -92,7 +92,9 @@ def run(
     ------
     SceneError : obstacles that do not fit the map: see :func:`lampyris.sim.traffic.open_traffic`.
     SettingError : a setting out of its range.
+    UsageError : no such speed law.
     LimitError : too many obstacles.
+    InternalFault : a plan that does not begin where the robot stands: a bug of the planner.
     """
     simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience)
     while simulation.outcome is None:

@@ -137,14 +137,14 @@ class Placing:
         shape = self.shape(spec.radius)
         cells = self.space.numbers(self.trial.room(shape))
         # A random order, taken as far as it fits, is the same law as drawing anew among what is left.
-        order = self.stream(k).permutation(len(cells)).tolist()
         found: list[int] = []
-        for i in order:
+        for each in self.stream(k).permutation(cells):
             if len(found) == spec.count:
                 break
-            if self.trial.fits(shape, cells[i]):
-                self.hold(shape, cells[i])
-                found.append(cells[i])
+            number = int(each)
+            if self.trial.fits(shape, number):
+                self.hold(shape, number)
+                found.append(number)
         if len(found) < spec.count:
             raise self._full(k, "random walkers", len(found), spec.count)
         return found

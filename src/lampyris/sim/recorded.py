@@ -14,8 +14,6 @@ from lampyris.model.traffic import Recorded
 from lampyris.sim.space import Shape, Space
 from lampyris.typing import BoolGrid
 
-_ID = "obstacle"
-
 
 def position(track: Recorded, tick: int) -> tuple[int, int]:
     """The cell of a recorded obstacle at a tick; after its end it stays."""
@@ -43,11 +41,11 @@ def check_tracks(
     """
     lanes = np.zeros((space.height, space.width), dtype=np.bool_)
     for k, one, shape in tracks:
-        for t, (x, y) in enumerate(one.track):
+        for x, y in dict.fromkeys(one.track):
             if not shape.free[y, x]:
                 raise SceneError(
                     "OBSTACLE_TRACK",
-                    f"{_ID} {k} meets a wall at ({x}, {y}), t = {t}",
+                    f"obstacle {k} meets a wall at ({x}, {y}), t = {one.track.index((x, y))}",
                     allowed="cells where the obstacle's whole footprint is free",
                 )
             for c in shape.cover(space.number((x, y))):
@@ -56,7 +54,7 @@ def check_tracks(
         if robot_cover.intersection(shape.cover(space.number(one.track[0]))):
             raise SceneError(
                 "OBSTACLE_START",
-                f"{_ID} {k} is on the robot at t = 0, {one.track[0]}",
+                f"obstacle {k} is on the robot at t = 0, {one.track[0]}",
                 allowed="a track that begins clear of the robot's start",
             )
     _check_pairs(space, tracks)

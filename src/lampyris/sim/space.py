@@ -12,6 +12,7 @@ import math
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.field.layers import free_cells, moves_for
 from lampyris.model.grid import Grid
@@ -77,10 +78,10 @@ class Space:
         y, x = divmod(number, self.stride)
         return x - 1, y - 1
 
-    def numbers(self, mask: BoolGrid) -> list[int]:
-        """Numbers of all True cells, rising."""
+    def numbers(self, mask: BoolGrid) -> NDArray[np.int64]:
+        """Numbers of all True cells, rising; int64, (n,)."""
         ys, xs = np.nonzero(mask)
-        return ((ys + 1) * self.stride + xs + 1).tolist()  # type: ignore[no-any-return]
+        return (ys + 1) * self.stride + xs + 1
 
 
 class Shape:

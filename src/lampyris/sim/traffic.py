@@ -171,9 +171,9 @@ class Walkers:
         if rate is None or len(self.own) >= self.spec.count or self.draws[-2] >= rate:
             return []
         cells = crowd.world.space.numbers(crowd.world.room(self.shape))
-        if not cells:
+        if not len(cells):
             return []
-        number = cells[int(self.draws[-1] * len(cells))]
+        number = int(cells[int(self.draws[-1] * len(cells))])
         self.own.append(crowd.add(self.shape, number, "random-walk", self.spec.radius, tick))
         return self.own[-1:]
 
