@@ -85,6 +85,12 @@ def test_step_costs_that_break_the_metric_are_searched_without_it() -> None:
         answer = GridSearch(free, odd, informed=informed).way((0, 0), (4, 2))
         assert answer.cells is not None
         assert odd.exact(count_steps(answer.cells, odd)) == 4
+    # A knight's step dearer than the straight and the diagonal it could replace must not replace them.
+    dear = replace(MOVES["sixteen"], name="dear", costs=(50,) * 8 + MOVES["sixteen"].costs[8:])
+    for informed in (False, True):
+        answer = GridSearch(free, dear, informed=informed).way((0, 0), (4, 2))
+        assert answer.cells is not None
+        assert dear.exact(count_steps(answer.cells, dear)) == 2 * 10 + 2 * 14
 
 
 # ---- kernel ------------------------------------------------------------
@@ -194,6 +200,8 @@ def test_a_cell_is_expanded_once_and_a_heuristic_saves_some() -> None:
 def test_a_straight_way_expands_only_itself() -> None:
     one = GridSearch(np.ones((9, 40), dtype=bool), MOVES["octile"], informed=True)
     assert one.way((2, 4), (35, 4)).expansions == 33
+    # All cells of the parallelogram between these two have the same f; the newest first is the deepest first.
+    assert one.way((2, 1), (35, 8)).expansions == 33
 
 
 def test_endings_of_the_kernel() -> None:

@@ -1,7 +1,7 @@
 """Every published MovingAI query: the exact companions find the published optimal length.
 
-N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE TCIAIG 4(2):144-148, 2012. The maps are not part of the
-project; without them these tests are skipped and say so.
+N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE TCIAIG 4(2):144-148, 2012. The maps are
+not part of the project; without them these tests are skipped and say so.
 """
 
 from __future__ import annotations
@@ -78,8 +78,7 @@ def test_a_sample_of_published_lengths(planner: Planner, name: str, movingai: Pa
 @pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
 def test_every_published_length(planner: Planner, name: str, movingai: Path) -> None:
     asked, wrong, spent = differences(planner, movingai, name, None)
-    print(
-        f"\n{planner.name} {name}: {asked} queries, {len(wrong)} differences, {1e3 * spent / asked:.2f} ms a query"
-    )
+    mean = 1e3 * spent / asked
+    print(f"\n{planner.name} {name}: {asked} queries, {len(wrong)} differences, {mean:.2f} ms a query")
     assert asked == QUERIES[name]
     assert wrong == []

@@ -1,0 +1,309 @@
+"""The contract test itself: it passes what is right and catches each way of being wrong, by name."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES, PELL_Q
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.planners import registry
+from lampyris.planners.ad_gso import AdGso
+from lampyris.planners.astar import AStar
+from lampyris.planners.base import Budget, Session, Traits
+from lampyris.testing import cheapest, check_planner
+from reference.search_twin import distances
+
+
+@pytest.mark.parametrize("name", registry.names())
+def test_every_registered_planner_keeps_the_contract(name: str) -> None:
+    check_planner(name, cases=8)
+
+
+@pytest.mark.parametrize("choice", ["exact", "roulette"])
+def test_other_choices_of_ad_gso_keep_it_too(choice: str) -> None:
+    check_planner(AdGso(choice=choice), cases=3)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", registry.names())
+def test_every_registered_planner_keeps_the_contract_on_many_maps(name: str) -> None:
+    check_planner(name, seed=1, cases=200)
+
+
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_its_search_agrees_with_the_twin(name: str) -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(15):
+        free = rng.random((7, 8)) >= 0.3
+        free[3, 3] = True
+        known = distances(free.tolist(), name, (3, 3))
+        for y, x in np.argwhere(free).tolist():
+            cost = cheapest(free, MOVES[name], (x, y), (3, 3))
+            assert (cost is None) == ((x, y) not in known)
+            if cost is not None:
+                assert cost == MOVES[name].exact(known[x, y])
+
+
+# ---- wrong on purpose ------------------------------------------------------------------------------------
+
+OPTIMAL, SLOPPY = Traits(optimal=True), Traits(optimal=False)
+Answer = Callable[["Wrong", Session, Change | None, Budget | None], Plan]
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A* with one defect, worked into every answer by ``answer``."""
+
+    answer: Answer
+    traits: Traits = OPTIMAL  # type: ignore[misc]
+    name: ClassVar[str] = "astar"
+    summary: ClassVar[str] = "Wrong on purpose."
+    source: ClassVar[str] = "This test."
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> Session:
+        return _WrongSession(self, scene, rng)
+
+
+class _WrongSession:
+    def __init__(self, planner: Wrong, scene: Scene, rng: np.random.Generator) -> None:
+        self.planner, self.scene, self.rng = planner, scene, rng
+        self.inner = AStar().open(scene, rng)
+        self.calls = 0
+
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        self.calls += 1
+        return self.planner.answer(self, self.inner, change, budget)  # type: ignore[arg-type]
+
+
+def says(**other: object) -> Answer:
+    """Replaces parts of every path that was found."""
+
+    def answer(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+        plan = inner.plan(change, budget)
+        return replace(plan, **other) if plan else plan  # type: ignore[arg-type]
+
+    return answer
+
+
+def deaf(**other: object) -> Answer:
+    """Does not hear part of a change."""
+
+    def answer(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+        return inner.plan(None if change is None else replace(change, **other), budget)  # type: ignore[arg-type]
+
+    return answer
+
+
+def instead(status: Status, word: Status) -> Answer:
+    """One status in the place of another."""
+
+    def answer(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+        plan = inner.plan(change, budget)
+        return replace(plan, status=word) if plan.status is status else plan
+
+    return answer
+
+
+def of_a_map(edit: Callable[[Scene], Scene]) -> Answer:
+    """Plans in another scene than the one asked about."""
+
+    def answer(wrong: _WrongSession, _: Session, change: Change | None, budget: Budget | None) -> Plan:
+        if wrong.calls == 1:
+            wrong.inner = AStar().open(edit(wrong.scene), wrong.rng)
+        return wrong.inner.plan(change, budget)
+
+    return answer  # type: ignore[return-value]
+
+
+def without_walls(scene: Scene) -> Scene:
+    blocked = np.zeros_like(scene.grid.blocked)
+    for x, y in (scene.start, scene.goal):
+        blocked[y, x] = scene.grid.blocked[y, x]
+    return replace(scene, grid=Grid(blocked))
+
+
+def through_walls(wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    """A path where there is one, but not that one."""
+    plan = inner.plan(change, budget)
+    return AStar().open(without_walls(wrong.scene), wrong.rng).plan(change) if plan else plan
+
+
+def cutting_corners(scene: Scene) -> Scene:
+    return replace(scene, moves=replace(scene.moves, corner_cutting=True))
+
+
+def thin(scene: Scene) -> Scene:
+    return replace(scene, robot=replace(scene.robot, radius=0.0))
+
+
+def only_straight(scene: Scene) -> Scene:
+    m = scene.moves
+    kept = [k for k, (dx, dy) in enumerate(m.offsets) if dx * dy == 0]
+    few = replace(m, offsets=tuple(m.offsets[k] for k in kept), costs=tuple(m.costs[k] for k in kept))
+    return replace(scene, moves=few)
+
+
+def forgets_edits(wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    plan = inner.plan(change, budget)
+    wrong.inner = AStar().open(replace(wrong.scene, start=wrong.inner._robot), wrong.rng)  # type: ignore[attr-defined]
+    return plan
+
+
+def keeps_obstacles(
+    wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None
+) -> Plan:
+    wrong.seen = getattr(wrong, "seen", frozenset()) | (change.obstacles if change else frozenset())  # type: ignore[attr-defined]
+    return inner.plan(replace(change or Change(), obstacles=wrong.seen), budget)  # type: ignore[attr-defined]
+
+
+def ignores_the_budget(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    return inner.plan(change)
+
+
+def raises_when_there_is_no_path(
+    _: object, inner: Session, change: Change | None, budget: Budget | None
+) -> Plan:
+    plan = inner.plan(change, budget)
+    if plan.status is Status.NO_PATH:
+        raise ValueError("no path")
+    return plan
+
+
+def draws_elsewhere(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    random.random()
+    return inner.plan(change, budget)
+
+
+def counts_calls(wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    # State that outlives the session: every second session answers otherwise.
+    global _sessions
+    _sessions += wrong.calls == 1
+    return replace(inner.plan(change, budget), iterations=_sessions)
+
+
+_sessions = 0
+
+
+def draws_although_not_stochastic(
+    wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None
+) -> Plan:
+    return replace(inner.plan(change, budget), iterations=int(wrong.rng.integers(1000)))
+
+
+def wanders(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    """There and back again at the start: legal, and longer than it need be."""
+    plan = inner.plan(change, budget)
+    if plan.path is None or len(plan.path.cells) < 2:
+        return plan
+    cells = np.concatenate((plan.path.cells[:2], plan.path.cells))
+    return replace(plan, path=path_of(cells, plan.path.moves), optimal_exact=None)
+
+
+def jumps(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    plan = inner.plan(change, budget)
+    if plan.path is None or len(plan.path.cells) < 3:
+        return plan
+    return replace(plan, path=path_of(plan.path.cells[[0, -1]], plan.path.moves), optimal_exact=None)
+
+
+def swallows_outside(
+    wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None
+) -> Plan:
+    if change is not None and change.robot is not None and not wrong.scene.grid.contains(change.robot):
+        change = replace(change, robot=None)
+    return inner.plan(change, budget)
+
+
+def answers_none(_: object, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    return None  # type: ignore[return-value]
+
+
+DEFECTS = {
+    "says it is by 'someone'": Wrong(says(planner="someone")),
+    "says the optimum is 3.0, it is": Wrong(says(optimal_exact=3 * PELL_Q)),
+    "commit is 9999": Wrong(says(commit=9999)),
+    "counts below zero": Wrong(says(expansions=-1)),
+    "from (": Wrong(deaf(robot=None)),
+    "asked: seed 0, octile moves, case 0, with obstacles": Wrong(deaf(obstacles=frozenset())),
+    "a wall built": Wrong(deaf(blocked=()), SLOPPY),
+    "case 0, the robot back at the start": Wrong(deaf(freed=())),
+    "the wall still there": Wrong(forgets_edits),  # type: ignore[arg-type]
+    "the obstacles gone": Wrong(keeps_obstacles),  # type: ignore[arg-type]
+    "should be no-path, is goal-occupied": Wrong(instead(Status.NO_PATH, Status.GOAL_OCCUPIED)),
+    "should be hemmed-in, is no-path": Wrong(instead(Status.HEMMED_IN, Status.NO_PATH)),
+    "should be start-occupied, is no-path": Wrong(instead(Status.START_OCCUPIED, Status.NO_PATH)),
+    "should be no-path, is limit": Wrong(instead(Status.NO_PATH, Status.LIMIT)),
+    "limit or no-path, is found": Wrong(of_a_map(without_walls), SLOPPY),
+    "the referee says: wall": Wrong(through_walls),  # type: ignore[arg-type]
+    "should be no-path, is found": Wrong(of_a_map(cutting_corners)),
+    "radius 0.8": Wrong(of_a_map(thin), SLOPPY),
+    "the optimum is": Wrong(of_a_map(only_straight)),
+    "found a path with": Wrong(ignores_the_budget),
+    "raises instead of answering": Wrong(raises_when_there_is_no_path),
+    "draws from the global random state": Wrong(draws_elsewhere),
+    "a second session (generator 0 apart)": Wrong(counts_calls),  # type: ignore[arg-type]
+    "a second session (generator 1 apart)": Wrong(draws_although_not_stochastic),  # type: ignore[arg-type]
+    "costs 3.0 cells, the optimum is 1.0": Wrong(wanders),
+    "is no octile move": Wrong(jumps),
+    "raises no InputError": Wrong(swallows_outside),
+    "the answer is not a Plan": Wrong(answers_none),
+}
+
+
+@pytest.mark.parametrize(
+    ("symptom", "planner"), DEFECTS.items(), ids=[p.answer.__name__ + "-" + s for s, p in DEFECTS.items()]
+)
+def test_each_defect_is_caught_and_named(symptom: str, planner: Wrong) -> None:
+    with pytest.raises(AssertionError) as caught:
+        check_planner(planner)
+    assert symptom in str(caught.value)
+
+
+def test_the_message_shows_the_map_and_the_answer() -> None:
+    with pytest.raises(AssertionError) as caught:
+        check_planner(Wrong(says(optimal_exact=3 * PELL_Q)))
+    first, asked, *rows, answered = str(caught.value).splitlines()
+    assert first.startswith("astar: says the optimum is 3.0, it is 0.0")
+    assert "moves, radius 0 m, obstacles [], budget None" in asked
+    assert {c for row in rows for c in row} <= set(".#oSsGg")
+    assert answered.startswith("answered: found, cells [(")
+
+
+def test_settings_must_be_frozen_and_named() -> None:
+    @dataclass
+    class Soft:
+        name: ClassVar[str] = "soft"
+        traits: ClassVar[Traits] = Traits(optimal=True)
+        summary: ClassVar[str] = "Can be changed."
+        source: ClassVar[str] = "This test."
+
+        def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> Session:
+            return AStar().open(scene, rng)
+
+    with pytest.raises(AssertionError, match="not a frozen dataclass"):
+        check_planner(Soft())
+
+    @dataclass(frozen=True)
+    class Nameless:
+        name: ClassVar[str] = " "
+        traits: ClassVar[Traits] = Traits(optimal=True)
+        summary: ClassVar[str] = "Has no name."
+        source: ClassVar[str] = "This test."
+
+        def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> Session:
+            return AStar().open(scene, rng)
+
+    with pytest.raises(AssertionError, match="empty name"):
+        check_planner(Nameless())
+    with pytest.raises(AssertionError, match="lacks part"):
+        check_planner(object())  # type: ignore[arg-type]
