@@ -115,3 +115,8 @@ def fail(status=Status.HEMMED_IN):
 def grid_of(*rows: str) -> Grid:
     """A grid from rows of text: # is a wall."""
     return Grid(np.array([[c == "#" for c in row] for row in rows]))
+
+
+def row(y, a, b):
+    """The cells of row y from column a to column b."""
+    return [(x, y) for x in range(a, b + 1)]

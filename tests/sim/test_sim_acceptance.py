@@ -59,8 +59,8 @@ def traffic_of(scene, kind, count, seed):
     """Specifications of ``count`` obstacles of one kind, or a quarter of each."""
     rng = np.random.default_rng((seed, 99))
     if kind == "random-walk":
-        # Every other one lets them appear, one a tick at most, as the dissertation does.
-        return (RandomWalk(count, rate=1.0 if seed % 2 else None),)
+        # In every other round they appear one a tick, as the dissertation has it.
+        return (RandomWalk(count, rate=1.0 if seed // 300 % 2 else None),)
     if kind == "crossing":
         return (Crossing(count),)
     if kind == "patrol":
