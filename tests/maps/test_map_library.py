@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -169,6 +170,57 @@ def test_every_optimal_path_passes_so_many_gates(name: str, moves: str) -> None:
         assert gates_on_optimal_paths(blocked, (x0, y0), (x1, y1), moves) == (gates, gates)
 
 
+def with_gates_sealed(blocked: np.ndarray) -> np.ndarray:
+    height, width = blocked.shape
+    sealed = blocked.copy()
+    for y in range(height):
+        for x in range(width):
+            sealed[y, x] |= is_gate(blocked, x, y)
+    return sealed
+
+
+def reached(blocked: np.ndarray, start: tuple[int, int], moves: str) -> set[tuple[int, int]]:
+    """The cells a robot can get to, by a flood fill."""
+    seen, todo = {start}, [start]
+    while todo:
+        for u, v, _ in neighbours(blocked, *todo.pop(), moves):
+            if (u, v) not in seen:
+                seen.add((u, v))
+                todo.append((u, v))
+    return seen
+
+
+def shortest(blocked: np.ndarray, start: tuple[int, int], goal: tuple[int, int], moves: str) -> int | None:
+    """Length of the shortest way in the units of MOVES; None where there is none."""
+    cost = {start: 0}
+    queue = [(0, start)]
+    while queue:
+        c, cell = heapq.heappop(queue)
+        if cell == goal:
+            return c
+        if c > cost[cell]:
+            continue
+        for u, v, step in neighbours(blocked, *cell, moves):
+            if c + step < cost.get((u, v), c + step + 1):
+                cost[u, v] = c + step
+                heapq.heappush(queue, (c + step, (u, v)))
+    return None
+
+
+@pytest.mark.parametrize("moves", MOVES)
+@pytest.mark.parametrize("name", ENVS)
+def test_sealing_the_gates_costs_a_longer_way_and_never_the_way(name: str, moves: str) -> None:
+    blocked = load_map(name).grid.blocked
+    sealed = with_gates_sealed(blocked)
+    for x0, y0, x1, y1, gates in TABLE_4_11[name]:
+        assert not sealed[y0, x0]  # no start and no goal is a gate itself
+        way, round_about = (shortest(b, (x0, y0), (x1, y1), moves) for b in (blocked, sealed))
+        assert round_about is not None, "every way leads through a gate"
+        assert round_about > way if gates else round_about == way
+        # More than the pairs need: wherever a user puts the ends, closing the gates leaves a way.
+        assert len(reached(sealed, (x0, y0), moves)) == (~sealed).sum()
+
+
 def test_the_judge_tells_fewest_from_most() -> None:
     #  Two ways of equal length from S to G, one of them through a gate.
     rows = ["..#..", ".....", "..#..", ".....", "....."]
@@ -191,8 +243,9 @@ def test_described(name: str) -> None:
 
 def test_from_crowded_to_open() -> None:
     free = [library.describe(name).free for name in ENVS]
-    assert free == sorted(free)
-    assert free[0] < 0.82
+    # Two points apart at the least: a map of the next number is to look emptier, not to be so by a cell.
+    assert all(b - a > 0.02 for a, b in pairwise(free))
+    assert free[0] < 0.77
     assert free[-1] > 0.95
 
 

@@ -72,6 +72,14 @@ def test_rooms_are_connected_and_kept_cells_free(seed: int) -> None:
         assert not blocked[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2].any()
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_large_things_first_block_more_and_make_no_gates(seed: int) -> None:
+    small = make("gates", 60, 45, seed, narrow=0.0, clutter=2000, bulk=8)
+    large = make("gates", 60, 45, seed, narrow=0.0, clutter=2000, bulk=8, large=2000)
+    assert large.mean() > small.mean() + 0.01
+    assert _gates(large) == []
+
+
 def test_edits_are_written_last() -> None:
     blocked = make("random", 8, 8, 0, density=0.0, edits=[Edit(1, 2, 3, 2, True), Edit(2, 2, 1, 1, False)])
     assert np.argwhere(blocked).tolist() == [[2, 1], [2, 3], [3, 1], [3, 2], [3, 3]]
@@ -91,6 +99,7 @@ def test_edits_are_written_last() -> None:
         ({"width": 4097, "height": 4096}, "MAP_TOO_LARGE", "4097 x 4096"),
         ({"recipe": "gates", "room": 2}, "RECIPE", "room 2"),
         ({"recipe": "gates", "wide": 2}, "RECIPE", "wide 2"),
+        ({"recipe": "gates", "large": -1}, "RECIPE", "large -1"),
     ],
 )
 def test_refused(call: dict[str, Any], code: str, says: str) -> None:

@@ -117,6 +117,7 @@ def gates(
     clutter: int = 60,
     bulk: int = 4,
     keep: Iterable[Cell] = (),
+    large: int = 0,
 ) -> BoolGrid:
     """Rooms behind walls one cell thick, with openings narrow and wide, and things standing about.
 
@@ -133,6 +134,8 @@ def gates(
     clutter : things to try to put down.
     bulk : greatest side of a thing.
     keep : cells (x, y) that stay free together with their neighbours.
+    large : things with no side under half of ``bulk`` to try to put down before those of ``clutter``: small
+        ones alone take the room of large ones, and about a fifth blocked is the most they reach.
     """
     _whole("room", room, 3)
     _whole("rooms", rooms, 1)
@@ -141,6 +144,7 @@ def gates(
     _whole("wide", wide, 3)
     _whole("clutter", clutter, 0)
     _whole("bulk", bulk, 1)
+    _whole("large", large, 0)
     kept = tuple((int(x), int(y)) for x, y in keep)
     walls = divide(
         draw, width, height, room=room, rooms=rooms, doors=doors, narrow=narrow, wide=wide, keep=kept
@@ -148,6 +152,7 @@ def gates(
     blocked = np.zeros((height, width), dtype=np.bool_)
     for wall in walls:
         wall.build(blocked)
+    put_clutter(draw, blocked, large, bulk, kept, least=(bulk + 1) // 2)
     put_clutter(draw, blocked, clutter, bulk, kept)
     for wall in walls:
         wall.open(blocked)
@@ -269,11 +274,13 @@ def _add_opening(draw: Draw, wall: Wall, narrow: float, wide: int) -> None:
             return
 
 
-def put_clutter(draw: Draw, blocked: BoolGrid, count: int, bulk: int, keep: tuple[Cell, ...]) -> None:
+def put_clutter(
+    draw: Draw, blocked: BoolGrid, count: int, bulk: int, keep: tuple[Cell, ...], least: int = 1
+) -> None:
     """Try ``count`` times to put a block or an angle where two free cells remain around it."""
     height, width = blocked.shape
     for _ in range(count):
-        w, h = draw.between(1, bulk), draw.between(1, bulk)
+        w, h = draw.between(least, bulk), draw.between(least, bulk)
         x, y = draw.between(0, width - 1), draw.between(0, height - 1)
         corner = draw.below(6)
         w, h = min(w, width - x), min(h, height - y)
