@@ -41,7 +41,7 @@ _HOME = {
 
 _ROOMS = ("planners",)
 
-__all__ = ["__version__", "planners", *_HOME]  # noqa: PLE0604
+__all__ = ["__version__", "planners", *_HOME]
 
 if TYPE_CHECKING:
     from lampyris import planners as planners

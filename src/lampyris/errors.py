@@ -43,7 +43,8 @@ class LampyrisError(Exception):
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
-        return f"error[{self.code}]: {place}" + "; ".join(p for p in (self.what, self.allowed, self.todo) if p)
+        parts = (self.what, self.allowed, self.todo)
+        return f"error[{self.code}]: {place}" + "; ".join(p for p in parts if p)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive Exception's own pickling; workers of a study send these home.

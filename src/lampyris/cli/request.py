@@ -128,6 +128,8 @@ class TrafficRequest:
 
     def _patrols(self, count: int, grid: Grid, seed: int) -> list[Traffic]:
         """Patrols between random cells of one region, a dozen cells or so apart."""
+        if not count:
+            return []
         from scipy.ndimage import label
 
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 0x9A7901))))

@@ -15,7 +15,8 @@ class Change:
     ----------
     robot : the cell the robot stands on now; None: where it was.
     obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
-    blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved too narrow).
+    blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
+        too narrow).
     """
 
     robot: Cell | None = None

@@ -1,4 +1,4 @@
-"""Field: the cost-to-goal landscape, its parents and its luciferin. And Gate: an opening one must look at twice."""
+"""Field: the cost-to-goal landscape, its parents, its luciferin. Gate: an opening to look at twice."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Field:
     ----------
     free : bool; where the robot's centre may be (inflated by its radius, gates closed if so asked).
     exact : exact integer cost to the goal (see :class:`Moves`), -1 where the goal cannot be reached.
-    step : index into ``moves.offsets`` of ``parent - cell`` by the local rule (method.md section 2); -1 at the goal and where
+    step : index into ``moves.offsets`` of ``parent - cell`` by the local rule; -1 at the goal and where
         there is no way.
-    luciferin : ``luc(goal) = 0``, ``luc(cell) = (1 - rho) luc(parent) + gamma cost(cell)``; lower is better; infinity where
+    luciferin : ``luc(goal) = 0``, ``luc(cell) = (1 - rho) luc(parent) + gamma cost(cell)``; inf where
         there is none.
     goal : the goal cell.
     moves : the step set.
@@ -60,7 +60,7 @@ class Gate:
     Parameters
     ----------
     cell : x, y.
-    axis : ``x`` if its left and right neighbours are blocked, ``y`` if its upper and lower ones, ``xy`` if both.
+    axis : ``x`` if its left and right neighbours are walls, ``y`` if upper and lower, ``xy`` if both.
     width_m : free width between the walls, metres.
     dead_end : whether it leads nowhere: taking it away cuts nothing off but a blind end.
     """

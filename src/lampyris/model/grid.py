@@ -12,7 +12,7 @@ from lampyris.errors import SettingError
 from lampyris.typing import BoolGrid, Cell, Floats
 
 
-def frozen(array: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def frozen(array: np.ndarray) -> np.ndarray:
     """The same array, made read-only."""
     array.setflags(write=False)
     return array
@@ -24,8 +24,8 @@ class Grid:
 
     Parameters
     ----------
-    blocked : bool, shape (height, width), row 0 on top. True where the robot's centre may not be: walls and, unless the
-        reader was told otherwise, unknown cells.
+    blocked : bool, shape (height, width), row 0 on top. True where the robot's centre may not be: walls
+        and, unless the reader was told otherwise, unknown cells.
     unknown : bool, same shape, or None. Cells the map knows nothing of; for pictures, not for planning.
     resolution : metres a cell.
     origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell in the map frame.
@@ -33,7 +33,8 @@ class Grid:
 
     Raises
     ------
-    SettingError : not two-dimensional, empty, not boolean, or a resolution or origin that is not finite and sensible.
+    SettingError : not two-dimensional, empty, not boolean, or a resolution or origin that is not finite and
+        sensible.
     """
 
     blocked: BoolGrid

@@ -2,11 +2,12 @@
 
 Every cost is an integer, so that two costs are equal when they are and never by float accident.
 
-For ``octile`` moves a diagonal is sqrt 2. Take a convergent p/q of sqrt 2 (a Pell number pair): with straight = q and
-diagonal = p, two different pairs (n straights, m diagonals), (n', m') are ordered by ``n q + m p`` exactly as by
-``n + m sqrt 2`` whenever ``|m - m'| < q``. (A reversal needs ``|dn + dm sqrt 2| < |dm| |sqrt 2 - p/q|``; the left side is at
-least ``1 / (2.83 |dm|)`` because ``dn^2 - 2 dm^2`` is a non-zero integer, the right side below ``|dm| / (2.83 q^2)``.)
-q = 38,613,965 exceeds the 2^24 cells a map may have, so one 64-bit integer *is* the pair: exact order, exact ties.
+For ``octile`` moves a diagonal is sqrt 2. Take a convergent p/q of sqrt 2 (a Pell number pair): with
+straight = q and diagonal = p, two different pairs (n straights, m diagonals), (n', m') are ordered by ``n q
++ m p`` exactly as by ``n + m sqrt 2`` whenever ``|m - m'| < q``. (A reversal needs ``|dn + dm sqrt 2| <
+|dm| |sqrt 2 - p/q|``; the left side is at least ``1 / (2.83 |dm|)`` because ``dn^2 - 2 dm^2`` is a non-zero
+integer, the right side below ``|dm| / (2.83 q^2)``.) q = 38,613,965 exceeds the 2^24 cells a map may have,
+so one 64-bit integer *is* the pair: exact order, exact ties.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ PELL_Q = 38_613_965
 PELL_P = 54_608_393
 _INVERSE_P = pow(PELL_P, -1, PELL_Q)
 
-# Order of the local parent rule (method.md section 2): offset parent - cell, diagonals first. It reproduces Table 4.2.
+# Order of the local parent rule (method.md section 2): offset parent - cell, diagonals first. It reproduces
+# Table 4.2.
 _EIGHT = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
 _FOUR = _EIGHT[4:]
 _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2))
@@ -42,8 +44,8 @@ class Moves:
     unit : integer cost of a straight step: ``cost / unit`` is a length in cells.
     corner_cutting : whether a diagonal may pass a blocked side cell. If not, both side cells must be free.
 
-    A knight's step (``sixteen`` only) needs every cell its segment touches free: the straight and the diagonal neighbour
-    between its ends.
+    A knight's step (``sixteen`` only) needs every cell its segment touches free: the straight and the
+    diagonal neighbour between its ends.
     """
 
     name: str

@@ -44,13 +44,13 @@ class Path:
 
     @property
     def arc(self) -> Floats:
-        """Geometric distance along the path at each node, in cells; shape (n,). A diagonal is sqrt 2 here, always."""
+        """Distance along the path at each node, in cells, shape (n,); a diagonal is sqrt 2 here, always."""
         d = np.diff(self.cells.astype(np.float64), axis=0)
         return np.concatenate(([0.0], np.cumsum(np.sqrt(d[:, 0] ** 2 + d[:, 1] ** 2))))
 
     @property
     def heading(self) -> Floats:
-        """Heading of the step that leaves each node (the last keeps the one before), radians, y up; shape (n,)."""
+        """Heading of the step that leaves each node (the last keeps its own), radians, y up; shape (n,)."""
         if len(self.cells) == 1:
             return np.zeros(1)
         d = np.diff(self.cells, axis=0)

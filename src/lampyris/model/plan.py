@@ -14,7 +14,7 @@ from lampyris.typing import Cell, Cells
 
 
 class Status(StrEnum):
-    """How a search ended. The value is the word for machines, :attr:`sentence` is for people; only ``found`` is true."""
+    """How a search ended: a word for machines, :attr:`sentence` for people. Only ``found`` is true."""
 
     FOUND = "found"
     NO_PATH = "no-path"
@@ -46,10 +46,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One accepted neighbour of an AD-GSO iteration (method.md section 4).
-
-    ``probability`` is the share of the luciferin difference; ``way`` is the exact cost of the cheapest way to it.
-    """
+    """One accepted neighbour of an AD-GSO iteration; ``probability`` is its share of the difference."""
 
     cell: Cell
     ring: int
@@ -80,12 +77,13 @@ class Plan:
     path : the path, None unless found.
     iterations : the planner's own rounds (AD-GSO: jumps; A*: 1).
     expansions : cells it expanded.
-    commit : how many steps to drive before asking again (None: the whole path). AD-GSO decides anew at each jump.
+    commit : steps to drive before asking again (None: the whole path). AD-GSO decides at each jump.
     jumps : AD-GSO's record, when asked for.
     gates_met : cells at which the ``replan`` gate policy sealed a gate and planned anew.
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
-    sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the baselines'
-        "path cost".
+    sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
+        baselines' "path cost".
+    mended : whether moving obstacles count as walls in it: there was no other way to go on.
     gates_on_path, gates_in_map : openings too narrow for the robot.
     timing : seconds by stage; the only part that differs from run to run.
     detail : why, in words, where there is more to say than the status's own sentence.
@@ -101,6 +99,7 @@ class Plan:
     gates_met: tuple[Cell, ...] = ()
     optimal_exact: int | None = None
     sum_cost_to_go: float | None = None
+    mended: bool = False
     gates_on_path: tuple[Gate, ...] = ()
     gates_in_map: tuple[Gate, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict)

@@ -50,7 +50,11 @@ class Scene:
             traffic = () if traffic is None else (traffic,)
         object.__setattr__(self, "traffic", tuple(traffic))
         for k, one in enumerate(self.traffic):
-            cells = one.waypoints if isinstance(one, Patrol) else one.track if isinstance(one, Recorded) else ()
+            cells: tuple[Cell, ...] = ()
+            if isinstance(one, Patrol):
+                cells = one.waypoints
+            elif isinstance(one, Recorded):
+                cells = one.track
             for t, cell in enumerate(cells):
                 if not self.grid.contains(cell):
                     raise SceneError(

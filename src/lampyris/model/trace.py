@@ -50,7 +50,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth telling at a tick: ``replan``, ``wait``, ``mend``, ``gate``, ``appear``, ``hit``, ``arrive``."""
+    """Something worth telling at a tick: ``appear replan wait mend gate hit arrive``."""
 
     tick: int
     word: str
@@ -67,7 +67,7 @@ class Trace:
     scene : what was simulated.
     planner, seed : who drove, and the root of every draw.
     outcome : how it ended.
-    robot : int32 (ticks + 1, 2); the robot's cell at each tick, tick 0 first. A waiting robot repeats its cell.
+    robot : int32 (ticks + 1, 2); the robot's cell at each tick from 0. A waiting robot repeats its cell.
     tracks : one int32 (ticks + 1 - appears, 2) for each body, from the tick it appeared.
     appears : the tick each body appeared, never falling from one body to the next.
     bodies : what each was.

@@ -1,7 +1,9 @@
-"""Traffic: what moves besides the robot. A scene holds specifications; a simulation turns them into bodies with tracks.
+"""Traffic: what moves besides the robot. A scene holds specifications; a simulation turns them into bodies
+with tracks.
 
-Yielding: random walkers and patrols wait for the robot; crossing and recorded obstacles do not. One of those that runs into a
-robot which stands still is the outcome ``hit``, counted apart from a collision of the robot's own making.
+Yielding: random walkers and patrols wait for the robot; crossing and recorded obstacles do not. One of
+those that runs into a robot which stands still is the outcome ``hit``, counted apart from a collision of
+the robot's own making.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ class RandomWalk:
     Parameters
     ----------
     count : greatest number on the map.
-    rate : mean number that appears each tick until ``count`` are there, 0 < rate <= 1 (1 is the dissertation's "one an
-        iteration"); None: all are there from the start.
+    rate : mean number that appears each tick until ``count`` are there, 0 < rate <= 1 (1 is the
+        dissertation's "one an iteration"); None: all are there from the start.
     radius : metres; 0 is one cell, as in the dissertation.
     """
 
@@ -41,7 +43,8 @@ class RandomWalk:
 
 @dataclass(frozen=True, slots=True)
 class Patrol:
-    """One obstacle that drives along waypoints and back, for ever, by shortest ways; it waits where its way is taken.
+    """One obstacle that drives along waypoints and back, for ever, by shortest ways; it waits where its way
+    is taken.
 
     Parameters
     ----------

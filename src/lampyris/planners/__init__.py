@@ -1,7 +1,8 @@
 """Planners: from a Scene to a Plan.
 
-``lampyris.planners()`` is also the call that lists them. The name is both a room of the house and a public function, and Python
-binds a sub-module to its parent's attribute when it is imported; so the module itself is callable (docs/decisions/0002).
+``lampyris.planners()`` is also the call that lists them. The name is both a room of the house and a public
+function, and Python binds a sub-module to its parent's attribute when it is imported; so the module itself
+is callable (docs/decisions/0002).
 """
 
 from __future__ import annotations

@@ -5,16 +5,15 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from lampyris.errors import SceneError
 from lampyris.field.layers import free_space, moves_for
 from lampyris.kernels.search import EXHAUSTED, FOUND, LIMIT
 from lampyris.model.change import Change
-from lampyris.model.grid import Grid
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._graph import GridSearch
 from lampyris.planners.base import Budget
+from lampyris.planners.edits import edited
 
 
 class GraphSession:
@@ -54,30 +53,12 @@ class GraphSession:
         return replace(made, timing={"search_s": time.perf_counter() - began})
 
     def _take(self, change: Change) -> None:
-        grid = self._scene.grid
-        robot = () if change.robot is None else (change.robot,)
-        for what, cells in (("robot", robot), ("blocked", change.blocked), ("freed", change.freed)):
-            for cell in cells:
-                if not grid.contains(cell):
-                    raise SceneError(
-                        "CHANGE_OUTSIDE",
-                        f"cell {cell} is outside the map",
-                        where=f"change.{what}",
-                        allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
-                    )
+        scene = edited(self._scene, change)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
-        if change.blocked or change.freed:
-            # The free space of a wide robot is not a matter of single cells: make it anew. A cell named in
-            # both is blocked.
-            walls = grid.blocked.copy()
-            for x, y in change.freed:
-                walls[y, x] = False
-            for x, y in change.blocked:
-                walls[y, x] = True
-            edited = Grid(walls, None, grid.resolution, grid.origin, grid.name)
-            self._scene = replace(self._scene, grid=edited)
-            self._free = free_space(self._scene)
+        if scene is not self._scene:
+            self._scene = scene
+            self._free = free_space(scene)
             self._search.set_free(self._free)
 
     def _answer(self, change: Change, budget: int | None) -> Plan:

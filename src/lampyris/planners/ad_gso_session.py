@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lampyris.errors import SceneError
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import free_space, moves_for
 from lampyris.field.solve import solve
@@ -19,6 +17,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners.ad_gso_walk import NO_LIMIT, Flat, Ground, Trip, Walker, lay
 from lampyris.planners.base import Budget
+from lampyris.planners.edits import edited
 from lampyris.typing import Cell
 
 if TYPE_CHECKING:
@@ -181,27 +180,13 @@ class AdGsoSession:
 
     def _take(self, change: Change) -> None:
         """Take in where the robot is and what turned blocked or free for good."""
-        grid = self._scene.grid
-        where = () if change.robot is None else (change.robot,)
-        for cell in (*where, *change.blocked, *change.freed):
-            if not grid.contains(cell):
-                raise SceneError(
-                    "CHANGE_OUTSIDE",
-                    f"cell {cell} is outside the map",
-                    allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
-                )
+        scene = edited(self._scene, change)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
-        if not change.blocked and not change.freed:
+        if scene is self._scene:
             return
-        blocked = grid.blocked.copy()
-        for x, y in change.blocked:
-            blocked[y, x] = True
-        for x, y in change.freed:
-            blocked[y, x] = False
-        # Through the scene, not in the free cells: a wall takes a robot with a radius more than one cell.
-        self._scene = replace(self._scene, grid=replace(grid, blocked=blocked))
-        self._free = free_space(self._scene)
+        self._scene = scene
+        self._free = free_space(scene)
         self._gates -= frozenset(change.freed)  # gates are found once, on the map as given
         self._closed -= frozenset(change.freed)
         self._grounds.clear()
@@ -248,6 +233,7 @@ class AdGsoSession:
             gates_met=tuple(trip.gates_met),
             optimal_exact=optimal,
             sum_cost_to_go=to_go,
+            mended=bool(status) and bool(self._walled),
             detail=detail,
         )
 

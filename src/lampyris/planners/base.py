@@ -58,15 +58,15 @@ class Session(Protocol):
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """A way from where the robot is to the goal, given what is new.
 
-        A search that fails is a Plan whose status says so; it never raises for that. The plan starts at ``change.robot`` (or
-        where the robot was last known to be, at first the scene's start).
+        A search that fails is a Plan whose status says so; it never raises for that. The plan starts at
+        ``change.robot`` (or where the robot was last known to be, at first the scene's start).
         """
         ...
 
 
 @runtime_checkable
 class Planner(Protocol):
-    """Frozen settings that can open sessions. Implementations are frozen dataclasses; their fields are the settings."""
+    """Frozen settings that can open sessions: a frozen dataclass, its fields are the settings."""
 
     name: ClassVar[str]
     traits: ClassVar[Traits]

@@ -78,7 +78,7 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     known = settings_of(kind)
     for key in settings or {}:
         if key not in known:
-            near = difflib.get_close_matches(key, known, 1)
+            near = difflib.get_close_matches(key, known, 1, cutoff=0.5)  # names are short: nq, nt
             raise SettingError(
                 "SETTING",
                 f"{name} has no setting {key!r}",

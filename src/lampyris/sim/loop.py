@@ -147,6 +147,7 @@ class Simulation:
         self._speed, self._cause = [0.0], ["start"]
         self._events: list[Event] = []
         self._gates: set[Cell] = set()
+        self._mended = False
         self._replans = self._waits = self._iterations = self._expansions = 0
         self._planning_s = self._total_s = 0.0
         self._begin()
@@ -183,7 +184,11 @@ class Simulation:
 
     def _ask(self, change: Change) -> None:
         began = time.perf_counter()
+        mended = self._mended
         plan = self.plan = self.session.plan(change)
+        self._mended = plan.mended
+        if plan.mended and not mended:
+            self._tell("mend", self._robot[-1], "Obstacles in the way count as walls until they leave.")
         self._planning_s += time.perf_counter() - began
         self._expansions += plan.expansions
         for gate in plan.gates_met:

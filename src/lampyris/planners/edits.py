@@ -1,0 +1,43 @@
+"""What a Change does to a scene, the same for every planner that keeps one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lampyris.errors import SceneError
+from lampyris.model.change import Change
+from lampyris.model.scene import Scene
+
+
+def edited(scene: Scene, change: Change) -> Scene:
+    """The scene with the cells of ``change.blocked`` and ``change.freed`` as they are now; itself if there
+    are none.
+
+    A cell named in both is blocked. Planners with a robot of some radius make their free space anew from
+    it: one wall takes more than one cell from them.
+
+    Raises
+    ------
+    SceneError : the robot or a changed cell is outside the map.
+    """
+    grid = scene.grid
+    robot = () if change.robot is None else (change.robot,)
+    for what, cells in (("robot", robot), ("blocked", change.blocked), ("freed", change.freed)):
+        for cell in cells:
+            if not grid.contains(cell):
+                raise SceneError(
+                    "CHANGE_OUTSIDE",
+                    f"cell {cell} is outside the map",
+                    where=f"change.{what}",
+                    allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
+                )
+    if not change.blocked and not change.freed:
+        return scene
+    walls = grid.blocked.copy()
+    unknown = None if grid.unknown is None else grid.unknown.copy()
+    for cells, blocked in ((change.freed, False), (change.blocked, True)):
+        for x, y in cells:
+            walls[y, x] = blocked
+            if unknown is not None:
+                unknown[y, x] = False
+    return replace(scene, grid=replace(grid, blocked=walls, unknown=unknown))
