@@ -1,0 +1,116 @@
+"""Films of a simulation: animated WebP or GIF, every frame drawn as an array of pixels.
+
+A film is bounded: its map is at most about 560 pixels wide or high, and it has at most :data:`MAX_FRAMES`
+frames. A short run glides between ticks; a long one shows every k-th tick, and says so in its caption.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import UsageError
+from lampyris.model.trace import Trace
+from lampyris.report.film_frames import Stage
+from lampyris.report.style import OutFile, cannot_write, suffix_of
+
+MAX_FRAMES = 240
+"""Frames at most, the last held one not counted."""
+
+GLIDE = 2
+"""Frames for each tick of a short run: bodies glide from cell to cell, so that one can see who goes where."""
+
+HOLD_MS = 1200
+"""How long the outcome stands at the end."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """Which moments are shown: ticks, whole or in between, and how long each stands."""
+
+    moments: tuple[float, ...]
+    each_ms: int
+    stride: int
+
+
+def film(
+    trace: Trace,
+    out: OutFile,
+    *,
+    fps: float = 16.0,
+    scale: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> None:
+    """Draw a simulation as a film, WebP (lossless) or GIF by the file's suffix.
+
+    Walls are dark; the way driven stays behind as a line coloured by speed; obstacles differ by kind in
+    shape, colour and letter; a ring flashes around the robot when it waits (grey) or plans anew (violet).
+    Below stand the tick, the speed and what binds it, and in the end the outcome. The same trace gives the
+    same bytes.
+
+    Parameters
+    ----------
+    fps : frames a second, 1 to 50.
+    scale : pixels a cell; None: so many that the longer side has about 560. Maps larger than that are shrunk.
+    progress : called with the number of frames drawn so far.
+
+    Raises
+    ------
+    UsageError : another suffix, or a number out of its range.
+    FileError : the system refuses to write.
+    """
+    suffix = suffix_of(out, (".webp", ".gif"))
+    if not 1 <= fps <= 50:
+        raise UsageError("FPS", f"fps {fps!r}", allowed="1 to 50 frames a second")
+    if scale is not None and not 1 <= scale <= 64:
+        raise UsageError("SCALE", f"scale {scale!r}", allowed="1 to 64 pixels a cell")
+    shown = _moments(trace.ticks, fps)
+    stage = Stage(trace, scale, shown.stride)
+    images = list(_images(stage, shown, progress))
+    durations = [shown.each_ms] * (len(images) - 1) + [HOLD_MS]
+    _write(out, suffix, images, durations)
+
+
+def _moments(ticks: int, fps: float) -> _Plan:
+    """The moments of a run: several a tick while the bound allows it, else every k-th tick and the last."""
+    # GIF counts hundredths of a second; the same for both, so that they run alike.
+    each_ms = max(20, 10 * round(100 / fps))
+    glide = max(1, min(GLIDE, MAX_FRAMES // max(1, ticks)))
+    if ticks <= MAX_FRAMES:
+        return _Plan(tuple(k / glide for k in range(ticks * glide + 1)), each_ms, 1)
+    stride = -(-ticks // MAX_FRAMES)
+    return _Plan((*map(float, range(0, ticks, stride)), float(ticks)), each_ms, stride)
+
+
+def _images(stage: Stage, shown: _Plan, progress: Callable[[int], None] | None) -> Iterator[Any]:
+    from PIL import Image
+
+    # One palette for all frames, made from a few of them: no flicker, and small files.
+    picks = [shown.moments[k * (len(shown.moments) - 1) // 3] for k in range(4)]
+    samples = np.concatenate([stage.palette_strip(), *(stage.frame(m) for m in picks)], axis=0)
+    stage.rewind()
+    palette = Image.fromarray(samples).quantize(
+        256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+    )
+    for count, moment in enumerate(shown.moments, start=1):
+        frame = Image.fromarray(stage.frame(moment))
+        yield frame.quantize(palette=palette, dither=Image.Dither.NONE)
+        if progress is not None:
+            progress(count)
+
+
+def _write(out: OutFile, suffix: str, images: list[Any], durations: list[int]) -> None:
+    first, rest = images[0], images[1:]
+    more: dict[str, Any] = {"save_all": True, "append_images": rest, "duration": durations, "loop": 0}
+    if suffix == ".webp":
+        more |= {"lossless": True, "quality": 0, "method": 1, "kmin": 0, "kmax": 0}
+    else:
+        more |= {"optimize": True, "disposal": 1}
+    try:
+        first.save(Path(out), format=suffix[1:].upper(), **more)
+    except OSError as error:
+        raise cannot_write(out, error) from None

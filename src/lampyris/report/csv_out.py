@@ -1,0 +1,107 @@
+"""CSV for other programs: one row a node or a tick, all digits of every number, ``\\n`` on every system."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from lampyris.errors import UsageError
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.trace import Trace
+from lampyris.report.style import OutFile, cannot_write
+
+PLAN_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "x", "y")
+TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "cause", "x", "y", "event")
+
+
+def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> None:
+    """Write a path with its speeds, one row a node; an existing file is replaced.
+
+    Columns: ``x_m``, ``y_m`` metres of the map frame (cell centres); ``yaw`` radians in the map frame, -pi
+    to pi, of the step that leaves the node (the last keeps the one before); ``v``, ``t``, ``s``, ``a`` in
+    the units of the profile's law (m/s, s, m, m/s2; or velocity units and transfers); ``cause`` what binds
+    v; ``x``, ``y`` the cell.
+
+    Raises
+    ------
+    UsageError : a plan without a path, or a profile of another one.
+    FileError : the system refuses to write.
+    """
+    path = plan.path
+    if path is None or len(path.cells) != len(profile.v):
+        nodes = 0 if path is None else len(path.cells)
+        raise UsageError(
+            "CSV", f"a path of {nodes} nodes and {len(profile.v)} speeds", allowed="a path and its profile"
+        )
+    xy = grid.to_metres(path.cells).tolist()
+    yaw = [_turned(h, grid.origin[2]) for h in path.heading.tolist()]
+    numbers = (profile.v, profile.t, profile.s, profile.a)
+    rows = (
+        (*map(repr, (x, y, turn, *more)), cause, cx, cy)
+        for (x, y), turn, more, cause, (cx, cy) in zip(
+            xy,
+            yaw,
+            zip(*(n.tolist() for n in numbers), strict=True),
+            profile.cause,
+            path.cells.tolist(),
+            strict=True,
+        )
+    )
+    _write(out, PLAN_COLUMNS, rows)
+
+
+def write_trace_csv(out: OutFile, trace: Trace) -> None:
+    """Write the robot's drive, one row a tick; an existing file is replaced.
+
+    Columns as in :func:`write_plan_csv`, with ``t`` the tick and ``event`` the words of that tick's events,
+    joined by ``+``. The yaw is that of the step that led to the cell; a waiting robot keeps it, and before
+    its first step it looks along that. The obstacles' tracks are in the JSON, not here.
+
+    Raises
+    ------
+    FileError : the system refuses to write.
+    """
+    grid = trace.scene.grid
+    cells = trace.robot.tolist()
+    words: dict[int, list[str]] = {}
+    for event in trace.events:
+        words.setdefault(event.tick, []).append(event.word)
+    headings: list[float | None] = [None]
+    for (x0, y0), (x1, y1) in pairwise(cells):
+        moved = (x0, y0) != (x1, y1)
+        headings.append(math.atan2(y0 - y1, x1 - x0) if moved else headings[-1])
+    first = next((h for h in headings if h is not None), 0.0)
+    rows = (
+        (
+            *map(repr, (x_m, y_m, _turned(first if h is None else h, grid.origin[2]), v)),
+            tick,
+            cause,
+            *cells[tick],
+            "+".join(words.get(tick, ())),
+        )
+        for tick, ((x_m, y_m), h, v, cause) in enumerate(
+            zip(
+                grid.to_metres(trace.robot).tolist(), headings, trace.speed.tolist(), trace.cause, strict=True
+            )
+        )
+    )
+    _write(out, TRACE_COLUMNS, rows)
+
+
+def _turned(heading: float, yaw: float) -> float:
+    """A heading turned by the map's yaw, within -pi .. pi."""
+    return heading if yaw == 0 else math.remainder(heading + yaw, 2 * math.pi)
+
+
+def _write(out: OutFile, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    try:
+        with open(out, "w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(columns)
+            writer.writerows(rows)
+    except OSError as error:
+        raise cannot_write(out, error) from None

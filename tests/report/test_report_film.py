@@ -1,0 +1,162 @@
+"""Films: what is on the frames, that WebP loses nothing, how long they run, and that they stay bounded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from report_samples import sample_trace
+
+from lampyris.errors import FileError, UsageError
+from lampyris.model.trace import Outcome, Trace
+from lampyris.report import animate, sprites, style
+from lampyris.report.animate import film
+from lampyris.report.film_frames import Stage
+
+
+def frames_of(path: Path) -> tuple[list[np.ndarray], list[int]]:
+    pictures, times = [], []
+    with Image.open(path) as image:
+        for k in range(image.n_frames):
+            image.seek(k)
+            pictures.append(np.asarray(image.convert("RGB")))
+            times.append(int(image.info["duration"]))
+    return pictures, times
+
+
+def count(picture: np.ndarray, colour: tuple[int, int, int], slack: int = 8) -> int:
+    return int((np.abs(picture.astype(int) - colour).max(axis=-1) <= slack).sum())
+
+
+@pytest.mark.parametrize("suffix", [".webp", ".gif"])
+def test_a_film_tells_the_whole_run(tmp_path: Path, suffix: str) -> None:
+    trace = sample_trace()
+    out = tmp_path / f"run{suffix}"
+    seen: list[int] = []
+    film(trace, out, fps=20, progress=seen.append)
+    drawn = animate.GLIDE * trace.ticks + 1
+    assert seen == list(range(1, drawn + 1))
+    pictures, times = frames_of(out)
+    # Equal neighbours may be stored once; the time they stand is kept.
+    assert len(pictures) <= drawn
+    assert sum(times) == 50 * (drawn - 1) + animate.HOLD_MS
+    assert times[-1] >= 1000
+    first, last = pictures[0], pictures[-1]
+    for name in ("random-walk", "patrol", "crossing"):
+        assert count(first, sprites.KINDS[name][1]) > 100, name
+    legend = last[-40:]
+    for colour in (sprites.ROBOT, sprites.GOAL, *(k[1] for k in sprites.KINDS.values()), sprites.OTHER[1]):
+        assert count(legend, colour) > 10
+    assert count(last, style.WALL) > 1000
+    first_bytes = out.read_bytes()
+    film(trace, out, fps=20)
+    assert out.read_bytes() == first_bytes
+
+
+def test_webp_keeps_every_pixel(tmp_path: Path) -> None:
+    trace = sample_trace()
+    out = tmp_path / "run.webp"
+    film(trace, out)
+    pictures, _ = frames_of(out)
+    stage = Stage(trace, None, 1)
+    last = stage.frame(float(trace.ticks))
+    # One palette of 256 colours stands between the two; flat colours are in it.
+    assert np.abs(pictures[-1].astype(int) - last).mean() < 1.0
+    assert len(np.unique(pictures[-1].reshape(-1, 3), axis=0)) <= 256
+
+
+def test_bodies_glide_and_the_trail_stays() -> None:
+    stage = Stage(sample_trace(), None, 1)
+    shots = [stage.frame(m) for m in (0.0, 0.5, 1.0, 6.0)]
+    blue = [
+        np.argwhere(np.abs(s[:-70].astype(int) - sprites.ROBOT).max(axis=-1) < 8).mean(axis=0) for s in shots
+    ]
+    step = blue[2] - blue[0]
+    assert np.abs(step).max() > 10
+    assert np.allclose(blue[1] - blue[0], step / 2, atol=1.5)
+    start = np.round(blue[0] + step / 2).astype(int)
+    ground = shots[0][start[0], start[1]]
+    assert not (shots[3][start[0], start[1]] == ground).all(), "the trail is gone"
+    stage.rewind()
+    assert (stage.frame(0.0) == shots[0]).all()
+
+
+def test_events_flash_around_the_robot() -> None:
+    trace = sample_trace()
+    quiet = replace(trace, events=())
+    for tick, colour in ((0, (123, 44, 191)), (4, (110, 110, 120))):
+        pair = [Stage(t, None, 1).frame(float(tick))[:-70] for t in (trace, quiet)]
+        assert count(pair[0], colour) > count(pair[1], colour) + 50
+    late = [Stage(t, None, 1).frame(6.0) for t in (trace, quiet)]
+    assert (late[0] == late[1]).all()
+
+
+def test_obstacles_appear_when_they_appear() -> None:
+    stage = Stage(sample_trace(), None, 1)
+    colour = sprites.KINDS["recorded"][1]
+    # A flash of the same violet stands at tick 0; count where no robot is.
+    early, late = stage.frame(1.5)[:-70, 300:], stage.frame(2.0)[:-70, 300:]
+    assert count(late, colour) > count(early, colour) + 50
+
+
+def test_kinds_differ_in_shape_and_letter_not_in_colour_alone() -> None:
+    looks = [*sprites.KINDS.values(), sprites.OTHER]
+    assert len({shape for shape, *_ in looks}) == len(looks)
+    assert len({letter for _, _, letter, _ in looks}) == len(looks)
+    masks = [sprites.sprite(shape, (9, 9, 9), "", 24).alpha > 0.5 for shape, *_ in looks]
+    for k, one in enumerate(masks):
+        assert 0.2 < one.mean() < 0.95
+        for other in masks[:k]:
+            assert (one ^ other).mean() > 0.04
+
+
+def test_a_long_run_stays_bounded_and_says_so(tmp_path: Path) -> None:
+    trace = sample_trace(ticks=1000)
+    shown = animate._moments(trace.ticks, 16)
+    assert len(shown.moments) <= animate.MAX_FRAMES + 1
+    assert (shown.moments[0], shown.moments[-1], shown.stride) == (0.0, 1000.0, 5)
+    plain, told = (Stage(trace, None, k).frame(0.0) for k in (1, 5))
+    assert not (plain == told).all()
+    for ticks, frames in ((0, 1), (1, 3), (120, 241), (121, 122), (240, 241), (241, 122)):
+        assert len(animate._moments(ticks, 16).moments) == frames
+
+
+def test_films_of_odd_maps(tmp_path: Path) -> None:
+    one = sample_trace(Outcome.TIMEOUT, ticks=0)
+    for scale in (None, 1, 7, 64):
+        out = tmp_path / "one.webp"
+        film(one, out, scale=scale)
+        height, width = frames_of(out)[0][0].shape[:2]
+        assert width % 2 == height % 2 == 0
+        assert width <= max(480, 12 * 64 + 20)
+
+
+@pytest.mark.parametrize("size", [(3, 900), (900, 3)])
+def test_films_of_large_maps_are_shrunk(size: tuple[int, int]) -> None:
+    trace = sample_trace()
+    blocked = np.zeros(size, dtype=bool)
+    scene = replace(trace.scene, grid=type(trace.scene.grid)(blocked), start=(1, 1), goal=(2, 2))
+    robot = np.array([[1, 1], [2, 1], [2, 2]])
+    small = Trace(
+        scene, "by-hand", 0, Outcome.ARRIVED, robot, (), (), (), np.zeros(3), ("limit",) * 3,
+        "physical", "m/s",
+        (), 0, 0, 1, 0, None,
+    )  # fmt: skip
+    picture = Stage(small, None, 1).frame(1.5)
+    assert max(picture.shape[:2]) <= 660
+
+
+def test_what_a_film_cannot_be_is_refused(tmp_path: Path) -> None:
+    trace = sample_trace(ticks=2)
+    with pytest.raises(UsageError, match=r"\.webp or \.gif"):
+        film(trace, tmp_path / "run.mp4")
+    for fps in (0, -1, 51, float("nan")):
+        with pytest.raises(UsageError, match="frames a second"):
+            film(trace, tmp_path / "run.gif", fps=fps)
+    with pytest.raises(UsageError, match="pixels a cell"):
+        film(trace, tmp_path / "run.gif", scale=0)
+    with pytest.raises(FileError):
+        film(trace, tmp_path / "nowhere" / "run.gif")
