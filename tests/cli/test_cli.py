@@ -149,8 +149,9 @@ def test_pictures_films_and_tables_are_written_once(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "12.4" in done.stdout
     assert "iteration 3" in done.stdout
-    assert Image.open(tmp_path / "a.png").size[0] > 300
-    rows = list(csv.DictReader((tmp_path / "a.csv").open(encoding="utf-8")))
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size[0] > 300
+    rows = list(csv.DictReader((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()))
     assert len(rows) == 11
     assert [k for k in rows[0] if k in ("x_m", "y_m", "yaw", "v", "t")] == ["x_m", "y_m", "yaw", "v", "t"]
     assert (float(rows[0]["x_m"]), float(rows[0]["y_m"])) == (0.5, 0.5)
