@@ -25,7 +25,13 @@ CAPTION = 64
 _WIDE = 480
 """Pixels of the film's width at least: the caption needs them."""
 
-_FLASH = {"wait": (110, 110, 120), "replan": (123, 44, 191), "gate": (123, 44, 191), "hit": (200, 30, 60)}
+_FLASH = {
+    "wait": (110, 110, 120),
+    "replan": (123, 44, 191),
+    "gate": (123, 44, 191),
+    "mend": (123, 44, 191),
+    "hit": (200, 30, 60),
+}
 """Colour of the ring that flashes at an event."""
 
 _PAPER: Colour = (255, 255, 255)
