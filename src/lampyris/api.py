@@ -147,7 +147,7 @@ def profile(way: Plan | Path, scene: Scene, law: str = "physical", *, v0: float 
     if path is None:
         raise SettingError("PROFILE", "this plan holds no path", allowed="a plan whose status is found")
     made = laws.profile(path, scene, law=law, v0=v0)
-    referee.demand(referee.check_profile(made, path, scene))
+    referee.demand(referee.check_profile(made, path, scene, v0=v0))
     return made
 
 
