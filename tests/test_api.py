@@ -158,3 +158,15 @@ def test_simulate_takes_traffic_by_itself_or_from_the_scene() -> None:
     assert one.robot.tolist() == two.robot.tolist()
     assert len(one.bodies) == 6
     assert lampyris.simulate(scene, seed=4).bodies == ()
+
+
+def test_a_robot_already_moving_may_ask_for_its_profile() -> None:
+    grid = lampyris.Grid(np.zeros((3, 20), bool))
+    scene = lampyris.Scene(grid, (0, 1), (19, 1))
+    plan = lampyris.plan(scene)
+    moving = lampyris.profile(plan, scene, v0=0.5)
+    assert moving.v[0] == 0.5
+    assert moving.duration < lampyris.profile(plan, scene).duration
+    assert lampyris.profile(plan, scene, "dissertation", v0=40.0).v[0] == 40.0
+    with pytest.raises(SettingError, match="START_SPEED|PROFILE_INFEASIBLE"):
+        lampyris.profile(plan, scene, v0=5.0)
