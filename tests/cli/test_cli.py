@@ -148,7 +148,8 @@ def test_pictures_films_and_tables_are_written_once(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "12.4" in done.stdout
-    assert "iteration 3" in done.stdout
+    assert "Iteration 4: at (7,1)" in done.stdout
+    assert "0.0569" in done.stdout
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size[0] > 300
     rows = list(csv.DictReader((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()))

@@ -17,6 +17,7 @@ from lampyris.model.trace import Trace
 from lampyris.planners.registry import PlannerInfo
 from lampyris.report.metrics import path_metrics
 from lampyris.report.plain import STEP_WORDS
+from lampyris.report.tables import COLUMNS, jump_tables
 
 
 def _console() -> Console:
@@ -87,26 +88,14 @@ def _causes(causes: Sequence[str]) -> str:
 
 
 def _explain(console: Console, found: Plan, profile: Profile | None) -> None:
-    for number, jump in enumerate(found.jumps):
-        table = Table(
-            title=f"iteration {number}: at {jump.at}, luciferin {jump.luciferin:.3f}", title_justify="left"
-        )
-        for name in ("ring", "accepted", "luciferin", "probability", ""):
-            table.add_column(name, justify="left" if name in ("accepted", "") else "right")
-        for c in jump.candidates:
-            chosen = c.cell == jump.chosen
-            table.add_row(
-                str(c.ring),
-                str(c.cell),
-                f"{c.luciferin:.3f}",
-                f"{c.probability:.4f}",
-                "chosen" if chosen else "",
-                style="bold" if chosen else None,
-            )
+    for jump in jump_tables(found):
+        table = Table(title=jump.title, title_justify="left")
+        for k, name in enumerate(COLUMNS):
+            table.add_column(name, justify="right" if k in (0, 2, 3) else "left")
+        for k, row in enumerate(jump.rows):
+            table.add_row(*row, style="bold" if k == jump.chosen else None)
         console.print(table)
-        way = " ".join(map(str, jump.subpath))
-        how = "along the parents" if jump.by_parents else "the cheapest way inside the accepted cells"
-        console.print(Text(f"sub-path ({how}): {way}"))
+        console.print(Text(jump.note))
     if profile is not None and found.path is not None:
         table = Table(title="speed at each node", title_justify="left")
         for name in ("node", "cell", "s", f"v ({profile.units})", "t", "held by"):
