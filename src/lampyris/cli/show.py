@@ -89,7 +89,8 @@ def _causes(causes: Sequence[str]) -> str:
 
 def _explain(console: Console, found: Plan, profile: Profile | None) -> None:
     for jump in jump_tables(found):
-        table = Table(title=jump.title, title_justify="left")
+        console.print(Text(jump.title, style="bold"))
+        table = Table()
         for k, name in enumerate(COLUMNS):
             table.add_column(name, justify="right" if k in (0, 2, 3) else "left")
         for k, row in enumerate(jump.rows):
