@@ -168,5 +168,5 @@ def test_a_robot_already_moving_may_ask_for_its_profile() -> None:
     assert moving.v[0] == 0.5
     assert moving.duration < lampyris.profile(plan, scene).duration
     assert lampyris.profile(plan, scene, "dissertation", v0=40.0).v[0] == 40.0
-    with pytest.raises(SettingError, match="START_SPEED|PROFILE_INFEASIBLE"):
+    with pytest.raises(SettingError, match=r"START_SPEED|PROFILE_INFEASIBLE"):
         lampyris.profile(plan, scene, v0=5.0)
