@@ -1,7 +1,7 @@
 """A slow, plain field: Dijkstra with a heap and exact surds, as one would write it from the definition alone.
 
-Shares nothing with lampyris but the names of the four step sets. A cost is ``n + m sqrt 2`` with fractions n and m,
-compared exactly.
+Shares nothing with lampyris but the names of the four step sets. A cost is ``n + m sqrt 2`` with fractions
+n and m, compared exactly.
 """
 
 from __future__ import annotations
@@ -69,9 +69,7 @@ def touched(dx, dy):
     return cells - {(0, 0), (dx, dy)}
 
 
-MUST_BE_FREE = {
-    ("knight", d): sorted(touched(*d)) for d in KNIGHT
-}
+MUST_BE_FREE = {("knight", d): sorted(touched(*d)) for d in KNIGHT}
 
 
 def legal(name, free, x, y, dx, dy):
@@ -85,9 +83,12 @@ def legal(name, free, x, y, dx, dy):
     return True
 
 
-def field(free, name, goal, cutting=None):
-    """Cost (Surd) and parent offset index (-1 at the goal) of every reachable cell, by cell."""
-    rule = name if cutting is None else ("dissertation" if cutting else "octile")
+def field(free, name, goal, corners=None):
+    """Cost (Surd) and parent offset index (-1 at the goal) of every reachable cell, by cell.
+
+    ``corners`` overrides the corner rule: ``cut`` or ``guard``.
+    """
+    rule = {None: name, "cut": "dissertation", "guard": "octile"}[corners]
     price = COSTS[name]
     cost = {}
     if not free_at(free, *goal):
@@ -133,24 +134,22 @@ def luciferin(cost, parent, name, rho, gamma):
 
 
 def clearance2(blocked):
-    """Squared distance from each centre to the nearest blocked square in half cells, by trying all; None: no wall."""
+    """Squared distance from each centre to the nearest blocked square in half cells; None: no wall."""
     walls = [(x, y) for y, row in enumerate(blocked) for x, b in enumerate(row) if b]
-    out = []
-    for y in range(len(blocked)):
-        row = []
-        for x in range(len(blocked[0])):
-            row.append(
-                min(
-                    (max(2 * abs(x - u) - 1, 0) ** 2 + max(2 * abs(y - v) - 1, 0) ** 2 for u, v in walls),
-                    default=None,
-                )
+    return [
+        [
+            min(
+                (max(2 * abs(x - u) - 1, 0) ** 2 + max(2 * abs(y - v) - 1, 0) ** 2 for u, v in walls),
+                default=None,
             )
-        out.append(row)
-    return out
+            for x in range(len(blocked[0]))
+        ]
+        for y in range(len(blocked))
+    ]
 
 
 def gates(blocked, width_limit=None):
-    """Gates by their definition: {cell: (axis, width in cells)}. ``width_limit``: runs narrower than this (radius > 0)."""
+    """Gates by their definition: {cell: (axis, cells)}. ``width_limit``: runs narrower than this."""
     h, w = len(blocked), len(blocked[0])
     out = {}
     for y in range(h):
@@ -160,11 +159,19 @@ def gates(blocked, width_limit=None):
             found = []
             for axis, dx, dy in (("x", 1, 0), ("y", 0, 1)):
                 a = b = 0
-                while 0 <= x - (a + 1) * dx and 0 <= y - (a + 1) * dy and not blocked[y - (a + 1) * dy][x - (a + 1) * dx]:
+                while (
+                    x - (a + 1) * dx >= 0
+                    and y - (a + 1) * dy >= 0
+                    and not blocked[y - (a + 1) * dy][x - (a + 1) * dx]
+                ):
                     a += 1
-                    if x - a * dx == 0 and dx or y - a * dy == 0 and dy:
+                    if (x - a * dx == 0 and dx) or (y - a * dy == 0 and dy):
                         break
-                while x + (b + 1) * dx < w and y + (b + 1) * dy < h and not blocked[y + (b + 1) * dy][x + (b + 1) * dx]:
+                while (
+                    x + (b + 1) * dx < w
+                    and y + (b + 1) * dy < h
+                    and not blocked[y + (b + 1) * dy][x + (b + 1) * dx]
+                ):
                     b += 1
                 low = (x - (a + 1) * dx, y - (a + 1) * dy)
                 high = (x + (b + 1) * dx, y + (b + 1) * dy)
@@ -175,3 +182,31 @@ def gates(blocked, width_limit=None):
             if found:
                 out[x, y] = ("".join(f[0] for f in found), min(f[1] for f in found))
     return out
+
+
+def dead_ends(blocked, found, strict):
+    """Gates that lead nowhere: sweep over all of them until nothing changes."""
+    free = [[not b for b in row] for row in blocked]
+    dead = set()
+
+    def leads(x, y, ahead, across):
+        """Whether (x, y) can be left towards ``ahead``."""
+        for s in (-1, 0, 1):
+            n = (x + ahead[0] + s * across[0], y + ahead[1] + s * across[1])
+            if not free_at(free, *n) or n in dead:
+                continue
+            corners = [(x + ahead[0], y + ahead[1]), (x + s * across[0], y + s * across[1])]
+            if s == 0 or not strict or all(free_at(free, *c) for c in corners):
+                return True
+        return False
+
+    while True:
+        more = set()
+        for (x, y), (axis, _) in found.items():
+            up_and_down = leads(x, y, (0, -1), (1, 0)) and leads(x, y, (0, 1), (1, 0))
+            left_and_right = leads(x, y, (-1, 0), (0, 1)) and leads(x, y, (1, 0), (0, 1))
+            if (x, y) not in dead and not (("x" in axis and up_and_down) or ("y" in axis and left_and_right)):
+                more.add((x, y))
+        if not more:
+            return dead
+        dead |= more

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -17,16 +18,16 @@ from numpy.typing import NDArray
 from lampyris.errors import LimitError, SceneError, SettingError
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import free_space, moves_for
-from lampyris.kernels import wavefront
+from lampyris.kernels import descent, wavefront
 from lampyris.model.field import Field
 from lampyris.model.grid import frozen
 from lampyris.model.moves import MOVES, PELL_Q, Moves
 from lampyris.model.scene import Scene
-from lampyris.typing import BoolGrid, Cell
+from lampyris.typing import BoolGrid, Cell, Floats
 
 _EIGHT = MOVES["octile"].offsets
-_RING = 16
-"""Levels that may wait for a head of :func:`lampyris.kernels.wavefront.two_heads`."""
+_AHEAD = 25
+"""How far past the end of the list of cells the kernels may look ahead."""
 _SCRATCH_BYTES = 64 << 20
 """Largest scratch kept from call to call: on some machines fresh memory costs more than the wavefront."""
 
@@ -98,17 +99,18 @@ def solve(
     # One block, not three: freed and asked for again it comes back without the pages being faulted in anew.
     n = frame.size
     _, (luciferin, cost, step) = _carve(None, (n, np.float64), (n, frame.dtype), (n, np.int8))
-    luciferin.fill(np.inf)
-    cost.fill(-1)
     step.fill(-1)
     count = 0
     if free[goal[1], goal[0]]:
         until = 0
         if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
             until = frame.index(stop)
-        order, toll, count = _expand(frame, free, moves, frame.index(goal), until, cost, step)
-        jump = frame.table(moves)[0]
-        wavefront.glow(order, toll, count, step, jump, luciferin, 1.0 - rho, float(gamma), float(moves.unit))
+        count = _Wave(frame, free, moves, frame.index(goal), until).run(
+            cost, step, luciferin, (1.0 - rho, float(gamma), float(moves.unit))
+        )
+    else:
+        cost.fill(-1)
+        luciferin.fill(np.inf)
     return Field(
         free=free,
         exact=frame.inside(cost),
@@ -128,9 +130,8 @@ class _Frame:
 
     def __init__(self, free: BoolGrid, moves: Moves) -> None:
         self.pad = moves.reach
-        height, width = free.shape
-        self.width = width + 2 * self.pad
-        self.rows = height + 2 * self.pad
+        self.rows: int = free.shape[0] + 2 * self.pad
+        self.width: int = free.shape[1] + 2 * self.pad
         self.size = self.width * self.rows
         most = max(moves.costs)
         if moves.unit == PELL_Q and free.size >= PELL_Q:
@@ -180,61 +181,103 @@ def _table(
     return np.array(jump, np.int64), np.array(side, np.int64), np.array(other, np.int64)
 
 
-def _expand(
-    frame: _Frame,
-    free: BoolGrid,
-    moves: Moves,
-    goal: int,
-    stop: int,
-    cost: NDArray[Any],
-    step: NDArray[np.int8],
-) -> tuple[NDArray[Any], NDArray[Any], int]:
-    """Fill in costs and parents by the wavefront that suits the moves; return order, toll and how many."""
-    n, pad = frame.size, frame.pad
-    a, b = moves.unit, moves.diagonal
-    inner = (slice(pad, frame.rows - pad), slice(pad, frame.width - pad))
-    eight = moves.offsets == _EIGHT and moves.costs == (b,) * 4 + (a,) * 4 and a < b <= 2 * a
-    if eight and moves.corner_cutting and b < _RING:
-        fresh, order, toll, ring = _SCRATCH.take(
-            (n, np.uint8), (n + 1, np.uint32), (n + 1, frame.dtype), (2 * _RING, np.int64)
-        )
-        fresh[:] = 0
-        fresh.reshape(frame.rows, frame.width)[inner] = free
-        count = wavefront.two_heads(
-            cost, fresh, order, toll, ring[:_RING], ring[_RING:], frame.width, goal, stop, a, b
-        )
-        wavefront.parents8(cost, step, frame.width, frame.rows, a, b, 0, frame.never - 1)
-        return order, toll, count
-    # -1 at walls, never elsewhere, by arithmetic: a masked copy is ten times slower in clutter.
-    plane = cost.reshape(frame.rows, frame.width)[inner]
-    np.multiply(free, frame.dtype(frame.never + 1), out=plane)
-    np.subtract(plane, 1, out=plane)
-    if eight:
-        guard = 0 if moves.corner_cutting else -1
-        order, toll = _SCRATCH.take((2 * n + 2, np.uint32), (n + 1, frame.dtype))
-        count = wavefront.windows(cost, order, toll, n + 1, frame.width, goal, stop, a, b, guard)
-        limit = _limit(cost, stop, frame)
-        wavefront.parents8(cost, step, frame.width, frame.rows, a, b, guard, limit)
-        return order, toll, count
-    least = min(moves.costs)
-    if not 0 < least <= max(moves.costs) < 3 * least:
-        raise SettingError(
-            "MOVES", f"costs {moves.costs}", allowed="positive, the greatest below three times the least"
-        )
-    jump, side, other = frame.table(moves)
-    price = np.array(moves.costs, dtype=frame.dtype)
-    order, toll, ends = _SCRATCH.take((3 * n + 3, np.uint32), (n + 1, frame.dtype), (3, np.uint64))
-    count = wavefront.ripple(cost, order, toll, ends, n + 1, jump, side, other, price, goal, stop, least)
-    wavefront.parents(
-        cost, step, frame.width, frame.rows, pad, jump, side, other, price, _limit(cost, stop, frame)
-    )
-    return order, toll, count
+@dataclass(frozen=True, slots=True)
+class _Wave:
+    """One run of the wavefront that suits the moves, with parents and luciferin. ``stop``: 0 for never."""
 
+    frame: _Frame
+    free: BoolGrid
+    moves: Moves
+    goal: int
+    stop: int
 
-def _limit(cost: NDArray[Any], stop: int, frame: _Frame) -> int:
-    """The greatest cost that is final."""
-    found = int(cost[stop])
-    return found if stop > 0 and found < frame.never else frame.never - 1
+    def run(
+        self,
+        cost: NDArray[Any],
+        step: NDArray[np.int8],
+        luciferin: Floats,
+        shares: tuple[float, float, float],
+    ) -> int:
+        """Fill the three maps; how many cells were settled. ``shares``: 1 - rho, gamma, unit."""
+        moves = self.moves
+        a, b = moves.unit, moves.diagonal
+        if moves.offsets != _EIGHT or moves.costs != (b,) * 4 + (a,) * 4 or not a < b <= 2 * a:
+            return self._ripple(cost, step, luciferin, shares)
+        if moves.corner_cutting and self.frame.dtype is np.int32:
+            return self._two_heads(cost, step, luciferin, shares)
+        return self._windows(cost, step, luciferin, shares)
+
+    def _two_heads(
+        self,
+        cost: NDArray[Any],
+        step: NDArray[np.int8],
+        luciferin: Floats,
+        shares: tuple[float, float, float],
+    ) -> int:
+        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
+        order, *levels = _SCRATCH.take((n + _AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
+        width, rows = frame.width, frame.rows
+        many = wavefront.two_heads(
+            self._rooms, cost, order, *levels, width, self.goal, self.stop, a, b, frame.never
+        )
+        descent.parents8(cost, step, width, rows, a, b, 0, frame.never - 1)
+        descent.glow_levels(order, *levels, many, step, self._jump, luciferin, np.inf, *shares)
+        return int(levels[1][many - 1])
+
+    def _windows(
+        self,
+        cost: NDArray[Any],
+        step: NDArray[np.int8],
+        luciferin: Floats,
+        shares: tuple[float, float, float],
+    ) -> int:
+        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
+        order, toll = _SCRATCH.take((2 * n + 2 + _AHEAD, np.uint32), (n + 1, frame.dtype))
+        guard = 0 if self.moves.corner_cutting else -1
+        width, rows = frame.width, frame.rows
+        count = wavefront.windows(
+            self._rooms, cost, order, toll, n + 1, width, self.goal, self.stop, a, b, guard, frame.never
+        )
+        descent.parents8(cost, step, width, rows, a, b, guard, self._limit(cost))
+        descent.glow(order, toll, count, step, self._jump, luciferin, np.inf, *shares)
+        return int(count)
+
+    def _ripple(
+        self,
+        cost: NDArray[Any],
+        step: NDArray[np.int8],
+        luciferin: Floats,
+        shares: tuple[float, float, float],
+    ) -> int:
+        frame, n, costs = self.frame, self.frame.size, self.moves.costs
+        least = min(costs)
+        if not 0 < least <= max(costs) < 3 * least:
+            allowed = "positive, the greatest below three times the least"
+            raise SettingError("MOVES", f"costs {costs}", allowed=allowed)
+        lists = (3 * n + 3 + _AHEAD, np.uint32)
+        order, toll, ends = _SCRATCH.take(lists, (n + 1, frame.dtype), (3, np.uint64))
+        table = (*frame.table(self.moves), np.array(costs, dtype=frame.dtype))
+        width, rows, pad = frame.width, frame.rows, frame.pad
+        count = wavefront.ripple(
+            self._rooms, cost, order, toll, ends, n + 1, *table, width, pad, self.goal, self.stop, least,
+            frame.never,
+        )  # fmt: skip
+        descent.parents(cost, step, width, rows, pad, *table, self._limit(cost))
+        descent.glow(order, toll, count, step, self._jump, luciferin, np.inf, *shares)
+        return int(count)
+
+    @property
+    def _rooms(self) -> NDArray[np.uint8]:
+        return self.free.view(np.uint8).ravel()
+
+    @property
+    def _jump(self) -> NDArray[np.int64]:
+        return self.frame.table(self.moves)[0]
+
+    def _limit(self, cost: NDArray[Any]) -> int:
+        """The greatest cost that is final."""
+        found, never = int(cost[self.stop]), self.frame.never
+        return found if self.stop > 0 and found < never else never - 1
 
 
 Wanted = tuple[int, Any]
@@ -281,7 +324,9 @@ def _own(free: BoolGrid) -> BoolGrid:
             f"free has shape {array.shape} of {array.dtype}",
             allowed="bool, (height, width), not empty",
         )
-    return frozen(array.copy()) if array.flags.writeable else array
+    if array.flags.writeable or not array.flags.c_contiguous:
+        array = frozen(np.array(array, order="C"))
+    return array
 
 
 def _check(rho: float, gamma: float) -> None:

@@ -2,28 +2,30 @@
 
 A kernel is written once, as a plain function over *flat* sequences. It runs in two forms with equal results:
 
-* **plain**: Python over lists, about 400 ns a cell. Small work is over sooner this way than importing numba takes
-  (0.25 s, and about 1 s to compile a kernel for the first time).
+* **plain**: Python over lists, about 400 ns a cell. Small work is over sooner this way than importing numba
+  takes (0.25 s, and about 1 s to compile a kernel for the first time).
 * **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work.
 
-``NUMBA_DISABLE_JIT=1`` keeps the plain form always. Which form ran never changes a result: kernels use integers and
-``+ - * / sqrt`` on float64, in a stated order, without fastmath.
+``NUMBA_DISABLE_JIT=1`` keeps the plain form always. Which form ran never changes a result: kernels use
+integers and ``+ - * / sqrt`` on float64, in a stated order, without fastmath.
 
 Rules for kernel source
 -----------------------
-* arguments are scalars and one-dimensional arrays; nothing is allocated inside; results are written into arguments
-  named in ``out``;
-* unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed; and numba
-  turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write ``u64(1)``);
-* a kernel may call other kernels of its own file only: numba's disk cache notices a changed file, not a changed callee
-  elsewhere.
+* arguments are scalars and one-dimensional arrays; nothing is allocated inside; results are written into
+  arguments named in ``out``;
+* unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed; and
+  numba turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write
+  ``u64(1)``);
+* a kernel may call other kernels of its own file only: numba's disk cache notices a changed file, not a
+  changed callee elsewhere.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from types import FunctionType
 from typing import Any
 
@@ -32,7 +34,7 @@ import numpy as np
 PLAIN_CELLS = 120_000
 """Largest work (elements of the longest array) that a kernel does in its plain form in a fresh process."""
 PLAIN_TOTAL = 400_000
-"""After so many elements in plain form, all kernels together, compiling pays: about the time numba's import takes."""
+"""After so many elements in plain form, all kernels together, compiling pays."""
 
 _spent = 0
 
@@ -40,6 +42,14 @@ _spent = 0
 def u64(value: Any) -> Any:
     """Make an unsigned 64-bit index in the compiled form; the value itself in the plain form."""
     return value
+
+
+def fetch(array: Any, index: Any) -> None:
+    """Say that ``array[index]`` will be written to soon: fetch it meanwhile. Nothing in the plain form.
+
+    A store to a line of memory that is far away holds up every store after it, and unlike a load that is made
+    early, this never waits. The index may lie anywhere; it must be unsigned.
+    """
 
 
 def jit_disabled() -> bool:
@@ -83,7 +93,7 @@ class Kernel:
         return True
 
     def run_plain(self, *args: Any) -> Any:
-        """Run the plain form: arrays become lists (indexing them is four times quicker) and results are copied back."""
+        """Run the plain form: arrays become lists (four times quicker to index), results are copied back."""
         given = [a.tolist() if isinstance(a, np.ndarray) else a for a in args]
         result = self.linked()(*given)
         for k in self._out:
@@ -93,7 +103,7 @@ class Kernel:
     def linked(self) -> Callable[..., Any]:
         """The plain form with plain callees: the lists it passes on must never reach a compiled one."""
         if self._linked is None:
-            self._linked = _twin(self, lambda callee: callee.linked(), u64)
+            self._linked = _twin(self, lambda callee: callee.linked(), {})
         return self._linked
 
     def compiled(self) -> Callable[..., Any]:
@@ -116,13 +126,35 @@ def kernel(*, out: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Kernel]
 def _compile(k: Kernel) -> Callable[..., Any]:
     import numba
 
-    # The compiled form must see compiled callees and a real u64.
-    twin = _twin(k, lambda callee: callee.compiled(), np.uint64)
+    # The compiled form must see compiled callees, a real u64 and a real fetch.
+    twin = _twin(k, lambda callee: callee.compiled(), {u64: np.uint64, fetch: _prefetch()})
     return numba.njit(cache=_cache_works(k), nogil=True, fastmath=False)(twin)
 
 
-def _twin(k: Kernel, form: Callable[[Kernel], Any], unsigned: Any) -> FunctionType:
-    """The kernel's source over a copy of its module's globals, one form of each callee in place of the Kernel.
+@cache
+def _prefetch() -> Any:
+    """The compiled form of :func:`fetch`: LLVM's prefetch, for writing, to the nearest cache."""
+    from llvmlite import ir  # type: ignore[import-untyped]
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def fetch(typing: Any, array: Any, index: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            byte, word = ir.IntType(8).as_pointer(), ir.IntType(32)
+            data = context.make_array(signature.args[0])(context, builder, args[0]).data
+            kind = ir.FunctionType(ir.VoidType(), [byte, word, word, word])
+            prefetch = builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
+            place = builder.bitcast(builder.gep(data, [args[1]]), byte)
+            builder.call(prefetch, [place, word(1), word(3), word(1)])
+            return context.get_dummy_value()
+
+        return types.void(array, index), generate
+
+    return intrinsic(fetch)
+
+
+def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:
+    """The source over a copy of its module's globals, one form of each callee and helper in place of another.
 
     The module itself is left alone.
     """
@@ -132,8 +164,8 @@ def _twin(k: Kernel, form: Callable[[Kernel], Any], unsigned: Any) -> FunctionTy
         value = scope[name]
         if isinstance(value, Kernel):
             scope[name] = form(value)
-        elif value is u64:
-            scope[name] = unsigned
+        elif callable(value) and value in helpers:
+            scope[name] = helpers[value]
     twin = FunctionType(k.plain.__code__, scope, k.plain.__name__, k.plain.__defaults__, k.plain.__closure__)
     twin.__module__ = k.plain.__module__
     twin.__qualname__ = k.plain.__qualname__

@@ -1,0 +1,92 @@
+"""Table 4.2 of the dissertation, cell by cell: luciferin, cost and back pointer; and its one gate."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lampyris.field.gates import find_gates
+from lampyris.field.solve import solve_field
+from lampyris.model.field import Field
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+
+TABLE = Path(__file__).resolve().parent.parent / "golden" / "table_4_2.csv"
+START, GOAL = (0, 9), (7, 0)
+
+# Printed with fewer digits than the rest, or cut off: our value is on the right.
+ROUNDED = {(3, 1): 4.2816, (4, 1): 2.976, (0, 5): 11.487375}
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[dict[str, str]]:
+    with TABLE.open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def grid(rows: list[dict[str, str]]) -> Grid:
+    blocked = np.zeros((10, 10), dtype=np.bool_)
+    for r in rows:
+        blocked[int(r["y"]), int(r["x"])] = r["blocked"] == "1"
+    return Grid(blocked, name="guide")
+
+
+@pytest.fixture(scope="module")
+def field(grid: Grid) -> Field:
+    return solve_field(Scene(grid, START, GOAL, moves="dissertation"))
+
+
+def test_the_table_is_whole(rows: list[dict[str, str]]) -> None:
+    assert len(rows) == 100
+    assert sum(r["blocked"] == "0" for r in rows) == 78
+
+
+def test_every_cost(rows: list[dict[str, str]], field: Field) -> None:
+    for r in rows:
+        x, y = int(r["x"]), int(r["y"])
+        expected = -1 if r["blocked"] == "1" else round(float(r["cost"]) * 10)
+        assert field.exact[y, x] == expected, (x, y)
+
+
+def test_every_back_pointer(rows: list[dict[str, str]], field: Field) -> None:
+    parent = field.parent
+    for r in rows:
+        x, y = int(r["x"]), int(r["y"])
+        expected = int(r["back_y"]) * 10 + int(r["back_x"]) if r["back_x"] else -1
+        assert parent[y, x] == expected, (x, y)
+
+
+def test_every_luciferin(rows: list[dict[str, str]], field: Field) -> None:
+    for r in rows:
+        x, y = int(r["x"]), int(r["y"])
+        ours, printed = field.luciferin[y, x], float(r["luciferin_printed"])
+        if r["blocked"] == "1":
+            assert ours == np.inf
+            assert printed == 10000
+        elif (x, y) in ROUNDED:
+            assert ours == pytest.approx(ROUNDED[x, y], abs=1e-6)
+            assert 0.0011 < ours - printed < 0.01
+        else:
+            # The table cuts digits off rather than rounding them.
+            assert -1e-9 <= ours - printed < 0.0011, (x, y)
+
+
+def test_the_one_gate_is_a_dead_end(grid: Grid) -> None:
+    (gate,) = find_gates(grid)
+    assert (gate.cell, gate.axis, gate.width_m, gate.dead_end) == ((7, 5), "x", 1.0, True)
+
+
+def test_closing_the_gate_changes_its_cell_alone(grid: Grid, field: Field) -> None:
+    closed = solve_field(Scene(grid, START, GOAL, moves="dissertation"), gates="close")
+    differs = np.argwhere(closed.exact != field.exact)
+    assert differs.tolist() == [[5, 7]]
+    assert not closed.free[5, 7]
+
+
+def test_an_end_in_a_gate_stays_open(grid: Grid) -> None:
+    scene = Scene(grid, START, (7, 5), moves="dissertation")
+    assert solve_field(scene, gates="close").exact[START[1], START[0]] > 0
