@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.maps.colours import read_colour, read_palette
-from lampyris.maps.document import UNKNOWN, Reading, Source, plural
+from lampyris.maps.colours import Pixels, read_pixels
+from lampyris.maps.document import Reading, Source
 
 MAGIC = b"BM"
 _HEADERS = (12, 40, 52, 56, 64, 108, 124)
@@ -52,21 +52,21 @@ def read_bmp(source: Source) -> Reading:
     FileError : BMP_HEADER, BMP_DEPTH, BMP_PACKING, IMG_SIZE, IMG_TRUNCATED, IMG_CORRUPT, IMG_COLOUR.
     LimitError : IMG_TOO_LARGE, from the header.
     """
+    return read_pixels(pixels_bmp(source), source)
+
+
+def pixels_bmp(source: Source) -> Pixels:
+    """The pixels of a BMP, not yet interpreted: errors as of :func:`read_bmp`, but for IMG_COLOUR."""
     h = _header(source)
     source.check_size(h.width, h.height, "IMG_TOO_LARGE")
     if h.bits > 8:
         rgb, transparent = _true_colour(source, h)
-        return read_colour(rgb, transparent, source)
+        return Pixels(rgb, clear=transparent)
     table = _palette(source, h)
     if h.packing == _RGB:
-        return read_palette(_indices(source, h), table, np.full(len(table), 255, np.uint8), source)
+        return Pixels(_indices(source, h), palette=table)
     index, painted = _run_lengths(source, h)
-    reading = read_palette(index, table, np.full(len(table), 255, np.uint8), source)
-    if painted.all():
-        return reading
-    reading.codes[~painted] = UNKNOWN
-    note = f"{plural(int((~painted).sum()), 'pixel')} the picture leaves out read as unknown"
-    return Reading(reading.codes, (*reading.notes, note))
+    return Pixels(index, palette=table, left_out=~painted)
 
 
 def _header(source: Source) -> _Header:

@@ -10,6 +10,7 @@ with soft edges gets walls that are a little too thick, never too thin.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,54 @@ SHADES = {
 """The colour each code is saved in."""
 
 _ALLOWED = "grey, or the legend: red start, gold (255,215,0) goal, deep pink (255,20,147) moving obstacle"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pixels:
+    """What a picture holds, before anyone says what it means.
+
+    Parameters
+    ----------
+    samples : unsigned integers: grey, or indices of the palette, (height, width); or colours
+        (height, width, 3).
+    maxval : what grey samples call white; colours and palettes have 255.
+    clear : bool (height, width), True where a pixel is not wholly opaque, or None.
+    palette : uint8, (n, 3), the colours that indices mean, or None; then ``alpha``, uint8 (n,), says how
+        opaque each is.
+    left_out : bool (height, width), True where a run-length code skips the pixel, or None.
+    halved : the file has 16 bits a channel, of which the decoder left the upper 8.
+    notes : what else there is to say.
+    """
+
+    samples: NDArray[Any]
+    maxval: int = 255
+    clear: NDArray[np.bool_] | None = None
+    palette: NDArray[np.uint8] | None = None
+    alpha: NDArray[np.uint8] | None = None
+    left_out: NDArray[np.bool_] | None = None
+    halved: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def read_pixels(pixels: Pixels, source: Source) -> Reading:
+    """Codes of a picture by the legend and the grey rule.
+
+    Raises
+    ------
+    FileError : an index beyond the palette, a colour that is neither grey nor of the legend.
+    """
+    if pixels.palette is not None:
+        alpha = np.full(len(pixels.palette), 255, np.uint8) if pixels.alpha is None else pixels.alpha
+        reading = read_palette(pixels.samples, pixels.palette, alpha, source)
+    elif pixels.samples.ndim == 3:
+        reading = read_colour(pixels.samples, pixels.clear, source)
+    else:
+        reading = read_grey(pixels.samples, pixels.maxval, pixels.clear)
+    notes = (*pixels.notes, *reading.notes)
+    if pixels.left_out is not None and (n := int(np.count_nonzero(pixels.left_out))):
+        reading.codes[pixels.left_out] = UNKNOWN
+        notes += (f"{plural(n, 'pixel')} the picture leaves out read as unknown",)
+    return Reading(reading.codes, notes)
 
 
 def grey_table(maxval: int) -> CodeGrid:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.maps.colours import read_colour, read_grey, read_palette
+from lampyris.maps.colours import Pixels, read_pixels
 from lampyris.maps.document import Reading, Source
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
@@ -57,11 +57,14 @@ def read_png(source: Source) -> Reading:
     FileError : IMG_CORRUPT, IMG_TRUNCATED, IMG_SIZE, IMG_FRAMES or IMG_COLOUR.
     LimitError : IMG_TOO_LARGE, from the header and before anything is decoded.
     """
+    return read_pixels(pixels_png(source), source)
+
+
+def pixels_png(source: Source) -> Pixels:
+    """The pixels of a PNG, not yet interpreted: errors as of :func:`read_png`, but for IMG_COLOUR."""
     png = _take_apart(source)
     _check_length(source, png)
-    samples = _decode(source, png)
-    reading = _codes(source, png, samples)
-    return Reading(reading.codes, (*png.notes, *reading.notes))
+    return _pixels(png, _decode(source, png))
 
 
 def _take_apart(source: Source) -> _Png:
@@ -224,7 +227,9 @@ def _chunk(kind: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(body, zlib.crc32(kind)))
 
 
-def _codes(source: Source, png: _Png, samples: NDArray[Any]) -> Reading:
+def _pixels(png: _Png, samples: NDArray[Any]) -> Pixels:
+    """Samples with their palette and what is transparent."""
+    notes = png.notes
     key = (
         None
         if png.transparency is None
@@ -235,7 +240,7 @@ def _codes(source: Source, png: _Png, samples: NDArray[Any]) -> Reading:
         alpha = np.full(len(colours), 255, dtype=np.uint8)
         if key is not None:
             alpha[: len(key)] = key
-        return read_palette(samples, colours, alpha, source)
+        return Pixels(samples, palette=colours, alpha=alpha, notes=notes)
     if png.colour == _GREY:
         maxval = 65535 if png.depth == 16 else 255
         if samples.dtype == np.bool_:
@@ -246,16 +251,17 @@ def _codes(source: Source, png: _Png, samples: NDArray[Any]) -> Reading:
             if key is None
             else samples == int(key[0]) * (255 // ((1 << png.depth) - 1) if png.depth < 8 else 1)
         )
-        return read_grey(samples.astype(np.uint16, copy=False) if maxval > 255 else samples, maxval, clear)
+        grey = samples.astype(np.uint16, copy=False) if maxval > 255 else samples
+        return Pixels(grey, maxval, clear, notes=notes)
+    halved = png.depth == 16
     if png.colour == _RGB:
         # Of 16-bit colours only the upper byte is left: more pixels may match, and they become unknown, not
         # free.
-        clear = None if key is None else (samples == (key >> 8 if png.depth == 16 else key)).all(axis=2)
-        return read_colour(samples[..., :3], clear, source)
+        clear = None if key is None else (samples == (key >> 8 if halved else key)).all(axis=2)
+        return Pixels(samples[..., :3], clear=clear, halved=halved, notes=notes)
     clear = samples[..., -1] < 255
-    if samples.shape[2] == 2:
-        return read_grey(samples[..., 0], 255, clear)
-    return read_colour(samples[..., :3], clear, source)
+    shades = samples[..., 0] if samples.shape[2] == 2 else samples[..., :3]
+    return Pixels(shades, clear=clear, halved=halved, notes=notes)
 
 
 _FOREIGN = (

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.maps.colours import read_colour, read_grey
+from lampyris.maps.colours import Pixels, read_pixels
 from lampyris.maps.document import Reading, Source, first_bad
 
 HEADER_BYTES = 4096
@@ -48,6 +48,11 @@ def read_pgm(source: Source) -> Reading:
         IMG_COLOUR.
     LimitError : IMG_TOO_LARGE, from the header.
     """
+    return read_pixels(pixels_pgm(source), source)
+
+
+def pixels_pgm(source: Source) -> Pixels:
+    """The pixels of one picture, not yet interpreted: errors as of :func:`read_pgm`, but for IMG_COLOUR."""
     header = _header(source)
     source.check_size(header.width, header.height, "IMG_TOO_LARGE")
     if header.kind in (1, 2):
@@ -55,15 +60,15 @@ def read_pgm(source: Source) -> Reading:
     else:
         samples = _raw(source, header)
     if header.kind in (1, 4):
-        return read_grey((1 - samples).astype(np.uint8), 1)  # in a bitmap 1 is black
+        return Pixels((1 - samples).astype(np.uint8), 1)  # in a bitmap 1 is black
     if header.kind == 6:
-        return read_colour(samples.astype(np.uint8), None, source)
+        return Pixels(samples.astype(np.uint8))
     if int(samples.max()) > header.maxval:
         x, y = first_bad(samples > header.maxval)
         raise source.error(
             "PGM_SAMPLE", f"sample {samples[y, x]}", f"pixel ({x},{y})", f"0 to {header.maxval}, the maxval"
         )
-    return read_grey(samples, header.maxval)
+    return Pixels(samples, header.maxval)
 
 
 def _header(source: Source) -> _Header:
