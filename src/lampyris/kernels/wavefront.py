@@ -17,12 +17,12 @@ clutter costs no more than open floor.
 * :func:`ripple`: any step set with costs below three straights (``four``, ``sixteen``); the same windows,
   moves from a table.
 
-Roads not taken, measured on maps of 512 x 512 cells: parents and luciferin in the same loop, one direction at a
-time so that the first touch is the parent (as quick in the open, twice as slow in clutter, where levels are
-short and every loop's end is mispredicted); luciferin when a cell is read again (half as slow again: stores to
-far memory hold up all the others); a byte that marks fresh cells beside the cost (a fifth slower); one record a
-cell instead of three arrays, and four neighbours through one table look-up (no gain). So parents and luciferin
-have passes of their own, in :mod:`.descent`.
+Roads not taken, measured on maps of 512 x 512 cells: parents and luciferin in the same loop, one direction at
+a time so that the first touch is the parent (as quick in the open, twice as slow in clutter, where levels are
+short and every loop's end is mispredicted); luciferin when a cell is read again (half as slow again: stores
+to far memory hold up all the others); a byte that marks fresh cells beside the cost (a fifth slower); one
+record a cell instead of three arrays, and four neighbours through one table look-up (no gain). So parents and
+luciferin have passes of their own, in :mod:`.descent`.
 """
 
 from __future__ import annotations
@@ -51,8 +51,7 @@ def _lay_out(free, cost, width, pad, never):
 
 @kernel(out=("cost", "order", "level_cost", "level_end"))
 def two_heads(free, cost, order, level_cost, level_end, width, goal, stop, straight, diagonal, never):
-    """Settle every cell that can reach the goal, corner cutting allowed, level by level; return how many
-    levels.
+    """Settle every cell that can reach the goal, corners cut, level by level; return how many levels.
 
     Parameters
     ----------
