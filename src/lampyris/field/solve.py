@@ -215,10 +215,12 @@ class _Wave:
         shares: tuple[float, float, float],
     ) -> int:
         frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
-        order, *levels = _SCRATCH.take((n + _AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
+        fresh, order, *levels = _SCRATCH.take(
+            (n, np.uint8), (n + _AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32)
+        )
         width, rows = frame.width, frame.rows
         many = wavefront.two_heads(
-            self._rooms, cost, order, *levels, width, self.goal, self.stop, a, b, frame.never
+            self._rooms, cost, fresh, order, *levels, width, self.goal, self.stop, a, b, frame.never
         )
         descent.parents8(cost, step, width, rows, a, b, 0, frame.never - 1)
         descent.glow_levels(order, *levels, many, step, self._jump, luciferin, np.inf, *shares)
