@@ -25,27 +25,45 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
     two = u64(2)
     below = w + w
     for y in range(u64(rows - 2)):
-        for i in range(y * w, y * w + w - two):
-            c = cost[i + w + one]
-            near = c - straight
-            far = c - diagonal
-            up = cost[i + one]
-            left = cost[i + w]
-            right = cost[i + w + two]
-            down = cost[i + below + one]
-            k = 7 if down == near else -1
-            k = 6 if up == near else k
-            k = 5 if right == near else k
-            k = 4 if left == near else k
-            k = 3 if (cost[i + below + two] == far) & (((down | right) & guard) >= 0) else k
-            k = 2 if (cost[i + below] == far) & (((down | left) & guard) >= 0) else k
-            k = 1 if (cost[i + two] == far) & (((up | right) & guard) >= 0) else k
-            k = 0 if (cost[i] == far) & (((up | left) & guard) >= 0) else k
-            step[i + w + one] = k if (c <= limit) & (c > 0) else -1
+        begin = y * w
+        end = begin + w - two
+        if guard == 0:
+            # Without the corner rule half of the work falls away.
+            for i in range(begin, end):
+                c = cost[i + w + one]
+                near = c - straight
+                far = c - diagonal
+                k = 7 if cost[i + below + one] == near else -1
+                k = 6 if cost[i + one] == near else k
+                k = 5 if cost[i + w + two] == near else k
+                k = 4 if cost[i + w] == near else k
+                k = 3 if cost[i + below + two] == far else k
+                k = 2 if cost[i + below] == far else k
+                k = 1 if cost[i + two] == far else k
+                k = 0 if cost[i] == far else k
+                step[i + w + one] = k if (c <= limit) & (c > 0) else -1
+        else:
+            for i in range(begin, end):
+                c = cost[i + w + one]
+                near = c - straight
+                far = c - diagonal
+                up = cost[i + one]
+                left = cost[i + w]
+                right = cost[i + w + two]
+                down = cost[i + below + one]
+                k = 7 if down == near else -1
+                k = 6 if up == near else k
+                k = 5 if right == near else k
+                k = 4 if left == near else k
+                k = 3 if (cost[i + below + two] == far) & ((down | right) >= 0) else k
+                k = 2 if (cost[i + below] == far) & ((down | left) >= 0) else k
+                k = 1 if (cost[i + two] == far) & ((up | right) >= 0) else k
+                k = 0 if (cost[i] == far) & ((up | left) >= 0) else k
+                step[i + w + one] = k if (c <= limit) & (c > 0) else -1
         # The row above is done with, and still in the cache. In the loop before this one it could not be
         # written: a map that is read at eight offsets while it is written cannot be handled many cells at
         # once.
-        for i in range(y * w, y * w + w):
+        for i in range(begin, begin + w):
             cost[i] = cost[i] if cost[i] <= limit else -1
     for i in range(u64(rows - 2) * w, u64(rows) * w):
         cost[i] = cost[i] if cost[i] <= limit else -1
