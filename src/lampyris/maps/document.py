@@ -6,6 +6,7 @@ import errno
 import os
 import stat
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +20,11 @@ from lampyris.typing import Cell
 
 CodeGrid: TypeAlias = NDArray[np.uint8]
 """uint8, (height, width): one of the codes below."""
+Occupancy: TypeAlias = NDArray[np.int8]
+"""int8, (height, width), row 0 on top: 0 free to 100 occupied, -1 unknown, as in nav_msgs/OccupancyGrid."""
+
+BYTES_PER_CELL = 8
+"""A file may have so many bytes for each cell allowed (16-bit colour with alpha), and a megabyte besides."""
 
 FREE, BLOCKED, UNKNOWN, START, GOAL, BODY = range(6)
 BAD = 255
@@ -34,12 +40,14 @@ class Query:
     start, goal : cells (x, y).
     gates : how many gate cells every optimal path passes, where that is known.
     label : where it comes from.
+    octile : straight and diagonal steps of the shortest way by octile moves, where that is known.
     """
 
     start: Cell
     goal: Cell
     gates: int | None = None
     label: str = ""
+    octile: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,8 +60,10 @@ class MapDocument:
     start, goal : the cells marked so, or None.
     bodies : the cells where moving obstacles are drawn, by rows.
     queries : stored start and goal pairs.
-    format : ``png``, ``bmp``, ``pgm``, ``movingai``, ``text``, ``numpy`` or ``bundled``.
+    format : ``png``, ``bmp``, ``pgm``, ``movingai``, ``text``, ``numpy``, ``ros`` or ``bundled``.
     notes : sentences a person should read (what was read as unknown, what was left out).
+    occupancy : what a ROS map says of each cell, 0 to 100 and -1, or None. In the grid, 0 is free and all
+        else is blocked.
     """
 
     grid: Grid
@@ -63,6 +73,7 @@ class MapDocument:
     queries: tuple[Query, ...] = ()
     format: str = ""
     notes: tuple[str, ...] = ()
+    occupancy: Occupancy | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +85,15 @@ class Source:
     data : all of the file.
     name : the file as the caller named it, for messages.
     max_cells : more cells than this are refused from the header.
+    allow_outside : whether a file may name another one that is not below its own folder.
+    strict : whether what is only doubtful is refused too, and not just noted.
     """
 
     data: bytes
     name: str
     max_cells: int = MAX_CELLS
+    allow_outside: bool = False
+    strict: bool = False
 
     def error(self, code: str, what: str, at: str = "", allowed: str = "", todo: str = "") -> FileError:
         """A FileError about this file, to be raised; ``at`` is a line, column or pixel."""
@@ -104,10 +119,15 @@ class Source:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What a reader hands back: codes (height, width), notes, and the format as it turned out to be."""
+    """What a reader hands back: codes (height, width), notes, and for formats that say so the metres a cell,
+    the origin (x, y, yaw) and the occupancy.
+    """
 
     codes: CodeGrid
     notes: tuple[str, ...] = ()
+    resolution: float | None = None
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    occupancy: Occupancy | None = None
 
 
 def check_limit(max_cells: int) -> int:
@@ -158,6 +178,25 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
     return data
 
 
+def byte_limit(max_cells: int) -> int:
+    """The most bytes a file of so many cells may have."""
+    return max_cells * BYTES_PER_CELL + 2**20
+
+
+def write_file(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file, whole.
+
+    Raises
+    ------
+    FileError : FILE_WRITE.
+    """
+    try:
+        Path(path).write_bytes(data)
+    except (OSError, ValueError) as problem:
+        why = getattr(problem, "strerror", None) or "cannot be written"
+        raise FileError("FILE_WRITE", why, where=str(path)) from None
+
+
 def _regular(mode: int, name: str) -> None:
     if not stat.S_ISREG(mode):
         kinds = ((stat.S_ISDIR, "directory"), (stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"))
@@ -180,8 +219,17 @@ def document(
     ------
     FileError : two starts or two goals.
     LimitError : more moving obstacles than a scene can hold.
-    SettingError : a resolution out of range.
+    SettingError : a resolution out of range, or another one than the file's own.
     """
+    if reading.resolution is not None:
+        if resolution is not None and resolution != reading.resolution:
+            raise SettingError(
+                "MAP_RESOLUTION",
+                f"resolution {resolution!r} given, the file says {reading.resolution!r}",
+                where=source.name,
+                todo="leave the resolution out",
+            )
+        resolution = reading.resolution
     codes = reading.codes
     unknown = codes == UNKNOWN
     blocked = (codes == BLOCKED) | unknown
@@ -196,9 +244,12 @@ def document(
         blocked,
         unknown=unknown if unknown.any() else None,
         resolution=1.0 if resolution is None else resolution,
+        origin=reading.origin,
         name=name,
     )
-    return MapDocument(grid, start, goal, bodies, queries, format, reading.notes)
+    if reading.occupancy is not None:
+        reading.occupancy.setflags(write=False)
+    return MapDocument(grid, start, goal, bodies, queries, format, reading.notes, reading.occupancy)
 
 
 def _only(codes: CodeGrid, code: int, what: str, source: Source) -> Cell | None:
@@ -214,6 +265,14 @@ def _only(codes: CodeGrid, code: int, what: str, source: Source) -> Cell | None:
             allowed=f"one {what}",
         )
     return cells[0]
+
+
+def grid_codes(grid: Grid) -> CodeGrid:
+    """The codes of a grid: free, blocked or unknown. An unknown cell that is not blocked is free."""
+    codes = np.where(grid.blocked, np.uint8(BLOCKED), np.uint8(FREE))
+    if grid.unknown is not None:
+        codes[grid.unknown & grid.blocked] = UNKNOWN
+    return codes
 
 
 def look_up(table: CodeGrid, samples: NDArray[np.uint8]) -> CodeGrid:

@@ -5,17 +5,23 @@ from __future__ import annotations
 import difflib
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lampyris.errors import FileError, SettingError
-from lampyris.maps import bmp, image, library, movingai, numpy_file, pgm, text
-from lampyris.maps.document import MapDocument, Reading, Source, check_limit, document, read_regular
+from lampyris.maps import bmp, image, library, movingai, numpy_file, pgm, ros, text
+from lampyris.maps.document import (
+    MapDocument,
+    Reading,
+    Source,
+    byte_limit,
+    check_limit,
+    document,
+    read_regular,
+)
 from lampyris.maps.make import MAX_CELLS
 
 HEAD_BYTES = 4096
-BYTES_PER_CELL = 8
-"""A file may have so many bytes for each cell allowed (16-bit colour with alpha), and a megabyte besides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +49,18 @@ FORMATS = (
     Format("numpy", (".npy",), lambda head: head.startswith(numpy_file.MAGIC), numpy_file.read_npy),
     Format("movingai", (".map",), movingai.looks_like, movingai.read_map),
 )
+ROS = Format("ros", ros.SUFFIXES, ros.looks_like, ros.read_ros)
 TEXT = Format("text", (".txt",), lambda head: True, text.read_text)
 _PICTURES = tuple(s for f in FORMATS[:3] for s in f.suffixes)
 
 
 def load_map(
-    name_or_path: str | os.PathLike[str], *, resolution: float | None = None, max_cells: int = MAX_CELLS
+    name_or_path: str | os.PathLike[str],
+    *,
+    resolution: float | None = None,
+    max_cells: int = MAX_CELLS,
+    allow_outside: bool = False,
+    strict: bool = False,
 ) -> MapDocument:
     """Read a map: one of the bundled maps by its name, or a file.
 
@@ -57,13 +69,18 @@ def load_map(
     name_or_path : a bundled name such as ``guide`` (write ``./guide`` for a file of that name), or a path.
     resolution : metres a cell; None is 1, for files that do not say.
     max_cells : more cells than this are refused, from the header, before anything is made for them.
+    allow_outside : whether a ROS map's picture may be in any folder. Otherwise ``..`` must not lead out of
+        the map's own; an absolute path, which Nav2 takes too, is followed with a note.
+    strict : for files of strangers. What a ROS map has of the doubtful is refused, not noted: absolute paths
+        and links that lead out of the folder, a negate other than 0 or 1, thresholds in the wrong order,
+        unknown keys.
 
     Raises
     ------
     FileError : FILE_MISSING (neither a map nor a file), FILE_KIND (a directory, pipe or device), or what is
         wrong in it.
     LimitError : IMG_TOO_LARGE, MAP_TOO_LARGE or FILE_TOO_LARGE.
-    SettingError : a resolution or limit out of its range.
+    SettingError : a resolution or limit out of its range, or a resolution where the file has another.
     """
     check_limit(max_cells)
     try:
@@ -75,37 +92,43 @@ def load_map(
     if isinstance(name_or_path, str) and name in library.names():
         return library.load(name, resolution=resolution, max_cells=max_cells)
     try:
-        data = read_regular(name, max_cells * BYTES_PER_CELL + 2**20)
+        data = read_regular(name, byte_limit(max_cells))
     except FileError as problem:
         if problem.code == "FILE_MISSING":
             raise _missing(name) from None
         raise
-    source = Source(data, name, max_cells)
+    source = Source(data, name, max_cells, allow_outside, strict)
     form = _format(source)
     reading = form.read(source)
     suffix = Path(name).suffix.lower()
-    known = next((f for f in (*FORMATS, TEXT) if suffix in f.suffixes), form)
+    known = next((f for f in (*FORMATS, ROS, TEXT) if suffix in f.suffixes), form)
     if known is not form:
         note = f"the file is called {suffix} and is {form.name}; it was read as what it is"
-        reading = Reading(reading.codes, (note, *reading.notes))
+        reading = replace(reading, notes=(note, *reading.notes))
     return document(reading, source, name=Path(name).name, format=form.name, resolution=resolution)
 
 
 def _format(source: Source) -> Format:
     """What a file is, by its first bytes."""
     head = source.data[:HEAD_BYTES]
+    suffix = Path(source.name).suffix.lower()
     if not head:
+        if suffix in ROS.suffixes:
+            return ROS  # its reader says what should be there
         raise source.error("IMG_EMPTY", "the file is empty")
     for form in FORMATS:
         if form.begins(head):
             return form
+    if ROS.begins(head):
+        return ROS
     other = image.foreign(head)
-    suffix = Path(source.name).suffix.lower()
+    if suffix in ROS.suffixes and not other:
+        return ROS
     if other or b"\0" in head or suffix in _PICTURES:
         raise source.error(
             "IMG_FORMAT",
             f"this is {other}" if other else f"not a PNG, BMP or PGM (starts with {_shown(head[:4])})",
-            allowed="PNG, BMP, PGM, MovingAI, plain text, NumPy",
+            allowed="PNG, BMP, PGM, ROS YAML, MovingAI, plain text, NumPy",
         )
     if suffix in FORMATS[-1].suffixes:
         return FORMATS[-1]  # its reader says what the first line should be

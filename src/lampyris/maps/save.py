@@ -10,9 +10,11 @@ ending     written                                 left out
 .pgm       P5: 255 free, 205 unknown, 0 blocked    start, goal and moving obstacles
 .npy       bool; int8 with -1 where unknown        start, goal and moving obstacles
 .map       MovingAI, ``.`` and ``@``               those, and that a cell is unknown (``@``)
+
+.yaml      ROS: YAML and ``.pgm``, as Nav2         start, goal and moving obstacles
 =========  ======================================  =========================================
 
-Resolution and origin are in none of them. Reading the file again gives the same blocked cells in every
+Resolution and origin are in ``.yaml`` alone. Reading the file again gives the same blocked cells in every
 format.
 """
 
@@ -25,15 +27,30 @@ from pathlib import Path
 
 import numpy as np
 
-from lampyris.errors import FileError, UsageError
+from lampyris.errors import UsageError
 from lampyris.maps.colours import SHADES
-from lampyris.maps.document import BLOCKED, BODY, FREE, GOAL, START, UNKNOWN, CodeGrid, MapDocument
+from lampyris.maps.document import (
+    BLOCKED,
+    BODY,
+    FREE,
+    GOAL,
+    START,
+    UNKNOWN,
+    CodeGrid,
+    MapDocument,
+    grid_codes,
+    write_file,
+)
+from lampyris.maps.ros import SUFFIXES
+from lampyris.maps.ros_write import save_ros
 from lampyris.maps.text import MEANING
 from lampyris.model.grid import Grid
 
 
 def save_map(what: MapDocument | Grid, path: str | os.PathLike[str]) -> None:
-    """Write a map, in the format that the ending of ``path`` names: .png, .txt, .pgm, .npy or .map.
+    """Write a map, in the format that the ending of ``path`` names: .png, .txt, .pgm, .npy, .map or .yaml.
+
+    With .yaml goes a picture of the same name; :func:`lampyris.maps.ros_write.save_ros` has more to choose.
 
     Raises
     ------
@@ -41,23 +58,20 @@ def save_map(what: MapDocument | Grid, path: str | os.PathLike[str]) -> None:
     FileError : the file cannot be written.
     """
     target = Path(path)
+    if target.suffix.lower() in SUFFIXES:
+        save_ros(what, target)
+        return
     write = WRITERS.get(target.suffix.lower())
     if write is None:
-        raise UsageError("MAP_ENDING", repr(target.suffix), where=str(target), allowed=", ".join(WRITERS))
-    data = write(codes_of(what))
-    try:
-        target.write_bytes(data)
-    except (OSError, ValueError) as problem:
-        why = getattr(problem, "strerror", None) or "cannot be written"
-        raise FileError("FILE_WRITE", why, where=str(target)) from None
+        raise UsageError(
+            "MAP_ENDING", repr(target.suffix), where=str(target), allowed=", ".join((*WRITERS, *SUFFIXES))
+        )
+    write_file(target, write(codes_of(what)))
 
 
 def codes_of(what: MapDocument | Grid) -> CodeGrid:
     """The codes of a map, uint8 (height, width). A mark wins over its cell, start and goal over obstacles."""
-    grid = what if isinstance(what, Grid) else what.grid
-    codes = np.where(grid.blocked, np.uint8(BLOCKED), np.uint8(FREE))
-    if grid.unknown is not None:
-        codes[grid.unknown & grid.blocked] = UNKNOWN
+    codes = grid_codes(what if isinstance(what, Grid) else what.grid)
     if isinstance(what, MapDocument):
         for x, y in what.bodies:
             codes[y, x] = BODY

@@ -94,18 +94,17 @@ class Grid:
 
         Raises
         ------
-        SettingError : a coordinate that is not finite.
+        SettingError : a coordinate that is not finite, or too large to be counted in cells.
         """
         if not (math.isfinite(x_m) and math.isfinite(y_m)):
             raise SettingError("POINT", f"({x_m}, {y_m})", allowed="finite metres")
         x0, y0, yaw = self.origin
         dx, dy = x_m - x0, y_m - y0
         cos, sin = math.cos(yaw), math.sin(yaw)
-        local_x, local_y = cos * dx + sin * dy, -sin * dx + cos * dy
-        return (
-            math.floor(local_x / self.resolution),
-            self.height - 1 - math.floor(local_y / self.resolution),
-        )
+        right, up = (cos * dx + sin * dy) / self.resolution, (-sin * dx + cos * dy) / self.resolution
+        if not (math.isfinite(right) and math.isfinite(up)):
+            raise SettingError("POINT", f"({x_m}, {y_m})", allowed="metres near the map")
+        return math.floor(right), self.height - 1 - math.floor(up)
 
 
 def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:

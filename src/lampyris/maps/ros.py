@@ -1,0 +1,201 @@
+"""ROS map_server maps: a YAML file and its picture, read by the rules of nav2_map_server, without ROS.
+
+The rules are those of ``map_io.cpp`` in Nav2 since April 2025. The picture is turned to 8-bit grey; with
+``p = grey / 255`` in 32-bit floats, ``occ`` is ``p`` if negated and ``1 - p`` otherwise. In the modes
+trinary and scale, ``occ >= occupied_thresh`` is 100, then ``occ <= free_thresh`` is 0 and wins where both
+hold; between them trinary has -1 and scale ``round(100 (occ - free) / (occupied - free))``; whatever is not
+wholly opaque is -1. In the mode raw the grey is the value, -1 above 100, and negate, thresholds and alpha
+mean nothing.
+
+Grey of 8 bits and less is exact. Other pictures follow what GraphicsMagick's source, built with 16 bits,
+does for Nav2: brightness of a colour is Rec. 601 luma, ``(306 R + 601 G + 117 B) >> 10``; deeper grey, and
+grey of another white, is scaled to 16 bits and divided by 257 downwards. That has not been run beside it.
+
+For planning only the value 0 is free. 1 to 99 (modes scale and raw) are blocked: Nav2's static layer takes
+them for free unless told otherwise, which is no default for a planner that knows nothing of costs. The
+values themselves are in ``MapDocument.occupancy``. -1 is unknown, and blocked.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import FileError
+from lampyris.maps import bmp, image, pgm
+from lampyris.maps.colours import Pixels
+from lampyris.maps.document import (
+    BLOCKED,
+    FREE,
+    UNKNOWN,
+    Occupancy,
+    Reading,
+    Source,
+    byte_limit,
+    first_bad,
+    look_up,
+    plural,
+    read_regular,
+)
+from lampyris.maps.ros_yaml import Doubts, MapYaml, check_keys, image_path
+from lampyris.maps.yaml_text import YamlDocument, read_yaml, shown
+
+SUFFIXES = (".yaml", ".yml")
+UNKNOWN_GREY = 205
+"""The grey map savers write unknown cells in."""
+_LIKELY = re.compile(rb"^(?:\xef\xbb\xbf)?\{?[ \t]*[\"']?image[\"']?[ \t]*:(?=\s|\"|$)", re.MULTILINE)
+
+
+def looks_like(head: bytes) -> bool:
+    """Whether a file begins like a map's YAML: text with a key ``image``."""
+    return b"\0" not in head and _LIKELY.search(head) is not None
+
+
+def read_ros(source: Source) -> Reading:
+    """Read a map's YAML and its picture.
+
+    Raises
+    ------
+    FileError : what :func:`lampyris.maps.yaml_text.read_yaml` says; MAP_KEY, MAP_RESOLUTION, MAP_ORIGIN,
+        MAP_THRESH, MAP_NEGATE or MAP_MODE with line and column; PATH_FORM, PATH_OUTSIDE, FILE_MISSING,
+        FILE_KIND or FILE_READ for the picture; IMG_DEPTH for 16 bits a channel with colour or alpha; and what
+        the reader of the picture says.
+    LimitError : YAML_SIZE, YAML_DEPTH, IMG_TOO_LARGE or FILE_TOO_LARGE.
+    """
+    document = read_yaml(source.data, source.name)
+    doubts = Doubts(source.strict)
+    says = check_keys(document, doubts)
+    path = image_path(document, says.image, source, doubts)
+    picture = _open(path, document, source)
+    pixels = _pixels(picture)
+    grey, colourful = _grey(pixels, picture)
+    occupancy = look_up(occupancy_table(says).view(np.uint8), grey).view(np.int8)
+    notes = [*doubts.notes, *pixels.notes, *_masked(occupancy, pixels, says)]
+    if colourful:
+        notes.append("a colour picture: its brightness decides (Rec. 601), not the legend of drawings")
+    notes += _counted(occupancy, grey, says)
+    codes = look_up(_CODES, occupancy.view(np.uint8))
+    return Reading(codes, tuple(notes), says.resolution, says.origin, occupancy)
+
+
+def occupancy_table(says: MapYaml) -> Occupancy:
+    """The occupancy of each grey 0 to 255, int8 (256,), opaque pixels."""
+    grey = np.arange(256)
+    if says.mode == "raw":
+        return np.where(grey <= 100, grey, -1).astype(np.int8)
+    p = grey.astype(np.float32) / np.float32(255)
+    occ = p if says.negate else np.float32(1) - p
+    # Nav2 holds thresholds as doubles and compares as floats: each is rounded first, their difference after.
+    occupied, free = np.float32(says.occupied_thresh), np.float32(says.free_thresh)
+    table = np.full(256, -1, dtype=np.int8)
+    table[occ >= occupied] = 100
+    table[occ <= free] = 0
+    if says.mode == "scale":
+        between = (occ > free) & (occ < occupied)
+        if between.any():
+            width = np.float32(says.occupied_thresh - says.free_thresh)
+            share = (occ[between] - free) / width * np.float32(100)
+            # Halves away from zero; in 64 bits, where adding a half is exact.
+            table[between] = np.floor(share.astype(np.float64) + 0.5).astype(np.int8)
+    return table
+
+
+_CODES = np.full(256, BLOCKED, dtype=np.uint8)
+_CODES[0] = FREE
+_CODES[255] = UNKNOWN  # -1, as a byte
+
+
+def _open(path: str, document: YamlDocument, source: Source) -> Source:
+    try:
+        data = read_regular(path, byte_limit(source.max_cells))
+    except FileError as problem:
+        raise document.error(problem.code, f"{shown(path)}: {problem.what}", "image") from None
+    return Source(data, path, source.max_cells)
+
+
+def _pixels(picture: Source) -> Pixels:
+    head = picture.data[:4096]
+    if not head:
+        raise picture.error("IMG_EMPTY", "the file is empty")
+    if head.startswith(image.MAGIC):
+        return image.pixels_png(picture)
+    if bmp.looks_like(head):
+        return bmp.pixels_bmp(picture)
+    if pgm.looks_like(head):
+        return pgm.pixels_pgm(picture)
+    other = image.foreign(head) or "none of them"
+    raise picture.error("IMG_FORMAT", f"this is {other}", allowed="PNG, BMP, PGM")
+
+
+def _grey(pixels: Pixels, picture: Source) -> tuple[NDArray[np.uint8], bool]:
+    """8-bit grey (height, width), and whether it was made from colours."""
+    if pixels.halved:
+        raise picture.error(
+            "IMG_DEPTH",
+            "16 bits a channel, with colour or alpha",
+            allowed="8 bits a channel, or 16-bit grey without alpha",
+            todo="save it with 8 bits a channel",
+        )
+    samples, palette = pixels.samples, pixels.palette
+    if palette is not None:
+        if len(palette) < 256 and int(samples.max()) >= len(palette):
+            x, y = first_bad(samples >= len(palette))
+            what = f"colour number {samples[y, x]}; the palette has {len(palette)}"
+            raise picture.error("IMG_CORRUPT", what, f"pixel ({x},{y})")
+        colourful = _has_colour(palette)
+        if colourful:
+            colourful = _has_colour(palette[np.bincount(samples.ravel(), minlength=len(palette)) > 0])
+        return look_up(np.pad(_luma(palette), (0, 256 - len(palette))), samples), colourful
+    if samples.ndim == 3:
+        return _luma(samples), _has_colour(samples)
+    if pixels.maxval == 255:
+        return samples.astype(np.uint8, copy=False), False
+    level = np.arange(pixels.maxval + 1, dtype=np.int64)
+    deep = (level * 65535 + pixels.maxval // 2) // pixels.maxval
+    grey: NDArray[np.uint8] = (deep // 257).astype(np.uint8)[samples]
+    return grey, False
+
+
+def _has_colour(rgb: NDArray[Any]) -> bool:
+    return bool((rgb != rgb[..., :1]).any())
+
+
+def _luma(rgb: NDArray[Any]) -> NDArray[np.uint8]:
+    """Rec. 601 luma as GraphicsMagick weighs it, in 1024ths, rounded down."""
+    total = np.multiply(rgb[..., 0], 306, dtype=np.uint32)
+    total += np.multiply(rgb[..., 1], 601, dtype=np.uint32)
+    total += np.multiply(rgb[..., 2], 117, dtype=np.uint32)
+    grey: NDArray[np.uint8] = (total >> np.uint32(10)).astype(np.uint8)
+    return grey
+
+
+def _masked(occupancy: Occupancy, pixels: Pixels, says: MapYaml) -> list[str]:
+    """Set to unknown, in place, what is not opaque or not in the file; and say so."""
+    notes = []
+    clear = pixels.clear
+    if pixels.alpha is not None and (pixels.alpha < 255).any():
+        clear = (pixels.alpha < 255)[pixels.samples]
+    if clear is not None and says.mode != "raw" and (n := int(np.count_nonzero(clear))):
+        occupancy[clear] = -1
+        notes.append(f"{plural(n, 'transparent pixel')} read as unknown")
+    if pixels.left_out is not None and (n := int(np.count_nonzero(pixels.left_out))):
+        occupancy[pixels.left_out] = -1
+        notes.append(f"{plural(n, 'pixel')} the picture leaves out read as unknown")
+    return notes
+
+
+def _counted(occupancy: Occupancy, grey: NDArray[np.uint8], says: MapYaml) -> list[str]:
+    """What should not pass in silence, with how many cells it concerns."""
+    notes = []
+    if says.mode != "raw" and (n := int(np.count_nonzero((grey == UNKNOWN_GREY) & (occupancy == 0)))):
+        why = "mode scale; trinary with" if says.mode == "scale" else f"free_thresh {says.free_thresh:g};"
+        what = f"grey {UNKNOWN_GREY}, which map savers write for unknown"
+        notes.append(f"{plural(n, 'pixel')} of {what}, read as free by {why} 0.196 keeps them unknown")
+    if n := int(np.count_nonzero(occupancy == -1)):
+        notes.append(f"{plural(n, 'cell')} unknown (blocked for planning)")
+    if n := int(np.count_nonzero((occupancy > 0) & (occupancy < 100))):
+        notes.append(f"{plural(n, 'cell')} of occupancy 1 to 99 read as blocked; only 0 is free")
+    return notes
