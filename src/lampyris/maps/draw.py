@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.typing import FloatGrid
@@ -51,7 +52,16 @@ class Draw:
         """One of the items, each as likely."""
         return items[self.below(len(items))]
 
+    def raw(self, count: int) -> NDArray[np.uint64]:
+        """So many raw draws of 64 bits."""
+        return np.asarray(self._bits.random_raw(count), dtype=np.uint64)
+
+    def belows(self, n: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Whole numbers 0 <= k < n, one for each n (1 to 2^31 each), in order: :meth:`below` for arrays."""
+        product = (self.raw(n.size) >> np.uint64(32)) * n.ravel().astype(np.uint64)
+        return (product >> np.uint64(32)).astype(np.int64).reshape(n.shape)
+
     def units(self, height: int, width: int) -> FloatGrid:
         """Numbers 0 <= u < 1, shape (height, width), drawn row by row."""
-        raw = np.asarray(self._bits.random_raw(height * width), dtype=np.uint64).reshape(height, width)
+        raw = self.raw(height * width).reshape(height, width)
         return (raw >> np.uint64(11)).astype(np.float64) / 2**53
