@@ -1,22 +1,29 @@
-"""The bundled maps: the dissertation's guide map, and maps of our own made by seeded recipes."""
+"""The bundled maps: the dissertation's guide map, and maps of our own made by seeded recipes.
+
+Every map is kept as its cells (text, or a PNG of one bit a cell), not only as its recipe: making the large
+ones takes up to a second besides the import of SciPy, reading them some hundredths. Its recipe is kept as
+well, and a test makes each map again and compares every cell.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from lampyris.errors import FileError
-from lampyris.maps.document import MapDocument, Query, Source, document
+from lampyris.maps.document import MapDocument, Query, Reading, Source, document
+from lampyris.maps.image import read_png
 from lampyris.maps.make import MAX_CELLS, Edit, make
+from lampyris.maps.recipes.recipe import did_you_mean
 from lampyris.maps.text import read_text
 from lampyris.typing import BoolGrid
+
+_READERS: Mapping[str, Callable[[Source], Reading]] = MappingProxyType({"txt": read_text, "png": read_png})
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +38,7 @@ class MapInfo:
     gates : gate cells in the whole map (method.md section 3).
     queries : stored starts and goals; the first is the map's own.
     recipe : in words, how to make the map again; empty for a map that was not made by a recipe.
+    hash : of its cells (:func:`lampyris.maps.map_hash.map_hash`).
     """
 
     name: str
@@ -42,6 +50,7 @@ class MapInfo:
     gates: int
     queries: tuple[Query, ...]
     recipe: str
+    hash: str
 
 
 def names() -> tuple[str, ...]:
@@ -58,37 +67,45 @@ def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CEL
     LimitError : it has more cells than ``max_cells``.
     """
     entry = _entry(name)
-    source = Source((files("lampyris.maps") / "data" / f"{name}.txt").read_bytes(), name, max_cells)
+    source = Source((files("lampyris.maps") / "data" / entry["file"]).read_bytes(), name, max_cells)
+    read = _READERS[entry["file"].rpartition(".")[2]]
     queries = _queries(entry)
-    made = document(
-        read_text(source), source, name=name, format="bundled", resolution=resolution, queries=queries
-    )
+    made = document(read(source), source, name=name, format="bundled", resolution=resolution, queries=queries)
     first = queries[0]
     return MapDocument(made.grid, first.start, first.goal, made.bodies, queries, "bundled", made.notes)
 
 
 def describe(name: str) -> MapInfo:
-    """What there is to say about a bundled map.
+    """What there is to say about a bundled map, without reading its cells.
 
     Raises
     ------
     FileError : no bundled map of that name.
     """
     entry = _entry(name)
-    grid = load(name).grid
-    recipe = entry["recipe"]
-    words = f"{recipe['name']}, seed {recipe['seed']}, {len(recipe['edits'])} edits" if recipe else ""
     return MapInfo(
         name,
         entry["title"],
         entry["description"],
-        grid.width,
-        grid.height,
-        1.0 - float(np.count_nonzero(grid.blocked)) / grid.blocked.size,
+        entry["width"],
+        entry["height"],
+        1.0 - entry["blocked"] / (entry["width"] * entry["height"]),
         entry["gates"],
         _queries(entry),
-        words,
+        _recipe_words(entry["recipe"]),
+        entry["hash"],
     )
+
+
+def thumbnail_png(name: str) -> bytes:
+    """A small picture of a bundled map, a PNG of at most 128 x 128 pixels.
+
+    Raises
+    ------
+    FileError : no bundled map of that name.
+    """
+    _entry(name)
+    return (files("lampyris.maps") / "data" / "thumbs" / f"{name}.png").read_bytes()
 
 
 def remake(name: str) -> BoolGrid:
@@ -118,12 +135,34 @@ def _entry(name: str) -> Mapping[str, Any]:
         return _index()[name]
     except KeyError:
         raise FileError(
-            "FILE_MISSING", "no bundled map of that name", where=name, allowed=", ".join(names())
+            "FILE_MISSING",
+            "no bundled map of that name",
+            where=name,
+            allowed=", ".join(names()),
+            todo=did_you_mean(name, names()),
         ) from None
+
+
+def _recipe_words(recipe: Mapping[str, Any] | None) -> str:
+    """Such as ``maze, seed 7, corridor=2``; kept cells and edits are counted, not listed."""
+    if recipe is None:
+        return ""
+    words = [recipe["name"], f"seed {recipe['seed']}"]
+    for key, value in recipe["settings"].items():
+        words.append(f"{len(value)} cells kept" if isinstance(value, list) else f"{key}={value}")
+    if recipe["edits"]:
+        words.append(f"{len(recipe['edits'])} edits")
+    return ", ".join(words)
 
 
 def _queries(entry: Mapping[str, Any]) -> tuple[Query, ...]:
     return tuple(
-        Query((q["start"][0], q["start"][1]), (q["goal"][0], q["goal"][1]), q["gates"], q["label"])
+        Query(
+            (q["start"][0], q["start"][1]),
+            (q["goal"][0], q["goal"][1]),
+            q["gates"],
+            q["label"],
+            (q["octile"][0], q["octile"][1]),
+        )
         for q in entry["queries"]
     )
