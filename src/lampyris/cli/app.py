@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
+from lampyris.cli import maps_verbs
 
 app = typer.Typer(
     name="lampyris",
@@ -17,6 +18,9 @@ app = typer.Typer(
     help="From a map to a safe, timed path among moving obstacles.",
     epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived, 5 limit, 6 internal fault.",
 )
+
+
+app.add_typer(maps_verbs.app, name="maps")
 
 
 def _version(value: bool) -> None:
@@ -180,19 +184,6 @@ def simulate(
     )  # fmt: skip
     traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
     raise typer.Exit(verbs.simulate(request, traffic, ticks, patience, json_, film, csv, force))
-
-
-@app.command()
-def maps(
-    name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Show one map and its stored queries.")
-    ] = None,
-    json_: Json = False,
-) -> None:
-    """List the bundled maps."""
-    from lampyris.cli import verbs
-
-    raise typer.Exit(verbs.maps(name, json_))
 
 
 @app.command()

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from lampyris.maps.library import MapInfo
+from lampyris.maps.recipes.recipe import Recipe
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
@@ -139,16 +142,16 @@ def trace(run: Trace) -> None:
 
 
 def maps(rows: Sequence[MapInfo]) -> None:
-    """The bundled maps."""
-    table = Table(title="bundled maps", title_justify="left")
+    """The bundled maps, a line each."""
+    table = Table(title="bundled maps", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     for name in ("name", "size", "free", "gates", "queries", "what it is"):
-        table.add_column(name, justify="right" if name in ("size", "free", "gates", "queries") else "left")
+        right = name in ("size", "free", "gates", "queries")
+        table.add_column(name, justify="right" if right else "left", no_wrap=name != "what it is")
     for r in rows:
         size = f"{r.width} x {r.height}"
-        table.add_row(
-            r.name, size, f"{r.free:.0%}", str(r.gates), str(len(r.queries)), f"{r.title}. {r.description}"
-        )
+        table.add_row(r.name, size, f"{r.free:.0%}", str(r.gates), str(len(r.queries)), r.title)
     _console().print(table)
+    _console().print(Text("lampyris maps NAME says more of one; lampyris maps make RECIPE makes others."))
 
 
 def map_(row: MapInfo) -> None:
@@ -159,16 +162,30 @@ def map_(row: MapInfo) -> None:
         ("free", f"{row.free:.1%}"),
         ("gates", str(row.gates)),
         ("what it is", f"{row.title}. {row.description}"),
+        ("hash", row.hash),
     ]
     if row.recipe:
-        rows.append(("recipe", row.recipe))
+        rows.insert(-1, ("recipe", row.recipe))
     console.print(_facts(row.name, rows))
     table = Table(title="stored queries", title_justify="left")
-    for name in ("start", "goal", "gates on every optimal way"):
+    for name in ("start", "goal", "shortest, octile", "gates on every optimal way"):
         table.add_column(name)
     for q in row.queries:
-        table.add_row(str(q.start), str(q.goal), "-" if q.gates is None else str(q.gates))
+        length = "-" if q.octile is None else f"{q.octile[0] + q.octile[1] * math.sqrt(2):.2f}"
+        table.add_row(str(q.start), str(q.goal), length, "-" if q.gates is None else str(q.gates))
     console.print(table)
+
+
+def recipes(rows: Sequence[Recipe]) -> None:
+    """The recipes and their settings."""
+    console = _console()
+    for r in rows:
+        table = Table(title=f"{r.name}: {r.summary}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+        for name in ("setting", "default", "allowed", "what it is"):
+            table.add_column(name, justify="right" if name == "default" else "left")
+        for s in r.table:
+            table.add_row(s.name, "none" if s.default == () else f"{s.default:g}", s.range, s.what)
+        console.print(table)
 
 
 def planners(rows: Sequence[PlannerInfo]) -> None:

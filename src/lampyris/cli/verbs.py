@@ -30,11 +30,11 @@ def plan(
     from lampyris import api
     from lampyris.report.plain import plan_record
 
-    _outputs(force, picture, csv)
+    check_outputs(force, picture, csv)
     if layer not in ("luciferin", "cost", "none"):
         raise UsageError("LAYER", f"{layer!r}", where="--layer", allowed="luciferin, cost or none")
     document = request.load()
-    _remarks(document.notes)
+    remarks(document.notes)
     scene = request.scene(document)
     _, law = request.preset_of()
     settings = request.planner_settings()
@@ -52,7 +52,7 @@ def plan(
             draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=picture)
     if csv is not None:
         if found.path is None or profile is None:
-            _remarks(("no path, so no CSV was written",))
+            remarks(("no path, so no CSV was written",))
         else:
             from lampyris.report.csv_out import write_plan_csv
 
@@ -61,7 +61,7 @@ def plan(
         if not explain:
             # Whether a picture was drawn must not change the answer.
             found = replace(found, jumps=())
-        _print_json(plan_record(found, scene, profile, seed=request.seed))
+        print_json(plan_record(found, scene, profile, seed=request.seed))
     else:
         from lampyris.cli import show
 
@@ -84,9 +84,9 @@ def simulate(
     from lampyris import api
     from lampyris.report.plain import trace_record
 
-    _outputs(force, film, csv)
+    check_outputs(force, film, csv)
     document = request.load()
-    _remarks(document.notes)
+    remarks(document.notes)
     scene = request.scene(document)
     _, law = request.preset_of()
     settings = request.planner_settings()
@@ -112,7 +112,7 @@ def simulate(
 
         write_trace_csv(csv, trace)
     if as_json:
-        _print_json(trace_record(trace))
+        print_json(trace_record(trace))
     else:
         from lampyris.cli import show
 
@@ -128,7 +128,7 @@ def maps(name: str | None, as_json: bool) -> int:
     if name is None:
         rows = [library.describe(n) for n in library.names()]
         if as_json:
-            _print_json({"maps": [asdict(r) for r in rows]})
+            print_json({"maps": [asdict(r) for r in rows]})
         else:
             from lampyris.cli import show
 
@@ -136,7 +136,7 @@ def maps(name: str | None, as_json: bool) -> int:
         return 0
     row = library.describe(name)
     if as_json:
-        _print_json(asdict(row))
+        print_json(asdict(row))
     else:
         from lampyris.cli import show
 
@@ -150,7 +150,7 @@ def planners(as_json: bool) -> int:
 
     rows = list(table().values())
     if as_json:
-        _print_json(
+        print_json(
             {
                 "planners": [
                     {
@@ -171,17 +171,19 @@ def planners(as_json: bool) -> int:
     return 0
 
 
-def _print_json(record: Any) -> None:
+def print_json(record: Any) -> None:
+    """One line of JSON on stdout."""
     sys.stdout.write(json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n")
     sys.stdout.flush()
 
 
-def _remarks(notes: tuple[str, ...]) -> None:
+def remarks(notes: tuple[str, ...]) -> None:
+    """Sentences for a person, on stderr."""
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
 
 
-def _outputs(force: bool, *paths: Path | None) -> None:
+def check_outputs(force: bool, *paths: Path | None) -> None:
     """Refuse at once what could not be written at the end."""
     for path in paths:
         if path is None:
