@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -170,3 +171,43 @@ def test_a_robot_already_moving_may_ask_for_its_profile() -> None:
     assert lampyris.profile(plan, scene, "dissertation", v0=40.0).v[0] == 40.0
     with pytest.raises(SettingError, match=r"START_SPEED|PROFILE_INFEASIBLE"):
         lampyris.profile(plan, scene, v0=5.0)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda s: lampyris.Patrol(((0.7, 1), (2.9, 3))),
+        lambda s: lampyris.Recorded(((0.7, 1),)),
+        lambda s: lampyris.Patrol("ab"),
+        lambda s: lampyris.RandomWalk(count=1, rate="x"),
+        lambda s: lampyris.RandomWalk(count=1, rate=True),
+        lambda s: lampyris.Grid(np.zeros((2, 2), bool), origin="abc"),
+        lambda s: lampyris.Grid(np.zeros((2, 2), bool), origin=None),
+        lambda s: dataclasses.replace(s, robot=None),
+        lambda s: dataclasses.replace(s, traffic="abc"),
+        lambda s: dataclasses.replace(s, robot=lampyris.Robot(radius=1e5)),
+        lambda s: lampyris.Robot(v_max=1e300),
+        lambda s: lampyris.Scene(np.zeros((3, 3), bool), (0, 0), (1, 1)),
+        lambda s: lampyris.plan(None),
+        lambda s: lampyris.plan(s, planner=None),
+        lambda s: lampyris.plan(s, planner=int),
+        lambda s: lampyris.plan(s, budget=5),
+        lambda s: lampyris.simulate(s, traffic=5),
+    ],
+)
+def test_wrong_arguments_are_typed_errors(call: Callable[[lampyris.Scene], object]) -> None:
+    with pytest.raises(lampyris.LampyrisError):
+        call(scene_of(0, 0.1))
+
+
+def test_numpy_numbers_and_lists_of_traffic_are_taken() -> None:
+    scene = scene_of(3, 0.1)
+    walk = lampyris.RandomWalk(count=np.int64(2), radius=np.float32(0.25))
+    assert len(lampyris.simulate(scene, traffic=[walk], seed=1).bodies) == 2
+
+
+def test_a_blocked_end_is_the_answer_whatever_moves() -> None:
+    scene = dataclasses.replace(scene_of(3, 0.1), robot=lampyris.Robot(radius=9))
+    trace = lampyris.simulate(scene, traffic=lampyris.RandomWalk(count=1000))
+    assert trace.outcome == "start-occupied"
+    assert not trace.bodies

@@ -37,7 +37,7 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
             "--mobility",
             "mixed",
             "--seed",
-            "4",
+            "2",
             "--film",
             "env-3.webp",
             "--json",

@@ -16,12 +16,12 @@ import numpy as np
 from lampyris import referee
 from lampyris.errors import SettingError
 from lampyris.field.gates import find_gates
-from lampyris.field.layers import free_cells, moves_for
+from lampyris.field.layers import free_cells, free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
-from lampyris.model.plan import Plan
+from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
@@ -76,11 +76,14 @@ def plan(
     InternalFault : the referee refused the result; a bug of ours.
     """
     chosen = _planner(planner, settings)
+    _typed("scene", scene, Scene)
+    if budget is not None:
+        _typed("budget", budget, Budget)
     began = time.perf_counter()
     session = chosen.open(scene, np.random.default_rng(_seed(seed)), record=record)
     found = session.plan(None, budget)
     planned = time.perf_counter()
-    found = assess(found, scene)
+    found = _told_of_size(assess(found, scene), scene)
     assessed = time.perf_counter()
     referee.demand(referee.check_plan(found, scene))
     ended = time.perf_counter()
@@ -120,6 +123,13 @@ def assess(found: Plan, scene: Scene) -> Plan:
     )
 
 
+def _told_of_size(found: Plan, scene: Scene) -> Plan:
+    """The same plan; a "no path" for a robot with a radius says that its size is part of the reason."""
+    if found.status is not Status.NO_PATH or scene.robot.radius == 0:
+        return found
+    return replace(found, detail=f"{found.sentence} The robot's radius is {scene.robot.radius:g} m.")
+
+
 def _sum_along_optimum(path: Path) -> float:
     """Sum of cost-to-go over an optimal path: there, what is left of the path *is* the cost to go."""
     d = np.abs(np.diff(path.cells.astype(np.int64), axis=0))
@@ -154,7 +164,7 @@ def profile(way: Plan | Path, scene: Scene, law: str = "physical", *, v0: float 
 def simulate(
     scene: Scene,
     planner: str | Planner = "ad-gso",
-    traffic: Traffic | tuple[Traffic, ...] | None = None,
+    traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None,
     seed: int = 0,
     *,
     ticks: int | None = None,
@@ -183,8 +193,14 @@ def simulate(
     InternalFault : the referee refused the trace; a bug of ours.
     """
     chosen = _planner(planner, settings)
+    _typed("scene", scene, Scene)
     if traffic is not None:
-        scene = replace(scene, traffic=traffic if isinstance(traffic, tuple) else (traffic,))
+        several = isinstance(traffic, tuple | list)
+        scene = replace(scene, traffic=tuple(traffic) if several else (traffic,))  # type: ignore[arg-type]
+    free = free_space(scene)
+    if scene.traffic and not (free[scene.start[1], scene.start[0]] and free[scene.goal[1], scene.goal[0]]):
+        # A blocked end is the answer; whether the obstacles would have fitted is no longer the question.
+        scene = replace(scene, traffic=())
     trace = loop.run(
         scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, progress=progress
     )
@@ -196,6 +212,10 @@ def simulate(
 def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
     if isinstance(planner, str):
         return registry.make(planner, settings)
+    if isinstance(planner, type) or not isinstance(planner, Planner):
+        raise SettingError(
+            "PLANNER", f"{planner!r} is no planner", allowed="a name, or an object with name, traits and open"
+        )
     if settings:
         raise SettingError(
             "SETTING",
@@ -203,6 +223,11 @@ def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
             allowed="settings inside the object",
         )
     return planner
+
+
+def _typed(what: str, value: object, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise SettingError("TYPE", f"a {type(value).__name__}", where=what, allowed=f"a {kind.__name__}")
 
 
 def _seed(seed: int) -> int:

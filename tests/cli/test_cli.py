@@ -124,6 +124,11 @@ def test_no_path_and_blocked_ends_are_answers_with_exit_4(tmp_path: Path) -> Non
         (("simulate", "guide", "--mobility", "flying"), 2, "patrol"),
         (("plan", "guide", "--picture", "/nowhere/x.png"), 3, "cannot write"),
         (("plan", "guide", "--picture", "x.xyz"), 2, ".svg"),
+        (("plan", "guide", "--picture", "x.png", "--csv", "x.png"), 2, "two outputs"),
+        (("plan", "guide", "--radius", "1e5"), 5, "250 cells"),
+        (("plan", "guide", "--radius", "1e300"), 3, "robot.radius"),
+        (("plan", "guide", "--v-max", "1e300"), 3, "robot.v_max"),
+        (("simulate", "guide", "--obstacle-radius", "1e5"), 5, "250 cells"),
     ],
 )
 def test_mistakes_are_named_in_one_line(words: tuple[str, ...], code: int, says: str, tmp_path: Path) -> None:
@@ -196,6 +201,38 @@ def test_a_closed_pipe_is_no_error() -> None:
     )
     assert "Traceback" not in done.stderr
     assert "BrokenPipe" not in done.stderr
+
+
+def test_a_full_disk_is_told_as_such() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        code = "from lampyris.cli import main; main()"
+        done = subprocess.run(
+            [sys.executable, "-c", code, "plan", "guide", "--json"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 3
+    assert "FILE_WRITE" in done.stderr
+
+
+def test_the_picture_shows_the_field_that_was_walked_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from typer.testing import CliRunner
+
+    from lampyris.cli.app import app
+    from lampyris.report import picture
+
+    drawn = {}
+    monkeypatch.setattr(picture, "draw_plan", lambda grid, plan, **given: drawn.update(given, plan=plan))
+    words = ["plan", "guide", "--preset", "dissertation", "--set", "rho=0.9", "--set", "gamma=2"]
+    done = CliRunner().invoke(app, [*words, "--picture", str(tmp_path / "a.png")])
+    assert done.exit_code == 0, done.output
+    assert drawn["field"].luciferin[9, 0] == drawn["plan"].jumps[0].luciferin
 
 
 def test_an_internal_fault_is_exit_6_and_names_itself() -> None:

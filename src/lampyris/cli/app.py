@@ -79,7 +79,8 @@ Layer = Annotated[
     str, typer.Option("--layer", help="What lies under the path in the picture: luciferin, cost or none.")
 ]
 Csv = Annotated[
-    Path | None, typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t for every node.")
+    Path | None,
+    typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, s, a and cause a node."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 
@@ -170,7 +171,7 @@ def simulate(
     ] = None,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write tick, x_m, y_m, speed, cause for every tick."),
+        typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, cause, event for every tick."),
     ] = None,
     force: Force = False,
 ) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import FileError, SettingError, UsageError
+from lampyris.field.layers import moves_for
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
@@ -68,6 +69,14 @@ class Request:
             self._end("goal", self.goal, self.goal_m, document),
             moves=moves,  # type: ignore[arg-type]
             robot=Robot(self.radius, self.v_max, self.a_max, self.d_max),
+        )
+
+    def about(self, scene: Scene) -> tuple[str, ...]:
+        """What a person should know of how the request is understood."""
+        if moves_for(scene) == scene.moves:
+            return ()
+        return (
+            f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",
         )
 
     def planner_settings(self) -> dict[str, Any]:

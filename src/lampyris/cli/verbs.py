@@ -36,6 +36,7 @@ def plan(
     document = request.load()
     remarks(document.notes)
     scene = request.scene(document)
+    remarks(request.about(scene))
     _, law = request.preset_of()
     settings = request.planner_settings()
     with _working(f"planning on {scene.grid.name or request.map_}", quiet=as_json):
@@ -48,7 +49,10 @@ def plan(
         from lampyris.report.picture import draw_plan
 
         with _working("drawing", quiet=as_json):
-            field = solve_field(scene) if layer != "none" else None
+            # The field that the planner walked on, not the default one.
+            shares = {k: settings[k] for k in ("rho", "gamma") if k in settings}
+            gates = "close" if settings.get("gates") == "close" else "ignore"
+            field = solve_field(scene, gates=gates, **shares) if layer != "none" else None
             draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=picture)
     if csv is not None:
         if found.path is None or profile is None:
@@ -88,6 +92,7 @@ def simulate(
     document = request.load()
     remarks(document.notes)
     scene = request.scene(document)
+    remarks(request.about(scene))
     _, law = request.preset_of()
     settings = request.planner_settings()
     with _counting("simulating", "ticks", quiet=as_json) as tick:
@@ -185,6 +190,9 @@ def remarks(notes: tuple[str, ...]) -> None:
 
 def check_outputs(force: bool, *paths: Path | None) -> None:
     """Refuse at once what could not be written at the end."""
+    given = [path.resolve() for path in paths if path is not None]
+    if len(set(given)) < len(given):
+        raise UsageError("OPTIONS", f"two outputs to {given[0]}", allowed="a file of its own for each")
     for path in paths:
         if path is None:
             continue

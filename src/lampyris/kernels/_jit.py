@@ -23,7 +23,6 @@ Rules for kernel source
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from types import FunctionType
@@ -178,8 +177,3 @@ def _cache_works(k: Kernel) -> bool:
     A frozen or zipped installation has no file to stamp; numba would raise at decoration instead of going on.
     """
     return os.path.exists(k.plain.__code__.co_filename)
-
-
-def numba_loaded() -> bool:
-    """Whether this process has imported numba (a test asserts that small work has not)."""
-    return "numba" in sys.modules

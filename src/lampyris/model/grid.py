@@ -54,12 +54,18 @@ class Grid:
                     allowed=f"the shape of blocked, {self.blocked.shape}",
                 )
             object.__setattr__(self, "unknown", unknown)
-        if not (isinstance(self.resolution, int | float) and 1e-6 <= self.resolution <= 1000):
+        if not (
+            isinstance(self.resolution, int | float | np.integer | np.floating)
+            and 1e-6 <= self.resolution <= 1000
+        ):
             raise SettingError(
                 "MAP_RESOLUTION", f"resolution {self.resolution!r}", allowed="1e-6 to 1000 metres a cell"
             )
         object.__setattr__(self, "resolution", float(self.resolution))
-        origin = tuple(float(v) for v in self.origin)
+        try:
+            origin = tuple(float(v) for v in self.origin)
+        except (TypeError, ValueError):
+            origin = ()
         if len(origin) != 3 or not all(map(math.isfinite, origin)):
             raise SettingError(
                 "MAP_ORIGIN", f"origin {self.origin!r}", allowed="three finite numbers: x, y, yaw"

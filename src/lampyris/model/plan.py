@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
 
 from lampyris.model.field import Gate
 from lampyris.model.path import Path
@@ -133,7 +132,10 @@ class Plan:
 
     @property
     def gap(self) -> float | None:
-        """How much longer than the best path, as a fraction: 0 is optimal. None where unknown."""
+        """How much longer than the best path, as a fraction: 0 is optimal. None where unknown.
+
+        The best path is that of the map as given: with gates closed the gap is the price of closing them.
+        """
         if self.optimal_exact is None or self.path is None:
             return None
         excess = self.path.exact - self.optimal_exact
@@ -146,6 +148,3 @@ class Plan:
 
     def __bool__(self) -> bool:
         return bool(self.status)
-
-
-PlanSettings = Mapping[str, Any]

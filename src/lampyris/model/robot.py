@@ -5,7 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
+import numpy as np
+
 from lampyris.errors import SettingError
+
+LEAST, GREATEST = 1e-6, 1e6
+"""Range of every limit: what lies beyond is a wrong unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +26,7 @@ class Robot:
 
     Raises
     ------
-    SettingError : a limit that is not finite or not in its range.
+    SettingError : a limit that is not a number from 1e-6 to 1e6 (radius: from 0).
     """
 
     radius: float = 0.0
@@ -32,8 +37,13 @@ class Robot:
     def __post_init__(self) -> None:
         for f in fields(self):
             value = getattr(self, f.name)
-            low_ok = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-            if not low_ok or value < 0 or (value == 0 and f.name != "radius"):
-                allowed = "a finite number >= 0" if f.name == "radius" else "a finite number > 0"
-                raise SettingError("ROBOT_LIMIT", f"{value!r}", where=f"robot.{f.name}", allowed=allowed)
+            real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+            least = 0.0 if f.name == "radius" else LEAST
+            if not (real and math.isfinite(value) and least <= value <= GREATEST):
+                raise SettingError(
+                    "ROBOT_LIMIT",
+                    f"{value!r}",
+                    where=f"robot.{f.name}",
+                    allowed=f"a number from {least:g} to {GREATEST:g}",
+                )
             object.__setattr__(self, f.name, float(value))

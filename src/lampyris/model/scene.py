@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import SceneError, SettingError
+from lampyris.errors import LimitError, SceneError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import Patrol, Recorded, Traffic
 from lampyris.typing import Cell
+
+MAX_RADIUS = 250
+"""Greatest radius of a robot or an obstacle, in cells."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +34,8 @@ class Scene:
     ------
     SceneError : an end or a waypoint outside the map. (A blocked end is an answer, not a mistake: see
         :class:`lampyris.model.plan.Status`.)
-    SettingError : an end that is not two whole numbers, unknown moves.
+    SettingError : an end that is not two whole numbers, unknown moves, something of the wrong type.
+    LimitError : a radius of more than 250 cells.
     """
 
     grid: Grid
@@ -42,6 +46,10 @@ class Scene:
     traffic: tuple[Traffic, ...] = ()
 
     def __post_init__(self) -> None:
+        for what, kind in (("grid", Grid), ("robot", Robot)):
+            if not isinstance(getattr(self, what), kind):
+                given = type(getattr(self, what)).__name__
+                raise SettingError("TYPE", f"a {given}", where=what, allowed=f"a {kind.__name__}")
         object.__setattr__(self, "moves", moves_named(self.moves))
         object.__setattr__(self, "start", self._end("start", self.start))
         object.__setattr__(self, "goal", self._end("goal", self.goal))
@@ -49,7 +57,13 @@ class Scene:
         if not isinstance(traffic, tuple | list):
             traffic = () if traffic is None else (traffic,)
         object.__setattr__(self, "traffic", tuple(traffic))
+        self._small_enough("robot", self.robot.radius)
         for k, one in enumerate(self.traffic):
+            body: object = one
+            if not isinstance(body, Traffic):
+                allowed = "RandomWalk, Patrol, Crossing or Recorded"
+                raise SettingError("TYPE", f"a {type(body).__name__}", where=f"traffic[{k}]", allowed=allowed)
+            self._small_enough(f"obstacle {k}", one.radius)
             cells: tuple[Cell, ...] = ()
             if isinstance(one, Patrol):
                 cells = one.waypoints
@@ -62,6 +76,15 @@ class Scene:
                         f"obstacle {k} is at {cell} at step {t}",
                         allowed=f"cells of the map, {self.grid.width} x {self.grid.height}",
                     )
+
+    def _small_enough(self, who: str, radius: float) -> None:
+        """A disc of more cells is a wrong unit or resolution; it would cost memory by its square."""
+        if radius > MAX_RADIUS * self.grid.resolution:
+            raise LimitError(
+                "RADIUS",
+                f"{who}: radius {radius:g} m is {radius / self.grid.resolution:.3g} cells",
+                allowed=f"at most {MAX_RADIUS} cells",
+            )
 
     def _end(self, what: str, given: Any) -> Cell:
         pair = tuple(given) if isinstance(given, tuple | list | np.ndarray) else ()

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from lampyris.errors import LimitError, SettingError
 from lampyris.typing import Cell
@@ -35,9 +37,9 @@ class RandomWalk:
     radius: float = 0.0
 
     def __post_init__(self) -> None:
-        _count(self.count)
-        _radius(self.radius)
-        if self.rate is not None and not (math.isfinite(self.rate) and 0 < self.rate <= 1):
+        object.__setattr__(self, "count", _count(self.count))
+        object.__setattr__(self, "radius", _radius(self.radius))
+        if self.rate is not None and not (_real(self.rate) and 0 < self.rate <= 1):
             raise SettingError("TRAFFIC_RATE", f"rate {self.rate!r}", allowed="0 < rate <= 1, or None")
 
 
@@ -56,8 +58,8 @@ class Patrol:
     radius: float = 0.0
 
     def __post_init__(self) -> None:
-        _radius(self.radius)
-        object.__setattr__(self, "waypoints", tuple((int(x), int(y)) for x, y in self.waypoints))
+        object.__setattr__(self, "radius", _radius(self.radius))
+        object.__setattr__(self, "waypoints", _cells("TRAFFIC_WAYPOINTS", self.waypoints))
         if not self.waypoints:
             raise SettingError("TRAFFIC_WAYPOINTS", "no waypoint", allowed="at least one cell")
 
@@ -76,8 +78,8 @@ class Crossing:
     radius: float = 0.0
 
     def __post_init__(self) -> None:
-        _count(self.count)
-        _radius(self.radius)
+        object.__setattr__(self, "count", _count(self.count))
+        object.__setattr__(self, "radius", _radius(self.radius))
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +96,8 @@ class Recorded:
     radius: float = 0.0
 
     def __post_init__(self) -> None:
-        _radius(self.radius)
-        object.__setattr__(self, "track", tuple((int(x), int(y)) for x, y in self.track))
+        object.__setattr__(self, "radius", _radius(self.radius))
+        object.__setattr__(self, "track", _cells("OBSTACLE_TRACK", self.track))
         if not self.track:
             raise SettingError("OBSTACLE_TIME", "empty track", allowed="at least one cell")
         for t, (a, b) in enumerate(zip(self.track, self.track[1:], strict=False)):
@@ -126,13 +128,32 @@ class Body:
     footprint: tuple[Cell, ...] = field(default=((0, 0),))
 
 
-def _count(count: int) -> None:
-    if not isinstance(count, int) or isinstance(count, bool) or count < 0:
+def _count(count: Any) -> int:
+    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 0:
         raise SettingError("TRAFFIC_COUNT", f"count {count!r}", allowed="a whole number >= 0")
     if count > MAX_BODIES:
         raise LimitError("LIMIT", f"{count} obstacles", allowed=f"at most {MAX_BODIES}")
+    return int(count)
 
 
-def _radius(radius: float) -> None:
-    if not (isinstance(radius, int | float) and math.isfinite(radius) and 0 <= radius <= 1e6):
-        raise SettingError("TRAFFIC_RADIUS", f"radius {radius!r}", allowed="metres, >= 0")
+def _real(value: Any) -> bool:
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    return number and math.isfinite(value)
+
+
+def _radius(radius: Any) -> float:
+    if not (_real(radius) and 0 <= radius <= 1e6):
+        raise SettingError("TRAFFIC_RADIUS", f"radius {radius!r}", allowed="0 to 1e6 metres")
+    return float(radius)
+
+
+def _cells(code: str, cells: Any) -> tuple[Cell, ...]:
+    """Cells as pairs of whole numbers; nothing is rounded."""
+    made = []
+    for cell in cells if isinstance(cells, tuple | list | np.ndarray) else (cells,):
+        pair = tuple(cell) if isinstance(cell, tuple | list | np.ndarray) else ()
+        whole = all(isinstance(v, int | np.integer) and not isinstance(v, bool | np.bool_) for v in pair)
+        if len(pair) != 2 or not whole:
+            raise SettingError(code, f"{cell!r} is not a cell", allowed="two whole numbers x, y")
+        made.append((int(pair[0]), int(pair[1])))
+    return tuple(made)

@@ -57,7 +57,6 @@ class Crowd:
     ----------
     bodies : what each is, in order of appearance.
     appears : the tick at which each came.
-    hard : those that do not yield to the robot.
     """
 
     world: World
