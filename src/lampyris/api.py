@@ -195,8 +195,7 @@ def simulate(
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
     if traffic is not None:
-        several = isinstance(traffic, tuple | list)
-        scene = replace(scene, traffic=tuple(traffic) if several else (traffic,))  # type: ignore[arg-type]
+        scene = replace(scene, traffic=tuple(traffic) if isinstance(traffic, tuple | list) else (traffic,))
     free = free_space(scene)
     if scene.traffic and not (free[scene.start[1], scene.start[0]] and free[scene.goal[1], scene.goal[0]]):
         # A blocked end is the answer; whether the obstacles would have fitted is no longer the question.
