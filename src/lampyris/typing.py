@@ -16,6 +16,8 @@ IntGrid: TypeAlias = NDArray[np.int64] | NDArray[np.int32]
 """signed integers, (height, width)."""
 StepGrid: TypeAlias = NDArray[np.int8]
 """int8, (height, width): index of a step in :attr:`lampyris.model.moves.Moves.offsets`, -1 where none."""
+ByteGrid: TypeAlias = NDArray[np.uint8]
+"""uint8, (height, width)."""
 FloatGrid: TypeAlias = NDArray[np.float64]
 """float64, (height, width)."""
 Cells: TypeAlias = NDArray[np.int32]

@@ -16,7 +16,7 @@ from lampyris.errors import FileError, LimitError, SettingError
 from lampyris.maps.make import MAX_CELLS
 from lampyris.model.grid import Grid
 from lampyris.model.traffic import MAX_BODIES
-from lampyris.typing import Cell
+from lampyris.typing import ByteGrid, Cell
 
 CodeGrid: TypeAlias = NDArray[np.uint8]
 """uint8, (height, width): one of the codes below."""
@@ -87,6 +87,9 @@ class Source:
     max_cells : more cells than this are refused from the header.
     allow_outside : whether a file may name another one that is not below its own folder.
     strict : whether what is only doubtful is refused too, and not just noted.
+    values : ``occupancy``, or ``costmap``: grey samples and numbers are costmap values of ROS 2 (0 free, 1 to
+        252 terrain, 253 and 254 blocked, 255 unknown).
+    colour : ``legend``, or ``luminance``: colours that are not of the legend are read as grey.
     """
 
     data: bytes
@@ -94,6 +97,8 @@ class Source:
     max_cells: int = MAX_CELLS
     allow_outside: bool = False
     strict: bool = False
+    values: str = "occupancy"
+    colour: str = "legend"
 
     def error(self, code: str, what: str, at: str = "", allowed: str = "", todo: str = "") -> FileError:
         """A FileError about this file, to be raised; ``at`` is a line, column or pixel."""
@@ -120,7 +125,7 @@ class Source:
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
     """What a reader hands back: codes (height, width), notes, and for formats that say so the metres a cell,
-    the origin (x, y, yaw) and the occupancy.
+    the origin (x, y, yaw), the occupancy and the terrain (see :class:`lampyris.model.grid.Grid`).
     """
 
     codes: CodeGrid
@@ -128,6 +133,7 @@ class Reading:
     resolution: float | None = None
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     occupancy: Occupancy | None = None
+    terrain: ByteGrid | None = None
 
 
 def check_limit(max_cells: int) -> int:
@@ -246,6 +252,7 @@ def document(
         resolution=1.0 if resolution is None else resolution,
         origin=reading.origin,
         name=name,
+        terrain=reading.terrain,
     )
     if reading.occupancy is not None:
         reading.occupancy.setflags(write=False)

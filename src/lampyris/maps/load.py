@@ -22,6 +22,8 @@ from lampyris.maps.document import (
 from lampyris.maps.make import MAX_CELLS
 
 HEAD_BYTES = 4096
+VALUES = ("occupancy", "costmap")
+COLOURS = ("legend", "luminance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,8 @@ def load_map(
     max_cells: int = MAX_CELLS,
     allow_outside: bool = False,
     strict: bool = False,
+    values: str = "occupancy",
+    colour: str = "legend",
 ) -> MapDocument:
     """Read a map: one of the bundled maps by its name, or a file.
 
@@ -74,6 +78,10 @@ def load_map(
     strict : for files of strangers. What a ROS map has of the doubtful is refused, not noted: absolute paths
         and links that lead out of the folder, a negate other than 0 or 1, thresholds in the wrong order,
         unknown keys.
+    values : what grey samples and numbers are: ``occupancy`` (black or 1 is a wall), or ``costmap``: costmap
+        values of ROS 2, 0 free, 1 to 252 terrain, 253 and 254 blocked, 255 unknown.
+    colour : what to do with a colour that is not of the legend: ``legend`` refuses it, ``luminance`` reads
+        the picture as grey.
 
     Raises
     ------
@@ -97,12 +105,15 @@ def load_map(
         if problem.code == "FILE_MISSING":
             raise _missing(name) from None
         raise
-    source = Source(data, name, max_cells, allow_outside, strict)
+    for what, word, known in (("VALUES", values, VALUES), ("COLOUR", colour, COLOURS)):
+        if word not in known:
+            raise SettingError(what, repr(word), where=what.lower(), allowed=" or ".join(known))
+    source = Source(data, name, max_cells, allow_outside, strict, values, colour)
     form = _format(source)
     reading = form.read(source)
     suffix = Path(name).suffix.lower()
-    known = next((f for f in (*FORMATS, ROS, TEXT) if suffix in f.suffixes), form)
-    if known is not form:
+    usual = next((f for f in (*FORMATS, ROS, TEXT) if suffix in f.suffixes), form)
+    if usual is not form:
         note = f"the file is called {suffix} and is {form.name}; it was read as what it is"
         reading = replace(reading, notes=(note, *reading.notes))
     return document(reading, source, name=Path(name).name, format=form.name, resolution=resolution)

@@ -17,9 +17,12 @@ class Change:
     obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
         too narrow).
+    terrain : cells whose terrain value changed, with the new value, 0 to 252
+        (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
     """
 
     robot: Cell | None = None
     obstacles: frozenset[Cell] = frozenset()
     blocked: tuple[Cell, ...] = ()
     freed: tuple[Cell, ...] = ()
+    terrain: tuple[tuple[Cell, int], ...] = ()

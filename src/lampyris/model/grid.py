@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris.errors import SettingError
-from lampyris.typing import BoolGrid, Cell, Floats
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
+
+TERRAIN_UNIT = 63
+"""A cell of terrain value c costs ``(63 + c) / 63`` times what plain ground costs to enter."""
+MAX_TERRAIN = 252
+"""The highest terrain value: five times plain ground."""
 
 
 def frozen(array: np.ndarray) -> np.ndarray:
@@ -27,6 +32,10 @@ class Grid:
     blocked : bool, shape (height, width), row 0 on top. True where the robot's centre may not be: walls
         and, unless the reader was told otherwise, unknown cells.
     unknown : bool, same shape, or None. Cells the map knows nothing of; for pictures, not for planning.
+    terrain : uint8, same shape, 0 to 252, or None: what a cell costs to enter besides its distance, as a
+        costmap of ROS says it. Exactly ``(63 + c) / 63`` times plain ground: 63 is twice, 252 five times,
+        as Nav2's NavFn planner weighs costs by default. 0 in blocked cells, whatever was given; None if it
+        is 0 everywhere.
     resolution : metres a cell.
     origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell in the map frame.
     name : what to call the map in tables and pictures.
@@ -42,6 +51,7 @@ class Grid:
     resolution: float = 1.0
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     name: str = field(default="")
+    terrain: ByteGrid | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "blocked", _bool_grid(self.blocked, "blocked"))
@@ -54,6 +64,8 @@ class Grid:
                     allowed=f"the shape of blocked, {self.blocked.shape}",
                 )
             object.__setattr__(self, "unknown", unknown)
+        if self.terrain is not None:
+            object.__setattr__(self, "terrain", _terrain(self.terrain, self.blocked))
         if not (
             isinstance(self.resolution, int | float | np.integer | np.floating)
             and 1e-6 <= self.resolution <= 1000
@@ -111,6 +123,30 @@ class Grid:
         if not (math.isfinite(right) and math.isfinite(up)):
             raise SettingError("POINT", f"({x_m}, {y_m})", allowed="metres near the map")
         return math.floor(right), self.height - 1 - math.floor(up)
+
+
+def _terrain(value: ArrayLike, blocked: BoolGrid) -> ByteGrid | None:
+    array = np.asarray(value)
+    if array.shape != blocked.shape:
+        raise SettingError(
+            "GRID_SHAPE",
+            f"terrain has shape {array.shape}",
+            allowed=f"the shape of blocked, {blocked.shape}",
+        )
+    if array.dtype.kind not in "iu":
+        raise SettingError(
+            "GRID_TYPE",
+            f"terrain has element type {array.dtype}",
+            allowed=f"whole numbers 0 to {MAX_TERRAIN}",
+        )
+    array = np.where(blocked, 0, array)
+    wrong = (array < 0) | (array > MAX_TERRAIN)
+    if wrong.any():
+        y, x = divmod(int(wrong.argmax()), wrong.shape[1])
+        raise SettingError(
+            "GRID_TERRAIN", f"{array[y, x]} at ({x}, {y})", where="terrain", allowed=f"0 to {MAX_TERRAIN}"
+        )
+    return frozen(array.astype(np.uint8)) if array.any() else None
 
 
 def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:

@@ -8,17 +8,22 @@ straight = q and diagonal = p, two different pairs (n straights, m diagonals), (
 |dm| |sqrt 2 - p/q|``; the left side is at least ``1 / (2.83 |dm|)`` because ``dn^2 - 2 dm^2`` is a non-zero
 integer, the right side below ``|dm| / (2.83 q^2)``.) q = 38,613,965 exceeds the 2^24 cells a map may have,
 so one 64-bit integer *is* the pair: exact order, exact ties.
+
+On maps with terrain n and m count 63rds, weighed by the cells entered, and may exceed q on ways of a hundred
+thousand cells and more. The order is then that of the cost with p/q for sqrt 2, which is 2.4e-16 of it away,
+and what :meth:`Moves.value` gives is right to the same share.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from lampyris.errors import SettingError
+from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.typing import FloatGrid, IntGrid
 
 PELL_Q = 38_613_965
@@ -43,6 +48,8 @@ class Moves:
     costs : integer cost of each step, same order.
     unit : integer cost of a straight step: ``cost / unit`` is a length in cells.
     corner_cutting : whether a diagonal may pass a blocked side cell. If not, both side cells must be free.
+    scale : by how much every cost is multiplied: 1, or 63 on a map with terrain, where a step into a cell
+        of terrain value c costs ``costs[k] // 63 * (63 + c)`` (see :class:`lampyris.model.grid.Grid`).
 
     A knight's step (``sixteen`` only) needs every cell its segment touches free: the straight and the
     diagonal neighbour between its ends.
@@ -53,6 +60,14 @@ class Moves:
     costs: tuple[int, ...]
     unit: int
     corner_cutting: bool
+    scale: int = 1
+
+    def weighed(self) -> Moves:
+        """The same steps with costs in 63rds, for maps with terrain. Those that are already: themselves."""
+        if self.scale == TERRAIN_UNIT:
+            return self
+        costs = tuple(TERRAIN_UNIT * c for c in self.costs)
+        return replace(self, costs=costs, unit=TERRAIN_UNIT * self.unit, scale=TERRAIN_UNIT)
 
     @property
     def straight(self) -> int:
@@ -82,7 +97,7 @@ class Moves:
         """A cost as a length in cells, correctly rounded from the exact integer."""
         if self.name == "octile":
             n, m = octile_pair(exact)
-            return n + m * math.sqrt(2.0)
+            return (n + m * math.sqrt(2.0)) / self.scale
         return exact / self.unit
 
     def values(self, exact: IntGrid) -> FloatGrid:
@@ -91,7 +106,7 @@ class Moves:
         if self.name == "octile":
             # e % q and the inverse are both below 2^26, so the product stays within 64 bits.
             m = (e % PELL_Q) * _INVERSE_P % PELL_Q
-            out = (e - m * PELL_P) // PELL_Q + m * math.sqrt(2.0)
+            out = ((e - m * PELL_P) // PELL_Q + m * math.sqrt(2.0)) / self.scale
         else:
             out = e / self.unit
         return np.where(e < 0, np.inf, out)

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lampyris.model.grid import frozen
+from lampyris.model.grid import TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
-from lampyris.typing import Cells, Floats
+from lampyris.typing import ByteGrid, Cells, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,12 +21,14 @@ class Path:
     ----------
     cells : int32, (n, 2), x and y, start first, goal last; n >= 1.
     moves : the step set.
-    steps : how many straights and diagonals (and knight's steps, for ``sixteen``): the exact cost.
+    steps : how many straights and diagonals (and knight's steps, for ``sixteen``).
+    paid : exact cost where the cells entered weigh differently (terrain); None: what the steps cost.
     """
 
     cells: Cells
     moves: Moves
     steps: tuple[int, ...]
+    paid: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -35,11 +38,11 @@ class Path:
     @property
     def exact(self) -> int:
         """Exact integer cost."""
-        return self.moves.exact(self.steps)
+        return self.moves.exact(self.steps) if self.paid is None else self.paid
 
     @property
     def cost(self) -> float:
-        """Cost in cells, the steps' costs summed."""
+        """Cost in cells of plain ground, the steps' costs summed."""
         return self.moves.value(self.exact)
 
     @property
@@ -66,6 +69,22 @@ def count_steps(cells: Cells, moves: Moves) -> tuple[int, ...]:
     return counts if moves.knight else counts[:2]
 
 
-def path_of(cells: Cells, moves: Moves) -> Path:
-    """A Path from its cells."""
-    return Path(cells, moves, count_steps(cells, moves))
+def path_of(cells: Cells, moves: Moves, terrain: ByteGrid | None = None) -> Path:
+    """A Path from its cells, on a map of that terrain (then with :meth:`Moves.weighed` moves)."""
+    steps = count_steps(cells, moves)
+    if terrain is None:
+        return Path(cells, moves, steps)
+    return Path(cells, moves, steps, int(step_costs(cells, moves, terrain).sum()))
+
+
+def step_costs(cells: Cells, moves: Moves, terrain: ByteGrid | None = None) -> NDArray[np.int64]:
+    """Exact cost of each step of a walk, int64, (n - 1,)."""
+    walk = np.asarray(cells, dtype=np.int64).reshape(-1, 2)
+    d = np.abs(np.diff(walk, axis=0))
+    prices = np.array([moves.straight, moves.diagonal, moves.knight], dtype=np.int64)
+    exact: NDArray[np.int64] = prices[d[:, 0] * d[:, 1]]
+    if terrain is None:
+        return exact
+    entered = terrain[walk[1:, 1], walk[1:, 0]].astype(np.int64)
+    weighed: NDArray[np.int64] = exact // TERRAIN_UNIT * (TERRAIN_UNIT + entered)
+    return weighed

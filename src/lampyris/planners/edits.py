@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from lampyris.errors import SceneError
 from lampyris.model.change import Change
+from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
+from lampyris.typing import ByteGrid
 
 
 def edited(scene: Scene, change: Change) -> Scene:
-    """The scene with the cells of ``change.blocked`` and ``change.freed`` as they are now; itself if there
-    are none.
+    """The scene with the cells of ``change.blocked``, ``freed`` and ``terrain`` as they are now; itself if
+    there are none.
 
     A cell named in both is blocked. Planners with a robot of some radius make their free space anew from
     it: one wall takes more than one cell from them.
@@ -22,7 +26,9 @@ def edited(scene: Scene, change: Change) -> Scene:
     """
     grid = scene.grid
     robot = () if change.robot is None else (change.robot,)
-    for what, cells in (("robot", robot), ("blocked", change.blocked), ("freed", change.freed)):
+    graded = tuple(cell for cell, _ in change.terrain)
+    given = (("robot", robot), ("blocked", change.blocked), ("freed", change.freed), ("terrain", graded))
+    for what, cells in given:
         for cell in cells:
             if not grid.contains(cell):
                 raise SceneError(
@@ -31,7 +37,7 @@ def edited(scene: Scene, change: Change) -> Scene:
                     where=f"change.{what}",
                     allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
                 )
-    if not change.blocked and not change.freed:
+    if not (change.blocked or change.freed or change.terrain):
         return scene
     walls = grid.blocked.copy()
     unknown = None if grid.unknown is None else grid.unknown.copy()
@@ -40,4 +46,14 @@ def edited(scene: Scene, change: Change) -> Scene:
             walls[y, x] = blocked
             if unknown is not None:
                 unknown[y, x] = False
-    return replace(scene, grid=replace(grid, blocked=walls, unknown=unknown))
+    return replace(scene, grid=replace(grid, blocked=walls, unknown=unknown, terrain=_graded(grid, change)))
+
+
+def _graded(grid: Grid, change: Change) -> ByteGrid | None:
+    """The terrain after a change."""
+    if not change.terrain:
+        return grid.terrain
+    values = np.zeros(grid.blocked.shape, np.int64) if grid.terrain is None else grid.terrain.astype(np.int64)
+    for (x, y), value in change.terrain:
+        values[y, x] = value
+    return values  # type: ignore[return-value]  # Grid refuses what is out of range
