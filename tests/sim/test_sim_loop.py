@@ -85,7 +85,9 @@ def test_patience_ends_in_blocked_with_a_sentence():
 def test_the_default_patience_is_fifty_and_zero_never_waits():
     scene = Scene(LANE, (0, 0), (5, 0), traffic=Recorded(((1, 0),)))
     assert run(scene, Scripted((fail(),))).waits == 51
-    assert run(scene, Scripted((fail(),)), patience=0).waits == 1
+    impatient = run(scene, Scripted((fail(),)), patience=0)
+    assert impatient.waits == 1
+    assert impatient.sentence.startswith("Waited 1 tick at (0, 0); the patience is 0.")
 
 
 def test_the_planners_last_word_is_in_the_sentence():

@@ -308,10 +308,8 @@ class Simulation:
         )
         if self._patient > self.patience:
             why = "" if self.plan else f" The planner's last word: {self.plan.sentence}"
-            self._end(
-                Outcome.BLOCKED,
-                f"Waited {self._patient} ticks in a row at {here}; the patience is {self.patience}.{why}",
-            )
+            waited = "1 tick" if self._patient == 1 else f"{self._patient} ticks in a row"
+            self._end(Outcome.BLOCKED, f"Waited {waited} at {here}; the patience is {self.patience}.{why}")
 
     # ---- the story --------------------
 
