@@ -64,6 +64,8 @@ class MapDocument:
     notes : sentences a person should read (what was read as unknown, what was left out).
     occupancy : what a ROS map says of each cell, 0 to 100 and -1, or None. In the grid, 0 is free and all
         else is blocked.
+    surface : what a MovingAI map says a cell is made of (codes in :mod:`lampyris.maps.movingai`), or None
+        where there is nothing to say besides free and blocked.
     """
 
     grid: Grid
@@ -74,6 +76,7 @@ class MapDocument:
     format: str = ""
     notes: tuple[str, ...] = ()
     occupancy: Occupancy | None = None
+    surface: CodeGrid | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +128,8 @@ class Source:
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
     """What a reader hands back: codes (height, width), notes, and for formats that say so the metres a cell,
-    the origin (x, y, yaw), the occupancy and the terrain (see :class:`lampyris.model.grid.Grid`).
+    the origin (x, y, yaw), the occupancy, the terrain (see :class:`lampyris.model.grid.Grid`) and the surface
+    (see :class:`MapDocument`).
     """
 
     codes: CodeGrid
@@ -134,6 +138,7 @@ class Reading:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     occupancy: Occupancy | None = None
     terrain: ByteGrid | None = None
+    surface: CodeGrid | None = None
 
 
 def check_limit(max_cells: int) -> int:
@@ -254,9 +259,12 @@ def document(
         name=name,
         terrain=reading.terrain,
     )
-    if reading.occupancy is not None:
-        reading.occupancy.setflags(write=False)
-    return MapDocument(grid, start, goal, bodies, queries, format, reading.notes, reading.occupancy)
+    for layer in (reading.occupancy, reading.surface):
+        if layer is not None:
+            layer.setflags(write=False)
+    return MapDocument(
+        grid, start, goal, bodies, queries, format, reading.notes, reading.occupancy, reading.surface
+    )
 
 
 def _only(codes: CodeGrid, code: int, what: str, source: Source) -> Cell | None:

@@ -1,21 +1,54 @@
 """MovingAI benchmark files: ``.map`` and ``.scen``.
 
 N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE TCIAIG 4(2):144-148, 2012. (0, 0) is the upper
-left cell. ``.`` and ``G`` are passable; ``@``, ``O`` and ``T`` (tree) are not; ``S`` (swamp) is passable
-from ground; ``W`` (water) is not passable from ground and so is blocked here.
+left cell. ``.`` and ``G`` are passable; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are not; ``S``
+(swamp) is passable from ground; ``W`` (water) is traversable, but not from ground.
+
+A map is read for a robot on the ground: swamp is free, water is blocked. What each cell is made of stays in
+``MapDocument.surface``, so that a map that is written again keeps its letters, and so that a query which
+begins in water can be asked in the water alone (:func:`grid_for`).
 """
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 
-from lampyris.maps.document import BLOCKED, FREE, Reading, Source, plural, read_regular
+import numpy as np
+
+from lampyris.errors import FileError, SceneError, SettingError
+from lampyris.maps.document import (
+    BAD,
+    BLOCKED,
+    FREE,
+    CodeGrid,
+    MapDocument,
+    Query,
+    Reading,
+    Source,
+    look_up,
+    plural,
+    read_regular,
+    write_file,
+)
+from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.rows import read_rows
+from lampyris.model.grid import Grid
 from lampyris.typing import Cell
 
 MEANING = {".": FREE, "G": FREE, "S": FREE, "@": BLOCKED, "O": BLOCKED, "T": BLOCKED, "W": BLOCKED}
+PLAIN, SWAMP, WATER, TREES, OUT, GROUND = range(6)
+"""What ``MapDocument.surface`` holds. Plain is ``.`` where a cell is free and ``@`` where it is blocked."""
+SURFACES = {".": PLAIN, "G": GROUND, "S": SWAMP, "@": PLAIN, "O": OUT, "T": TREES, "W": WATER}
+_LETTERS = tuple(MEANING)
+_CODES, _SURFACES = (
+    np.array([table.get(c, BAD) for c in _LETTERS] + [BAD] * (256 - len(_LETTERS)), dtype=np.uint8)
+    for table in (MEANING, SURFACES)
+)
 HEADER_BYTES = 4096
 MAX_SCEN_LINES = 100_000
 MAX_SCEN_BYTES = 2**26
@@ -31,13 +64,50 @@ def read_map(source: Source) -> Reading:
     """
     height, width, start = _header(source)
     source.check_size(width, height)
-    codes = read_rows(source, start, 5, width, height, MEANING)
+    letters = read_rows(source, start, 5, width, height, {c: k for k, c in enumerate(_LETTERS)})
+    surface = look_up(_SURFACES, letters)
     notes = []
     for character, what in (("S", "swamp (S) read as free"), ("W", "water (W) read as blocked")):
         # Behind the header every byte is a cell or an end of line.
         if n := source.data.count(character.encode(), start):
             notes.append(f"{plural(n, 'cell')} of {what}")
-    return Reading(codes, tuple(notes))
+    return Reading(look_up(_CODES, letters), tuple(notes), surface=surface if surface.any() else None)
+
+
+def letters_of(codes: CodeGrid, surface: CodeGrid | None) -> CodeGrid:
+    """The characters to write, as bytes, uint8 (height, width).
+
+    ``codes`` (FREE, BLOCKED or UNKNOWN) decide what is passable; the surface says which of its letters a cell
+    has, where it agrees.
+    """
+    letters = np.where(codes == FREE, np.uint8(ord(".")), np.uint8(ord("@")))
+    if surface is not None:
+        for letter, kind in SURFACES.items():
+            if kind != PLAIN:
+                letters[(surface == kind) & ((codes == FREE) == (MEANING[letter] == FREE))] = ord(letter)
+    return letters
+
+
+def grid_for(document: MapDocument, start: Cell) -> Grid:
+    """The grid in which a query that begins at ``start`` may move.
+
+    By the published rules ground and swamp are one country and water is another: water is traversable, but
+    not from ground, so whoever begins in water stays in it. For such a start this is a new grid with all but
+    water blocked; for any other it is ``document.grid`` itself, and so the same for all of them.
+    """
+    surface = document.surface
+    if surface is None or not document.grid.contains(start) or surface[start[1], start[0]] != WATER:
+        return document.grid
+    return replace(document.grid, blocked=surface != WATER, unknown=None, terrain=None)
+
+
+def letter_at(document: MapDocument, cell: Cell) -> str:
+    """The character a ``.map`` has for a cell of the map."""
+    x, y = cell
+    blocked = document.grid.blocked[y : y + 1, x : x + 1]
+    surface = None if document.surface is None else document.surface[y : y + 1, x : x + 1]
+    codes = np.where(blocked, np.uint8(BLOCKED), np.uint8(FREE))
+    return chr(int(letters_of(codes, surface)[0, 0]))
 
 
 def _header(source: Source) -> tuple[int, int, int]:
@@ -153,6 +223,119 @@ def _scen_query(source: Source, line: str, number: int) -> ScenQuery:
     # At most 15 digits and a two-digit exponent: the value is finite.
     decimals = len(length[1] or "")
     return ScenQuery(number, bucket, fields[1], width, height, (x0, y0), (x1, y1), float(fields[8]), decimals)
+
+
+def check_query(query: ScenQuery, document: MapDocument, name: str) -> None:
+    """Whether a line of a ``.scen`` can be asked of this map.
+
+    Parameters
+    ----------
+    query : the line.
+    document : the map, with its surface.
+    name : the ``.scen`` file, for messages.
+
+    Raises
+    ------
+    FileError : SCEN_SIZE (the line is about a map of another size; the published rule would have the map
+        scaled, which no published map needs) or SCEN_MAP (of another name; folders do not matter).
+    SceneError : START_OCCUPIED or GOAL_OCCUPIED.
+    """
+    where = f"{name}: line {query.line}"
+    grid = document.grid
+    if (query.width, query.height) != (grid.width, grid.height):
+        size = f"{query.width} x {query.height}"
+        raise FileError("SCEN_SIZE", size, where=where, allowed=f"the map is {grid.width} x {grid.height}")
+    named = PurePosixPath(query.map.replace("\\", "/")).name
+    if document.format == "movingai" and named != grid.name:
+        raise FileError("SCEN_MAP", repr(query.map[:60]), where=where, allowed=f"the map is {grid.name!r}")
+    for what, cell in (("start", query.start), ("goal", query.goal)):
+        letter = letter_at(document, cell)
+        # Water is no mistake of the line: whoever begins there stays there, and whoever does not cannot come
+        # there, which is an answer.
+        if document.grid.blocked[cell[1], cell[0]] and letter != "W":
+            at = f"{what} ({cell[0]},{cell[1]}) is {letter!r}"
+            raise SceneError(f"{what.upper()}_OCCUPIED", at, where=where, allowed="a passable cell")
+
+
+def map_of(path: str | os.PathLike[str], queries: Sequence[ScenQuery]) -> Path:
+    """The map a ``.scen`` is about: the one it names, beside it or in the folders it names below its own.
+
+    Raises
+    ------
+    FileError : SCEN_LINES (no line), SCEN_MAP (lines about several maps, or not about the map that lies
+        beside the file under its name), PATH_OUTSIDE (a path that leads out of the folder), FILE_MISSING.
+    """
+    name, folder = os.fspath(path), Path(path).parent
+    if not queries:
+        raise FileError("SCEN_LINES", "no query in it", where=name)
+    first = queries[0]
+    where = f"{name}: line {first.line}"
+    other = next((q for q in queries if q.map != first.map), None)
+    if other is not None:
+        what = f"{first.map[:60]!r}, and {other.map[:60]!r} in line {other.line}"
+        raise FileError("SCEN_MAP", what, where=where, allowed="lines about one map")
+    named = PurePosixPath(first.map.replace("\\", "/"))
+    if named.is_absolute() or ".." in named.parts or not plain_path(str(named)):
+        raise FileError("PATH_OUTSIDE", repr(first.map[:60]), where=where, allowed="a map in the same folder")
+    for candidate in (folder / named.name, folder / named):
+        if os.path.isfile(candidate):  # Path.is_file raises on a name that is too long
+            return candidate
+    own = Path(name.removesuffix(".scen"))
+    if own != Path(name) and os.path.isfile(own):
+        raise FileError("SCEN_MAP", f"{first.map[:60]!r}", where=where, allowed=f"{own.name!r}, beside it")
+    raise FileError("FILE_MISSING", f"no map {named.name!r} beside it", where=where)
+
+
+def write_scen(
+    path: str | os.PathLike[str], queries: Sequence[Query | ScenQuery], *, map_name: str, grid: Grid
+) -> None:
+    """Write a ``.scen`` of version 1, fields apart by tabs.
+
+    Parameters
+    ----------
+    path : is overwritten.
+    queries : stored queries of a map, or lines of another ``.scen``; of these start, goal and length count.
+    map_name : what the lines call the map.
+    grid : the map, for its size.
+
+    The bucket is the length divided by 4, rounded down, as in the published files; lengths have 8 decimals.
+
+    Raises
+    ------
+    SettingError : SCEN_MAP (a name that no reader would take for one field), SCEN_RANGE (an end outside the
+        map), SCEN_LENGTH (a query whose shortest way is not known), SCEN_LINES (too many).
+    FileError : FILE_WRITE.
+    """
+    where = os.fspath(path)
+    if not map_name.strip() or map_name != map_name.strip() or not map_name.isprintable():
+        raise SettingError("SCEN_MAP", repr(map_name), where=where, allowed="a name of printable characters")
+    if len(queries) >= MAX_SCEN_LINES:
+        allowed = f"at most {MAX_SCEN_LINES - 1:,}"
+        raise SettingError("SCEN_LINES", plural(len(queries), "line"), where=where, allowed=allowed)
+    lines = ["version 1"]
+    for number, query in enumerate(queries, 2):
+        at = f"{where}: line {number}"
+        for cell in (query.start, query.goal):
+            if not grid.contains(cell):
+                allowed = f"cells of a map of {grid.width} x {grid.height}"
+                raise SettingError("SCEN_RANGE", f"({cell[0]}, {cell[1]})", where=at, allowed=allowed)
+        length = _length(query, at)
+        (x0, y0), (x1, y1) = query.start, query.goal
+        fields = (int(length // 4), map_name, grid.width, grid.height, x0, y0, x1, y1, f"{length:.8f}")
+        lines.append("\t".join(map(str, fields)))
+    write_file(path, ("\n".join(lines) + "\n").encode())
+
+
+def _length(query: Query | ScenQuery, where: str) -> float:
+    if isinstance(query, ScenQuery):
+        length = query.length
+    elif query.octile is None:
+        raise SettingError("SCEN_LENGTH", "the shortest way is not known", where=where)
+    else:
+        length = query.octile[0] + query.octile[1] * math.sqrt(2)
+    if not 0 <= length < 10**15:
+        raise SettingError("SCEN_LENGTH", f"length {length}", where=where, allowed="0 to 10^15, exclusive")
+    return length
 
 
 def looks_like(head: bytes) -> bool:

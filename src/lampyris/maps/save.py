@@ -41,6 +41,7 @@ from lampyris.maps.document import (
     grid_codes,
     write_file,
 )
+from lampyris.maps.movingai import letters_of
 from lampyris.maps.ros import SUFFIXES
 from lampyris.maps.ros_write import save_ros
 from lampyris.maps.text import MEANING
@@ -66,6 +67,9 @@ def save_map(what: MapDocument | Grid, path: str | os.PathLike[str]) -> None:
         raise UsageError(
             "MAP_ENDING", repr(target.suffix), where=str(target), allowed=", ".join((*WRITERS, *SUFFIXES))
         )
+    if write is _movingai and isinstance(what, MapDocument):
+        write_file(target, _movingai(codes_of(what), what.surface))
+        return
     write_file(target, write(codes_of(what)))
 
 
@@ -104,8 +108,11 @@ def _pgm(codes: CodeGrid) -> bytes:
 
 def _lines(codes: CodeGrid, characters: str) -> bytes:
     """Rows of characters, one for each code in order."""
-    table = np.frombuffer(characters.encode(), dtype=np.uint8)
-    return np.pad(table[codes], ((0, 0), (0, 1)), constant_values=ord("\n")).tobytes()
+    return _with_ends(np.frombuffer(characters.encode(), dtype=np.uint8)[codes])
+
+
+def _with_ends(rows: CodeGrid) -> bytes:
+    return np.pad(rows, ((0, 0), (0, 1)), constant_values=ord("\n")).tobytes()
 
 
 def _text(codes: CodeGrid) -> bytes:
@@ -113,9 +120,10 @@ def _text(codes: CodeGrid) -> bytes:
     return _lines(codes, "".join(by_code[code] for code in sorted(by_code)))
 
 
-def _movingai(codes: CodeGrid) -> bytes:
+def _movingai(codes: CodeGrid, surface: CodeGrid | None = None) -> bytes:
     height, width = codes.shape
-    return f"type octile\nheight {height}\nwidth {width}\nmap\n".encode() + _lines(_bare(codes), ".@@")
+    letters = letters_of(_bare(codes), surface)
+    return f"type octile\nheight {height}\nwidth {width}\nmap\n".encode() + _with_ends(letters)
 
 
 def _npy(codes: CodeGrid) -> bytes:
