@@ -1,0 +1,174 @@
+"""``lampyris scen``: all queries of a MovingAI ``.scen``, beside the published lengths.
+
+Work is imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from lampyris.scen import Answer, Answers, Benchmark
+
+DISAGREED = 3
+COLUMNS = (
+    "line", "bucket", "start_x", "start_y", "goal_x", "goal_y", "published", "ours", "status", "agrees",
+    "expansions",
+)  # fmt: skip
+RULES = {
+    "equal": "equal to the published length, to the digits it is printed with",
+    "not shorter": "no shorter than the published optimum",
+    "found": "found; the published lengths are of octile moves",
+}
+"""What agreeing means, in words."""
+
+
+def scen(
+    file: Annotated[Path, typer.Argument(metavar="MAP.scen", help="A file of queries.")],
+    map_: Annotated[
+        str | None,
+        typer.Option("--map", metavar="FILE", help="The map (default: the one beside the queries)."),
+    ] = None,
+    planner: Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")] = "astar",
+    moves: Annotated[
+        str, typer.Option("--moves", help="octile, which the lengths are of; dissertation, four or sixteen.")
+    ] = "octile",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="A setting of the planner; may be given several times."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same answers.")] = 0,
+    limit: Annotated[
+        int | None, typer.Option("--limit", metavar="N", help="Ask only the first N queries.")
+    ] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Print JSON for machines, by bucket.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit code 3 when any query disagrees.")] = False,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each query.")
+    ] = None,
+    max_cells: Annotated[
+        int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+) -> None:
+    """Ask every query of a MovingAI .scen and compare with the published lengths."""
+    from lampyris import scen as work
+    from lampyris.cli.request import parse_settings
+    from lampyris.cli.verbs import _counting, check_outputs, print_json, remarks
+    from lampyris.maps.make import MAX_CELLS
+
+    check_outputs(force, csv)
+    given = parse_settings(planner, settings or [])
+    benchmark = work.load(file, map_, max_cells=MAX_CELLS if max_cells is None else max_cells)
+    if not json_:
+        remarks(benchmark.notes)
+    many = min(len(benchmark.queries), limit or len(benchmark.queries))
+    with _counting(f"{planner} on {benchmark.document.grid.name}", f"of {many}", quiet=json_) as tick:
+        made = work.ask(benchmark, planner, moves, seed=seed, limit=limit, progress=tick, **given)
+    if csv is not None:
+        _write_csv(csv, made)
+    if json_:
+        print_json(_record(benchmark, made, given, seed))
+    else:
+        _show(benchmark, made, csv)
+    raise typer.Exit(DISAGREED if strict and made.disagreements else 0)
+
+
+def _record(benchmark: Benchmark, made: Answers, settings: dict[str, Any], seed: int) -> dict[str, Any]:
+    """What ``--json`` prints; all of it but ``timing`` is decided by the files, the settings and the seed."""
+    from lampyris.maps.map_hash import map_hash
+    from lampyris.report.plain import grid_record
+
+    grid = benchmark.document.grid
+    return {
+        "scen": Path(benchmark.name).name,
+        "map": {**grid_record(grid), "hash": map_hash(grid)},
+        "notes": list(benchmark.notes),
+        "planner": made.planner,
+        "settings": settings,
+        "moves": made.moves.name,
+        "seed": seed,
+        "rule": RULES[made.rule],
+        **made.summary,
+        "disagreements": [_answer_record(a) for a in made.disagreements],
+        "buckets": [{"bucket": bucket, **counts} for bucket, counts in made.buckets.items()],
+        "timing": dict(made.timing),
+    }
+
+
+def _answer_record(answer: Answer) -> dict[str, Any]:
+    query = answer.query
+    return {
+        "line": query.line,
+        "start": list(query.start),
+        "goal": list(query.goal),
+        "published": query.length,
+        "ours": answer.cost if answer.status else None,
+        "status": answer.status.value,
+    }
+
+
+def _write_csv(out: Path, made: Answers) -> None:
+    import csv
+    import io
+
+    from lampyris.maps.document import write_file
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for answer in made.answers:
+        q = answer.query
+        ours = repr(answer.cost) if answer.status else ""
+        ends = (q.line, q.bucket, *q.start, *q.goal)
+        told = (answer.status.value, "yes" if answer.agrees else "no", answer.expansions)
+        writer.writerow((*ends, repr(q.length), ours, *told))
+    write_file(out, text.getvalue().encode())
+
+
+def _show(benchmark: Benchmark, made: Answers, csv: Path | None) -> None:
+    """The verdict, every disagreement, then the counts."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    summary, wrong = made.summary, made.disagreements
+    verdict = f"{len(wrong)} of {summary['queries']} disagree"
+    console.print(Text(verdict, style=f"bold {'red' if wrong else 'green'}"))
+    if wrong:
+        table = Table()
+        for name in ("line", "start", "goal", "published", "ours", "status"):
+            table.add_column(name, justify="right" if name in ("line", "published", "ours") else "left")
+        for a in wrong:
+            q = a.query
+            ours = f"{a.cost:.{max(q.decimals, 5)}f}" if a.status else "-"
+            table.add_row(
+                str(q.line), str(q.start), str(q.goal), f"{q.length:.{q.decimals}f}", ours, a.status.value
+            )
+        console.print(table)
+    grid = benchmark.document.grid
+    rows = [
+        ("map", f"{grid.name}, {grid.width} x {grid.height} cells"),
+        ("planner", f"{made.planner}, {made.moves.name} moves"),
+        ("agrees", RULES[made.rule]),
+        ("solved", f"{summary['solved']} of {summary['queries']}, {summary['unreachable']} unreachable"),
+    ]
+    if made.rule != "equal" and summary["mean_ratio"] is not None:
+        told = f"mean {summary['mean_ratio']:.5f}, worst {summary['worst_ratio']:.5f}"
+        rows.append(("to the published length", told))
+    times = f"{made.timing['total_s']:.2f} s, of which planning {made.timing['plan_s']:.2f} s"
+    rows += [("expansions", f"{summary['expansions']:,}"), ("time", times)]
+    facts = Table(show_header=False, box=None, pad_edge=False)
+    facts.add_column(style="dim", no_wrap=True)
+    facts.add_column()
+    for key, value in rows:
+        facts.add_row(key, Text(value))
+    console.print(facts)
+    if csv is not None:
+        console.print(Text(f"wrote {csv}"))
