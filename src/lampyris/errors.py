@@ -18,6 +18,8 @@ Every message reads ``error[CODE]: WHERE: what is wrong (value); what is allowed
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 class LampyrisError(Exception):
     """Anything lampyris raises on purpose.
@@ -91,3 +93,18 @@ class InternalFault(LampyrisError):
     """The referee refused one of our own results. A bug of ours, never the user's mistake."""
 
     exit_code = 6
+
+
+def did_you_mean(word: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """``did you mean NAME?`` for the nearest known name; empty where none is near.
+
+    Parameters
+    ----------
+    word : what was given.
+    known : the names there are.
+    cutoff : least likeness, 0 to 1.
+    """
+    import difflib
+
+    near = difflib.get_close_matches(str(word)[:100], list(known), 1, cutoff)
+    return f"did you mean {near[0]}?" if near else ""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from lampyris.errors import FileError, UsageError
+from lampyris.errors import FileError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from lampyris.maps.convert import Conversion
@@ -61,7 +61,6 @@ def show(
     """Show a bundled map and its stored queries."""
     from lampyris.cli import verbs
     from lampyris.maps import library
-    from lampyris.maps.recipes.recipe import did_you_mean
 
     if name not in library.names():
         # Whoever mistypes an action ends here as well.

@@ -93,6 +93,7 @@ class Source:
     values : ``occupancy``, or ``costmap``: grey samples and numbers are costmap values of ROS 2 (0 free, 1 to
         252 terrain, 253 and 254 blocked, 255 unknown).
     colour : ``legend``, or ``luminance``: colours that are not of the legend are read as grey.
+    confined : whether absolute paths, and links that lead out of the file's folder, are refused as well.
     """
 
     data: bytes
@@ -102,6 +103,7 @@ class Source:
     strict: bool = False
     values: str = "occupancy"
     colour: str = "legend"
+    confined: bool = False
 
     def error(self, code: str, what: str, at: str = "", allowed: str = "", todo: str = "") -> FileError:
         """A FileError about this file, to be raised; ``at`` is a line, column or pixel."""

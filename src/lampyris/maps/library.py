@@ -15,11 +15,10 @@ from importlib.resources import files
 from types import MappingProxyType
 from typing import Any
 
-from lampyris.errors import FileError
+from lampyris.errors import FileError, did_you_mean
 from lampyris.maps.document import MapDocument, Query, Reading, Source, document
 from lampyris.maps.image import read_png
 from lampyris.maps.make import MAX_CELLS, Edit, make
-from lampyris.maps.recipes.recipe import did_you_mean
 from lampyris.maps.text import read_text
 from lampyris.typing import BoolGrid
 

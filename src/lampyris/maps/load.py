@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lampyris.errors import FileError, SettingError
+from lampyris.errors import FileError, SettingError, did_you_mean
 from lampyris.maps import bmp, image, library, movingai, numpy_file, pgm, ros, text
 from lampyris.maps.document import (
     MapDocument,
@@ -65,6 +64,7 @@ def load_map(
     strict: bool = False,
     values: str = "occupancy",
     colour: str = "legend",
+    confined: bool = False,
 ) -> MapDocument:
     """Read a map: one of the bundled maps by its name, or a file.
 
@@ -82,6 +82,8 @@ def load_map(
         values of ROS 2, 0 free, 1 to 252 terrain, 253 and 254 blocked, 255 unknown.
     colour : what to do with a colour that is not of the legend: ``legend`` refuses it, ``luminance`` reads
         the picture as grey.
+    confined : for maps that a stranger's scenario names: nothing out of the map's folder is opened, though
+        what is only doubtful is still noted and read.
 
     Raises
     ------
@@ -108,7 +110,7 @@ def load_map(
     for what, word, known in (("VALUES", values, VALUES), ("COLOUR", colour, COLOURS)):
         if word not in known:
             raise SettingError(what, repr(word), where=what.lower(), allowed=" or ".join(known))
-    source = Source(data, name, max_cells, allow_outside, strict, values, colour)
+    source = Source(data, name, max_cells, allow_outside, strict, values, colour, confined)
     form = _format(source)
     reading = form.read(source)
     suffix = Path(name).suffix.lower()
@@ -151,11 +153,10 @@ def _shown(some: bytes) -> str:
 
 
 def _missing(name: str) -> FileError:
-    near = difflib.get_close_matches(name, library.names(), 1)
     return FileError(
         "FILE_MISSING",
         "neither a file nor a bundled map",
         where=name if name.isprintable() and 0 < len(name) <= 200 else repr(name[:200]),
         allowed="bundled: " + ", ".join(library.names()),
-        todo=f"did you mean {near[0]}?" if near else "",
+        todo=did_you_mean(name, library.names()),
     )

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from lampyris.errors import LimitError, SettingError
+from lampyris.errors import LimitError, SettingError, did_you_mean
 from lampyris.maps.draw import Draw
 from lampyris.maps.recipes import caves, gates, maze, office, rooms, scatter, street, warehouse
-from lampyris.maps.recipes.recipe import Recipe, did_you_mean
+from lampyris.maps.recipes.recipe import Recipe
 from lampyris.typing import BoolGrid
 
 MAX_CELLS = 2**24

@@ -203,7 +203,8 @@ def image_path(document: YamlDocument, name: str, source: Source, doubts: Doubts
     path = parts if absolute else os.path.join(folder, parts)
     leaves = absolute or parts == os.pardir or parts.startswith(os.pardir + os.sep)
     # Links are followed to see where they lead only for strangers: an installed ROS package is made of links.
-    if not (leaves or source.strict) or source.allow_outside or _inside(path, folder):
+    closed = source.strict or source.confined
+    if not (leaves or closed) or source.allow_outside or _inside(path, folder):
         return path
     problem = document.error(
         "PATH_OUTSIDE",
@@ -211,7 +212,7 @@ def image_path(document: YamlDocument, name: str, source: Source, doubts: Doubts
         "image",
         todo="put the picture beside it",
     )
-    if not absolute:
+    if not absolute or source.confined:
         raise problem
     doubts.add(problem, "an absolute path, followed as Nav2 does")
     return path

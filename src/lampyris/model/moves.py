@@ -22,7 +22,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, did_you_mean
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.typing import FloatGrid, IntGrid
 
@@ -145,4 +145,6 @@ def moves_named(name: str | Moves) -> Moves:
     try:
         return MOVES[name]
     except (KeyError, TypeError):
-        raise SettingError("MOVES", f"moves {name!r}", allowed=", ".join(MOVES)) from None
+        raise SettingError(
+            "MOVES", f"moves {name!r}", allowed=", ".join(MOVES), todo=did_you_mean(name, MOVES)
+        ) from None

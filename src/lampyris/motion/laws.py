@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -10,7 +9,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from lampyris.errors import UsageError
+from lampyris.errors import UsageError, did_you_mean
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
@@ -130,11 +129,10 @@ def _found(law: Any) -> tuple[Law, Any]:
     for row in LAWS.values():
         if isinstance(law, type(row.settings)):
             return row, law
-    near = difflib.get_close_matches(str(law), names(), 1)
     raise UsageError(
         "LAW",
         f"no speed law is called {law!r}",
         where="law",
         allowed=", ".join(names()),
-        todo=f"did you mean {near[0]}?" if near else "",
+        todo=did_you_mean(law, names()),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
@@ -10,7 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any
 
-from lampyris.errors import SettingError, UsageError
+from lampyris.errors import SettingError, UsageError, did_you_mean
 from lampyris.planners.base import Planner, Traits
 
 GROUP = "lampyris.planners"
@@ -48,10 +47,11 @@ def planner_class(name: str) -> type[Planner]:
     try:
         entry = _entries()[name]
     except (KeyError, TypeError):
-        near = difflib.get_close_matches(str(name), names(), 1)
-        todo = f"did you mean {near[0]}?" if near else ""
         raise UsageError(
-            "PLANNER", f"no planner is called {name!r}", allowed=", ".join(names()), todo=todo
+            "PLANNER",
+            f"no planner is called {name!r}",
+            allowed=", ".join(names()),
+            todo=did_you_mean(name, names()),
         ) from None
     loaded: type[Planner] = entry.load()
     return loaded
@@ -78,12 +78,11 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     known = settings_of(kind)
     for key in settings or {}:
         if key not in known:
-            near = difflib.get_close_matches(key, known, 1, cutoff=0.5)  # names are short: nq, nt
             raise SettingError(
                 "SETTING",
                 f"{name} has no setting {key!r}",
                 allowed=", ".join(known) or "none: it has no settings",
-                todo=f"did you mean {near[0]}?" if near else "",
+                todo=did_you_mean(key, known, cutoff=0.5),  # names are short: nq, nt
             )
     return kind(**(settings or {}))
 

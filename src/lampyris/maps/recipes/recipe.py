@@ -5,13 +5,12 @@ The range of a setting is written once, in the table; nothing reaches a recipe's
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, did_you_mean
 from lampyris.typing import BoolGrid
 
 
@@ -138,12 +137,6 @@ class Recipe:
         """
         checked = {name: self.setting(name).check(value) for name, value in given.items()}
         return {**self.settings, **checked}
-
-
-def did_you_mean(word: Any, known: Iterable[str]) -> str:
-    """``did you mean NAME?`` for the nearest known name; empty where none is near."""
-    near = difflib.get_close_matches(str(word), list(known), 1)
-    return f"did you mean {near[0]}?" if near else ""
 
 
 def too_small(what: str, width: int, height: int, need: str) -> SettingError:
