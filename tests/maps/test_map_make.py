@@ -10,7 +10,7 @@ import pytest
 
 from lampyris.errors import LampyrisError
 from lampyris.maps.draw import Draw
-from lampyris.maps.make import RECIPES, Edit, make
+from lampyris.maps.make import RECIPES, Edit, make, make_ground
 
 
 def test_draws_are_the_raw_stream() -> None:
@@ -26,6 +26,7 @@ def test_draws_are_the_raw_stream() -> None:
 STABLE = {
     "caves": "301dbfe4",
     "gates": "665fd712",
+    "hills": "9682a79c",
     "maze": "4d327ba2",
     "office": "acc6ff59",
     "random": "f13059e9",
@@ -42,6 +43,19 @@ def test_same_seed_same_cells(recipe: str) -> None:
     assert (one == two).all()
     assert (one != other).any()
     assert hashlib.sha256(np.packbits(one).tobytes()).hexdigest()[:8] == STABLE[recipe]
+
+
+def test_same_seed_same_terrain() -> None:
+    one, two, other = (make_ground("hills", 40, 30, seed) for seed in (5, 5, 6))
+    assert one.terrain is not None
+    assert two.terrain is not None
+    assert other.terrain is not None
+    assert one.terrain.dtype == np.uint8
+    assert (one.terrain == two.terrain).all()
+    assert (one.terrain != other.terrain).any()
+    assert hashlib.sha256(one.terrain.tobytes()).hexdigest()[:8] == "32c82bca"
+    assert (make("hills", 40, 30, 5) == one.blocked).all()
+    assert {r for r in RECIPES if make_ground(r, 40, 30, 5).terrain is not None} == {"hills"}
 
 
 @pytest.mark.parametrize("density", [0.0, 0.1, 0.5, 1.0])

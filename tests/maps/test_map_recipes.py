@@ -11,7 +11,7 @@ import pytest
 from scipy.ndimage import label
 
 from lampyris.errors import SettingError
-from lampyris.maps.make import RECIPES, make
+from lampyris.maps.make import RECIPES, make, make_ground
 from lampyris.maps.recipes.recipe import Setting
 
 CONNECTED = [name for name, row in RECIPES.items() if row.connected]
@@ -37,7 +37,8 @@ def is_gate(blocked: np.ndarray) -> np.ndarray:
 
 
 def test_all_the_kinds_are_there_and_only_random_may_fall_apart() -> None:
-    assert set(RECIPES) == {"caves", "gates", "maze", "office", "random", "rooms", "street", "warehouse"}
+    kinds = {"caves", "gates", "hills", "maze", "office", "random", "rooms", "street", "warehouse"}
+    assert set(RECIPES) == kinds
     assert set(RECIPES) - set(CONNECTED) == {"random"}
     assert label(~make("random", 60, 60, 1, density=0.3))[1] > 1
 
@@ -83,7 +84,8 @@ def test_one_region_with_any_settings(recipe: str, seed: int) -> None:
         if s.kind == "number":
             given[s.name] = float(rng.random())
         elif s.kind == "whole number":
-            given[s.name] = int(rng.integers(int(s.least or 0), int(max(2 * s.default, s.least or 0, 3)) + 1))
+            most = min(int(max(2 * s.default, s.least or 0, 3)), int(s.most or 0))
+            given[s.name] = int(rng.integers(int(s.least or 0), most + 1))
     blocked = made_or_too_small(recipe, int(rng.integers(20, 150)), int(rng.integers(20, 150)), seed, **given)
     assert blocked is None or label(~blocked)[1] == 1
 
@@ -202,6 +204,45 @@ def test_streets_cut_and_bend() -> None:
         other = make("street", 200, 200, 5, **{**straight, **more})
         assert (other != plain).mean() > 0.01, more
     assert make("street", 200, 200, 5, **{**straight, "parks": 1.0}).mean() < 0.1
+
+
+def hills(seed: int = 3, **settings: Any) -> tuple[np.ndarray, np.ndarray]:
+    made = make_ground("hills", 160, 120, seed, **settings)
+    assert made.terrain is not None
+    return made.blocked, made.terrain
+
+
+def test_hills_have_the_shares_asked_for() -> None:
+    bare = {"rocks": 0.0, "roads": 0}
+    blocked, terrain = hills(**bare, water=0.0, plain=0.4, levels=4, dearest=252)
+    assert not blocked.any()
+    values, counts = np.unique(terrain, return_counts=True)
+    assert values.tolist() == [0, 63, 126, 189, 252]
+    # Heights that are equal go to the same side of a cut.
+    assert np.allclose(counts / terrain.size, [0.4, 0.15, 0.15, 0.15, 0.15], atol=0.002)
+    # From a cell to the next, terrain hardly ever changes by more than a level; noise would in half of all.
+    for axis in (0, 1):
+        assert (np.abs(np.diff(terrain.astype(int), axis=axis)) > 63).mean() < 0.01
+    wet, _ = hills(**bare, water=0.3)
+    assert 0.29 < wet.mean() < 0.45  # and what the water cuts off
+    assert hills(**bare, water=0.0, plain=1.0)[1].max() == 0
+    assert hills(**bare, water=1.0)[0].sum() == 160 * 120 - 1
+    assert set(np.unique(hills(levels=1, dearest=7)[1])) == {0, 7}
+    assert abs(hills(roads=0, water=0.0, rocks=0.1)[0].mean() - 0.1) < 0.02
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_roads_are_plain_ground_from_side_to_side(seed: int) -> None:
+    without, hilly = hills(seed, water=0.4, plain=0.0, rocks=0.05, roads=0)
+    blocked, terrain = hills(seed, water=0.4, plain=0.0, rocks=0.05, roads=1)
+    road = label(~blocked & (terrain == 0))[0] == 1
+    rows, columns = road.any(axis=1), road.any(axis=0)
+    assert rows.all() or columns.all()
+    assert label(road)[1] == 1
+    assert (without & road).any() or (hilly[road] > 0).any()
+    same = ~blocked & ~road & ~without
+    assert same.any()
+    assert (terrain[same] == hilly[same]).all()
 
 
 @pytest.mark.nightly

@@ -125,18 +125,19 @@ def make(
     from lampyris.cli.verbs import check_outputs
     from lampyris.maps.convert import files_of, write_and_compare
     from lampyris.maps.document import MapDocument
-    from lampyris.maps.make import make as make_cells
-    from lampyris.maps.make import recipe_named
+    from lampyris.maps.make import make_ground, recipe_named
     from lampyris.model.grid import Grid
 
     row = recipe_named(recipe)
     given = {key: row.setting(key).read(value) for key, value in map(_key_value, settings or [])}
     width, height = _size(size)
     check_outputs(force, *files_of(out))
+    made_of = make_ground(recipe, width, height, seed, **given)
     grid = Grid(
-        make_cells(recipe, width, height, seed, **given),
+        made_of.blocked,
         resolution=1.0 if resolution is None else resolution,
         name=out.name,
+        terrain=made_of.terrain,
     )
     made = write_and_compare(MapDocument(grid), out)
     _say(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))

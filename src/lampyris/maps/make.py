@@ -14,9 +14,9 @@ from typing import Any
 
 from lampyris.errors import LimitError, SettingError, did_you_mean
 from lampyris.maps.draw import Draw
-from lampyris.maps.recipes import caves, gates, maze, office, rooms, scatter, street, warehouse
+from lampyris.maps.recipes import caves, gates, hills, maze, office, rooms, scatter, street, warehouse
 from lampyris.maps.recipes.recipe import Recipe
-from lampyris.typing import BoolGrid
+from lampyris.typing import BoolGrid, ByteGrid
 
 MAX_CELLS = 2**24
 """Cells a map may have: beyond it one integer is no longer an exact octile cost (see model.moves)."""
@@ -37,17 +37,39 @@ class Edit:
         blocked[self.y : self.y + self.height, self.x : self.x + self.width] = self.wall
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """The cells of a new map.
+
+    Parameters
+    ----------
+    blocked : bool (height, width).
+    terrain : uint8 (height, width), 0 to 252, as :class:`lampyris.model.grid.Grid` has it; None for recipes
+        that have plain ground only.
+    """
+
+    blocked: BoolGrid
+    terrain: ByteGrid | None = None
+
+
 def make(
     recipe: str, width: int, height: int, seed: int, *, edits: Iterable[Edit] = (), **settings: Any
 ) -> BoolGrid:
-    """The blocked cells of a new map, bool (height, width).
+    """The blocked cells of a new map, bool (height, width): :func:`make_ground` without the terrain."""
+    return make_ground(recipe, width, height, seed, edits=edits, **settings).blocked
+
+
+def make_ground(
+    recipe: str, width: int, height: int, seed: int, *, edits: Iterable[Edit] = (), **settings: Any
+) -> Ground:
+    """The cells of a new map.
 
     Parameters
     ----------
     recipe : a name in :data:`RECIPES`.
     width, height : cells, 4 or more each; some recipes need more.
     seed : 0 to 2^63 - 1.
-    edits : rectangles written over the result, in order.
+    edits : rectangles written over the result, in order; they leave the terrain alone.
     settings : of the recipe; see ``RECIPES[recipe].table``.
 
     Raises
@@ -62,10 +84,11 @@ def make(
             raise SettingError("MAP_SIZE", f"{what} {n!r}", allowed=f"a whole number >= {row.least}")
     if width * height > MAX_CELLS:
         raise LimitError("MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"{MAX_CELLS} cells")
-    blocked = row.build(Draw(seed), width, height, **complete)
+    built = row.build(Draw(seed), width, height, **complete)
+    blocked, terrain = built if isinstance(built, tuple) else (built, None)
     for edit in edits:
         edit.apply(blocked)
-    return blocked
+    return Ground(blocked, terrain)
 
 
 def recipe_named(name: str) -> Recipe:
@@ -96,6 +119,12 @@ RECIPES: Mapping[str, Recipe] = MappingProxyType(
                 "rooms with narrow and wide openings, things standing about",
                 gates.gates,
                 gates.SETTINGS,
+            ),
+            Recipe(
+                "hills",
+                "rolling ground, dearer the higher it lies, with lakes, rocks and roads",
+                hills.hills,
+                hills.SETTINGS,
             ),
             Recipe(
                 "maze", "corridors with one way, or a few, between any two places", maze.maze, maze.SETTINGS

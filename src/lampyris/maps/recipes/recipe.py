@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from lampyris.errors import SettingError, did_you_mean
-from lampyris.typing import BoolGrid
+from lampyris.typing import BoolGrid, ByteGrid
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,8 @@ class Recipe:
     Parameters
     ----------
     name, summary : what to call it and what it makes.
-    build : ``(draw, width, height, **settings) -> blocked``; it is given every setting, checked.
+    build : ``(draw, width, height, **settings) -> blocked``, or ``-> (blocked, terrain)``; it is given every
+        setting, checked.
     table : its settings.
     connected : whether all free cells are one region, from side to side (4 neighbours).
     least : least width and height, cells.
@@ -100,7 +101,7 @@ class Recipe:
 
     name: str
     summary: str
-    build: Callable[..., BoolGrid]
+    build: Callable[..., BoolGrid | tuple[BoolGrid, ByteGrid]]
     table: tuple[Setting, ...]
     connected: bool = True
     least: int = 4

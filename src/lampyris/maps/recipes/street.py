@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lampyris.maps.draw import Draw
+from lampyris.maps.recipes.noise import BITS, Whole, smooth
 from lampyris.maps.recipes.recipe import Setting
 from lampyris.maps.recipes.regions import keep_largest
 from lampyris.typing import BoolGrid
@@ -27,11 +27,6 @@ SETTINGS = (
     Setting("parks", 0.07, 0.0, 1.0, "share of the blocks that are parks, free but for trees"),
 )
 TREES = 0.06
-BITS = 8
-ONE = 1 << BITS
-"""One, in the fixed-point numbers of the bending."""
-
-Whole = NDArray[np.int32]
 
 
 def street(
@@ -82,24 +77,8 @@ def _bent(draw: Draw, width: int, height: int, block: int, bend: int) -> Whole:
     pitch = 5 * block
     rows, columns = height // pitch + 2, width // pitch + 2
     values = (draw.belows(np.full((rows, columns), 2 * bend + 1)) - bend).astype(np.int32)
-    at, weight = _smooth(width, pitch)
-    wide = _between(values[:, at], values[:, at + 1], weight)
-    at, weight = _smooth(height, pitch)
-    tall = _between(wide[at], wide[at + 1], weight[:, None])
-    return (tall + (1 << (2 * BITS - 1))) >> 2 * BITS
-
-
-def _between(a: Whole, b: Whole, weight: Whole) -> Whole:
-    """From a (weight 0) to b (weight ONE), times ONE."""
-    return np.asarray(a * (ONE - weight) + b * weight, dtype=np.int32)
-
-
-def _smooth(length: int, pitch: int) -> tuple[Whole, Whole]:
-    """For each of so many cells: the lattice point before it, and the weight of the next (0 to ONE)."""
-    cell = np.arange(length, dtype=np.int64)
-    t = cell % pitch
-    weight = t * t * (3 * pitch - 2 * t) * ONE // pitch**3
-    return (cell // pitch).astype(np.int32), weight.astype(np.int32)
+    spread = smooth(values, width, height, pitch)
+    return (spread + (1 << (2 * BITS - 1))) >> 2 * BITS
 
 
 @dataclass(frozen=True, slots=True)
