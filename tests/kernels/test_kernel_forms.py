@@ -41,6 +41,31 @@ def test_fields(name: str, stopping: bool, monkeypatch: pytest.MonkeyPatch) -> N
         assert a.expansions == b.expansions
 
 
+@pytest.mark.parametrize("name", MOVES)
+@pytest.mark.parametrize("stopping", [False, True])
+def test_fields_over_terrain(name: str, stopping: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    results = {}
+    for form in ("plain", "compiled"):
+        use(monkeypatch, form)
+        rng = np.random.default_rng(9)
+        results[form] = [
+            solve(
+                free,
+                MOVES[name].weighed(),
+                goal,
+                terrain=(rng.integers(0, 253, free.shape) * (rng.random(free.shape) < 0.5)).astype(np.uint8),
+                rho=0.37,
+                gamma=0.7,
+                stop=stop if stopping else None,
+            )
+            for free, goal, stop in _grids(40, 9)
+        ]
+    for a, b in zip(results["plain"], results["compiled"], strict=True):
+        for what in ("exact", "step", "luciferin"):
+            assert getattr(a, what).tobytes() == getattr(b, what).tobytes(), what
+        assert a.expansions == b.expansions
+
+
 def test_clearance_and_gates(monkeypatch: pytest.MonkeyPatch) -> None:
     results = {}
     for form in ("plain", "compiled"):

@@ -44,14 +44,16 @@ def free_cells(grid: Grid, radius: float) -> BoolGrid:
 
 
 def moves_for(scene: Scene) -> Moves:
-    """The scene's moves, made safe for a robot with a size; a robot of radius 0 keeps them as they are.
+    """The scene's moves, made safe for a robot with a size, in the costs of its map.
+
+    A robot of radius 0 keeps its steps as they are. Costs: see :func:`moves_on`.
 
     With a radius no diagonal cuts a corner. That is enough: every point of a step lies, in each axis, at
     least as far from a wall as one of the four cell centres around the step, so a disc swept from centre to
     centre keeps its distance if those four are free. Knight's steps are left out: halfway along one, a disc
     comes within a quarter of a cell of squares that its centre line does not touch.
     """
-    moves = scene.moves
+    moves = moves_on(scene.grid, scene.moves)
     if scene.robot.radius <= 0:
         return moves
     kept = [k for k, (dx, dy) in enumerate(moves.offsets) if abs(dx) <= 1 and abs(dy) <= 1]
@@ -61,6 +63,16 @@ def moves_for(scene: Scene) -> Moves:
         costs=tuple(moves.costs[k] for k in kept),
         corner_cutting=False,
     )
+
+
+def moves_on(grid: Grid, moves: Moves) -> Moves:
+    """The same steps in the costs of a map: weighed exactly where the map has terrain."""
+    if grid.terrain is not None:
+        return moves.weighed()
+    if moves.scale == 1:
+        return moves
+    costs = tuple(c // moves.scale for c in moves.costs)
+    return replace(moves, costs=costs, unit=moves.unit // moves.scale, scale=1)
 
 
 def clearance(grid: Grid) -> FloatGrid:

@@ -1,0 +1,176 @@
+"""Waves: which kernels fill a frame with costs, parents and luciferin, for which moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import SettingError
+from lampyris.field.frame import AHEAD, SCRATCH, WEIGHS_MOST, Frame
+from lampyris.kernels import descent, wavefront, weighted
+from lampyris.model.grid import TERRAIN_UNIT
+from lampyris.model.moves import MOVES, Moves
+from lampyris.typing import BoolGrid, ByteGrid, Floats
+
+_EIGHT = MOVES["octile"].offsets
+_SPREAD = 1000
+"""Greatest ratio of two step costs over terrain: the ring of buckets grows with it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """One run of the wavefront that suits the moves, with parents and luciferin.
+
+    Parameters
+    ----------
+    frame, free, moves : the map and the step set.
+    goal, stop : indices in the frame; ``stop`` 0 for never.
+    cost, step, luciferin : the three maps to fill, flat and padded.
+    shares : 1 - rho, gamma, unit.
+    """
+
+    frame: Frame
+    free: BoolGrid
+    moves: Moves
+    goal: int
+    stop: int
+    cost: NDArray[Any]
+    step: NDArray[np.int8]
+    luciferin: Floats
+    shares: tuple[float, float, float]
+
+    def run(self) -> int:
+        """Fill the maps over plain ground; how many cells were settled.
+
+        Raises
+        ------
+        SettingError : a step set that no wavefront can serve.
+        """
+        moves = self.moves
+        a, b = moves.unit, moves.diagonal
+        if not self._two_prices or not a < b <= 2 * a:
+            return self._ripple()
+        if moves.corner_cutting and self.frame.dtype is np.int32:
+            return self._two_heads()
+        return self._windows()
+
+    def run_over(self, terrain: ByteGrid) -> int:
+        """Fill the maps over terrain; how many cells were settled, 0 if costs outgrow the frame's.
+
+        Raises
+        ------
+        SettingError : a step set that no wavefront can serve.
+        """
+        frame, moves, n, bench = self.frame, self.moves, self.frame.size, self.frame.size + 1
+        prices = sorted({c // TERRAIN_UNIT for c in moves.costs})
+        if not 0 < prices[0] <= prices[-1] <= _SPREAD * prices[0]:
+            allowed = f"positive, the greatest at most {_SPREAD} times the least"
+            raise SettingError("MOVES", f"costs {moves.costs}", allowed=allowed)
+        # A bucket as wide as the greatest power of two in the least step; one shift finds a cost's bucket.
+        shift = (TERRAIN_UNIT * prices[0]).bit_length() - 1
+        ring = 1 << ((WEIGHS_MOST * max(moves.costs) >> shift) + 1).bit_length()
+        order, toll, load, weight, links, heads, near, far = SCRATCH.take(
+            (n + AHEAD, np.uint32), (bench, frame.dtype), (bench, np.uint8), (n, np.uint8),
+            (len(prices) * bench, np.uint32), (len(prices) * ring, np.uint32),
+            (3 * frame.width, frame.dtype), (3 * frame.width, frame.dtype),
+        )  # fmt: skip
+        weighted.lay_out(self._rooms, terrain.ravel(), self.cost, weight, frame.width, frame.pad, frame.never)
+        room = (weight, self.cost, order, toll, load, links, heads, bench)
+        last = (self.goal, self.stop)
+        rest = (shift, ring - 1, frame.never)
+        if self._two_prices:
+            a, b = moves.unit // TERRAIN_UNIT, moves.diagonal // TERRAIN_UNIT
+            guard = 0 if moves.corner_cutting else -1
+            count = weighted.eight(*room, frame.width, *last, a, b, guard, *rest)
+        else:
+            count = weighted.any_steps(*room, *self._by_price(prices), *last, *rest)
+        if count == 0:
+            return 0
+        if self._two_prices:
+            weighted.parents8(
+                self.cost, weight, self.step, near, far, frame.width, frame.rows, a, b, guard, self._limit
+            )
+        else:
+            each = np.array(moves.costs, dtype=np.int64) // TERRAIN_UNIT
+            table = frame.table(moves)
+            weighted.parents(
+                self.cost, weight, self.step, frame.width, frame.rows, frame.pad, *table, each, self._limit
+            )
+        descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        return int(count)
+
+    def _by_price(self, prices: list[int]) -> tuple[NDArray[np.int64], ...]:
+        """Where the steps of each price begin; the table of steps in that order, seen from the cell that they
+        end in; the prices.
+        """
+        costs = np.array(self.moves.costs, dtype=np.int64) // TERRAIN_UNIT
+        by = np.argsort(costs, kind="stable")
+        first = np.searchsorted(costs[by], [*prices, prices[-1] + 1]).astype(np.int64)
+        jump, side, other = (column[by] for column in self.frame.table(self.moves))
+        return first, -jump, side - jump, other - jump, np.array(prices, dtype=np.int64)
+
+    def _two_heads(self) -> int:
+        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
+        fresh, order, *levels = SCRATCH.take(
+            (n, np.uint8), (n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32)
+        )
+        width, rows = frame.width, frame.rows
+        many = wavefront.two_heads(
+            self._rooms, self.cost, fresh, order, *levels, width, self.goal, self.stop, a, b, frame.never
+        )
+        descent.parents8(self.cost, self.step, width, rows, a, b, 0, frame.never - 1)
+        descent.glow_levels(order, *levels, many, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        return int(levels[1][many - 1])
+
+    def _windows(self) -> int:
+        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
+        order, toll = SCRATCH.take((2 * n + 2 + AHEAD, np.uint32), (n + 1, frame.dtype))
+        guard = 0 if self.moves.corner_cutting else -1
+        width, rows = frame.width, frame.rows
+        count = wavefront.windows(
+            self._rooms, self.cost, order, toll, n + 1, width, self.goal, self.stop, a, b, guard, frame.never
+        )
+        descent.parents8(self.cost, self.step, width, rows, a, b, guard, self._limit)
+        descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        return int(count)
+
+    def _ripple(self) -> int:
+        frame, n, costs = self.frame, self.frame.size, self.moves.costs
+        least = min(costs)
+        if not 0 < least <= max(costs) < 3 * least:
+            allowed = "positive, the greatest below three times the least"
+            raise SettingError("MOVES", f"costs {costs}", allowed=allowed)
+        lists = (3 * n + 3 + AHEAD, np.uint32)
+        order, toll, ends = SCRATCH.take(lists, (n + 1, frame.dtype), (3, np.uint64))
+        table = (*frame.table(self.moves), np.array(costs, dtype=frame.dtype))
+        width, rows, pad = frame.width, frame.rows, frame.pad
+        count = wavefront.ripple(
+            self._rooms, self.cost, order, toll, ends, n + 1, *table, width, pad, self.goal, self.stop, least,
+            frame.never,
+        )  # fmt: skip
+        descent.parents(self.cost, self.step, width, rows, pad, *table, self._limit)
+        descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        return int(count)
+
+    @property
+    def _two_prices(self) -> bool:
+        """Whether these are the eight steps, all straights at one price and all diagonals at another."""
+        moves = self.moves
+        return moves.offsets == _EIGHT and moves.costs == (moves.diagonal,) * 4 + (moves.unit,) * 4
+
+    @property
+    def _rooms(self) -> NDArray[np.uint8]:
+        return self.free.view(np.uint8).ravel()
+
+    @property
+    def _jump(self) -> NDArray[np.int64]:
+        return self.frame.table(self.moves)[0]
+
+    @property
+    def _limit(self) -> int:
+        """The greatest cost that is final."""
+        found, never = int(self.cost[self.stop]), self.frame.never
+        return found if self.stop > 0 and found < never else never - 1

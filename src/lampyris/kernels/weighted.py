@@ -1,0 +1,364 @@
+"""Wavefront over cells that weigh differently, without a heap; costs, then parents, over padded flat maps.
+
+A step of kind k from a cell p into a cell n costs ``price[k] * (63 + terrain[n])`` (see
+:class:`lampyris.model.grid.Grid`). The field is measured backwards, from the goal: every step that ends in n
+pays for n alone. So a settled cell n of cost d offers one and the same cost to all its neighbours of a kind:
+``d + price[k] * (63 + terrain[n])``. It has one *departure* for each kind, at a cost known when it settles.
+
+Departures wait in a ring of buckets (a calendar queue: Brown, CACM 31(10), 1988; Dial, CACM 12(11), 1969).
+A bucket spans no more than the least step, so no departure leads back into its own bucket: when all of one
+bucket have left, every cell they touched is settled, at the least of the costs it was offered. A cell is
+thus written to a list once for each kind of step and never moved: nothing is stale, nothing is taken out, and
+the memory is known beforehand. The buckets are lists threaded through the order of settling (a cell's place
+in it, not the cell itself, so that a bucket lies close together). The dearest step is five times the dearest
+price, so a ring of 16 buckets serves every step set of ours.
+
+As in :mod:`.wavefront` every neighbour is written at the end of the list unconditionally and the end advances
+by 0 or 1, and a border of walls spares all tests for the edge.
+"""
+
+from __future__ import annotations
+
+from lampyris.kernels._jit import fetch, kernel, u64
+
+TERRAIN_UNIT = 63
+"""What plain ground weighs."""
+
+
+@kernel(out=("cost", "weight"))
+def lay_out(free, terrain, cost, weight, width, pad, never):
+    """A map and its terrain into their frame.
+
+    Parameters
+    ----------
+    free, terrain : uint8, (height * width inside the border,); 1 where a cell may be entered, and 0 to 252.
+    cost : signed, (n,); becomes ``never`` in free cells, -1 in walls and border.
+    weight : uint8, (n,); becomes the terrain, 0 in the border.
+    width : of a padded row.
+    pad : width of the border.
+    never : more than any cost.
+    """
+    inside = u64(width - 2 * pad)
+    at = u64(width * pad + pad)
+    for i in range(at):
+        cost[i] = -1
+        weight[i] = 0
+    seam = u64(2 * pad)
+    for row in range(u64(0), u64(len(free)), inside):
+        for x in range(inside):
+            cost[at + x] = never if free[row + x] else -1
+        for x in range(inside):
+            weight[at + x] = terrain[row + x]
+        at += inside
+        for x in range(seam):
+            cost[at + x] = -1
+            weight[at + x] = 0
+        at += seam
+    for i in range(at, u64(len(cost))):
+        cost[i] = -1
+        weight[i] = 0
+
+
+@kernel(out=("cost", "order", "toll", "load", "links", "heads"))
+def eight(
+    weight, cost, order, toll, load, links, heads, bench, width, goal, stop, straight, diagonal, guard, shift,
+    mask, never,
+):  # fmt: skip
+    """Settle every cell that can reach the goal by the eight steps; return how many, 0 if costs outgrow
+    ``never``.
+
+    Parameters
+    ----------
+    weight, cost : as :func:`lay_out` leaves them; ``cost`` is the result, exact and at least 0 where the goal
+        can be reached, ``never`` where not.
+    order : uint32, (n + 25,); the cells as they settled, bucket by bucket of rising cost.
+    toll : as ``cost``, (n + 1,); the cost of each of them.
+    load : uint8, (n + 1,); scratch, the terrain of each of them.
+    links : uint32, (2 bench,); scratch, the next departure in a bucket, straight ones first.
+    heads : uint32, (2 (mask + 1),); scratch, the first departure of each bucket.
+    bench : n + 1.
+    width : of a padded row; the border is one cell wide.
+    goal, stop : cells; settling ends with the bucket of ``stop`` and the cells that cost no more than it; 0
+        for never.
+    straight, diagonal : the two prices.
+    guard : -1 where the side cells of a diagonal must be free, 0 if not.
+    shift, mask : costs ``c`` wait in bucket ``c >> shift & mask``; 1 << shift is at most the least step,
+        mask one less than a power of two and with room for the dearest.
+    never : more than any cost.
+    """
+    w = u64(width)
+    zero = u64(0)
+    one = u64(1)
+    late = u64(bench)
+    none = late - one
+    ring = u64(mask) + one
+    for k in range(ring + ring):
+        heads[k] = none
+    # Beyond it a departure could reach ``never``.
+    dearest = never - 315 * max(straight, diagonal)
+    cost[goal] = 0
+    order[0] = goal
+    begin = zero
+    tail = one
+    bucket = 0
+    waiting = zero
+    while True:
+        for i in range(begin, tail):
+            n = order[i]
+            # Its row is at hand, those above and below will be wanted when it departs.
+            fetch(cost, n - w)
+            fetch(cost, n + w)
+            d = cost[n]
+            load[i] = weight[n]
+            toll[i] = d
+            burden = TERRAIN_UNIT + weight[n]
+            s = u64((d + straight * burden) >> shift) & u64(mask)
+            links[i] = heads[s]
+            heads[s] = i
+            s = (u64((d + diagonal * burden) >> shift) & u64(mask)) + ring
+            links[late + i] = heads[s]
+            heads[s] = i
+        waiting += tail - begin + tail - begin
+        if stop > 0 and cost[stop] < never:
+            return _keep(order, toll, begin, tail, cost[stop])
+        begin = tail
+        if waiting == zero:
+            return tail
+        bucket += 1
+        if (bucket + 1) << shift > dearest:
+            return zero
+        s = u64(bucket) & u64(mask)
+        i = u64(heads[s])
+        heads[s] = none
+        while i != none:
+            p = u64(order[i])
+            c = toll[i] + straight * (TERRAIN_UNIT + load[i])
+            i = u64(links[i])
+            waiting -= one
+            n = p - w
+            old = cost[n]
+            order[tail] = n
+            tail = tail + one if old == never else tail
+            cost[n] = old if old < c else c
+            n = p - one
+            old = cost[n]
+            order[tail] = n
+            tail = tail + one if old == never else tail
+            cost[n] = old if old < c else c
+            n = p + one
+            old = cost[n]
+            order[tail] = n
+            tail = tail + one if old == never else tail
+            cost[n] = old if old < c else c
+            n = p + w
+            old = cost[n]
+            order[tail] = n
+            tail = tail + one if old == never else tail
+            cost[n] = old if old < c else c
+        s += ring
+        i = u64(heads[s])
+        heads[s] = none
+        while i != none:
+            p = u64(order[i])
+            c = toll[i] + diagonal * (TERRAIN_UNIT + load[i])
+            i = u64(links[late + i])
+            waiting -= one
+            up = cost[p - w]
+            left = cost[p - one]
+            right = cost[p + one]
+            down = cost[p + w]
+            # Behind a shut corner a cell looks like a wall.
+            n = p - w - one
+            old = cost[n]
+            seen = -1 if (old | ((up | left) & guard)) < 0 else old
+            order[tail] = n
+            tail = tail + one if seen == never else tail
+            cost[n] = old if seen < c else c
+            n = p - w + one
+            old = cost[n]
+            seen = -1 if (old | ((up | right) & guard)) < 0 else old
+            order[tail] = n
+            tail = tail + one if seen == never else tail
+            cost[n] = old if seen < c else c
+            n = p + w - one
+            old = cost[n]
+            seen = -1 if (old | ((down | left) & guard)) < 0 else old
+            order[tail] = n
+            tail = tail + one if seen == never else tail
+            cost[n] = old if seen < c else c
+            n = p + w + one
+            old = cost[n]
+            seen = -1 if (old | ((down | right) & guard)) < 0 else old
+            order[tail] = n
+            tail = tail + one if seen == never else tail
+            cost[n] = old if seen < c else c
+
+
+@kernel(out=("cost", "order", "toll", "load", "links", "heads"))
+def any_steps(
+    weight, cost, order, toll, load, links, heads, bench, first, jump, side, other, price, goal, stop, shift,
+    mask, never,
+):  # fmt: skip
+    """Settle every cell that can reach the goal by any step set; return how many, 0 if costs outgrow
+    ``never``.
+
+    Parameters
+    ----------
+    weight, cost, order, toll, load, bench, goal, stop, shift, mask, never : as for :func:`eight`.
+    links, heads : uint32, (m bench,) and (m (mask + 1),) for m different prices.
+    first : int64, (m + 1,); the steps of price j are those from ``first[j]`` to before ``first[j + 1]``.
+    jump, side, other : int64; where each step comes from, and the two cells that must be free besides (the
+        end itself where there is none), as index offsets from its end.
+    price : int64, (m,); the different prices, rising.
+    """
+    zero = u64(0)
+    one = u64(1)
+    late = u64(bench)
+    none = late - one
+    kinds = u64(len(price))
+    ring = u64(mask) + one
+    for k in range(kinds * ring):
+        heads[k] = none
+    dearest = never - 315 * price[kinds - one]
+    cost[goal] = 0
+    order[0] = goal
+    begin = zero
+    tail = one
+    bucket = 0
+    waiting = zero
+    while True:
+        for i in range(begin, tail):
+            n = order[i]
+            d = cost[n]
+            load[i] = weight[n]
+            toll[i] = d
+            burden = TERRAIN_UNIT + weight[n]
+            for j in range(kinds):
+                s = (u64((d + price[j] * burden) >> shift) & u64(mask)) + j * ring
+                links[j * late + i] = heads[s]
+                heads[s] = i
+        waiting += (tail - begin) * kinds
+        if stop > 0 and cost[stop] < never:
+            return _keep(order, toll, begin, tail, cost[stop])
+        begin = tail
+        if waiting == zero:
+            return tail
+        bucket += 1
+        if (bucket + 1) << shift > dearest:
+            return zero
+        for j in range(kinds):
+            s = (u64(bucket) & u64(mask)) + j * ring
+            i = u64(heads[s])
+            heads[s] = none
+            while i != none:
+                p = u64(order[i])
+                c = toll[i] + price[j] * (TERRAIN_UNIT + load[i])
+                i = u64(links[j * late + i])
+                waiting -= one
+                for k in range(u64(first[j]), u64(first[j + one])):
+                    n = p + u64(jump[k])
+                    old = cost[n]
+                    seen = -1 if (old | cost[p + u64(side[k])] | cost[p + u64(other[k])]) < 0 else old
+                    order[tail] = n
+                    tail = tail + one if seen == never else tail
+                    cost[n] = old if seen < c else c
+
+
+@kernel(out=("order", "toll"))
+def _keep(order, toll, begin, end, limit):
+    """Drop the cells of the last bucket that cost more than ``limit``; return how many are left in all."""
+    one = u64(1)
+    kept = begin
+    for i in range(begin, end):
+        order[kept] = order[i]
+        toll[kept] = toll[i]
+        kept = kept + one if toll[i] <= limit else kept
+    return kept
+
+
+@kernel(out=("cost", "step", "near", "far"))
+def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, guard, limit):
+    """The local parent rule for eight moves over terrain; costs above ``limit`` become -1.
+
+    For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at
+    which a neighbour's cost and the step into it make exactly the cell's own. What a departure from each cell
+    of three rows comes to is kept in ``near`` and ``far``, (3 width,) each, row y in place y % 3.
+    """
+    w = u64(width)
+    one = u64(1)
+    two = u64(2)
+    a = u64(0)
+    b = w
+    c = w + w
+    _departures(cost, weight, near, far, u64(0), a, w, straight, diagonal)
+    _departures(cost, weight, near, far, w, b, w, straight, diagonal)
+    for y in range(u64(rows - 2)):
+        begin = y * w
+        _departures(cost, weight, near, far, begin + w + w, c, w, straight, diagonal)
+        here = begin + w + one
+        if guard == 0:
+            for x in range(w - two):
+                d = cost[here + x]
+                k = 7 if near[c + x + one] == d else -1
+                k = 6 if near[a + x + one] == d else k
+                k = 5 if near[b + x + two] == d else k
+                k = 4 if near[b + x] == d else k
+                k = 3 if far[c + x + two] == d else k
+                k = 2 if far[c + x] == d else k
+                k = 1 if far[a + x + two] == d else k
+                k = 0 if far[a + x] == d else k
+                step[here + x] = k if (d <= limit) & (d > 0) else -1
+        else:
+            for x in range(w - two):
+                d = cost[here + x]
+                up = near[a + x + one]
+                left = near[b + x]
+                right = near[b + x + two]
+                down = near[c + x + one]
+                k = 7 if down == d else -1
+                k = 6 if up == d else k
+                k = 5 if right == d else k
+                k = 4 if left == d else k
+                k = 3 if (far[c + x + two] == d) & ((down | right) >= 0) else k
+                k = 2 if (far[c + x] == d) & ((down | left) >= 0) else k
+                k = 1 if (far[a + x + two] == d) & ((up | right) >= 0) else k
+                k = 0 if (far[a + x] == d) & ((up | left) >= 0) else k
+                step[here + x] = k if (d <= limit) & (d > 0) else -1
+        for i in range(begin, begin + w):
+            cost[i] = cost[i] if cost[i] <= limit else -1
+        a, b, c = b, c, a
+    for i in range(u64(rows - 2) * w, u64(rows) * w):
+        cost[i] = cost[i] if cost[i] <= limit else -1
+
+
+@kernel(out=("near", "far"))
+def _departures(cost, weight, near, far, row, place, width, straight, diagonal):
+    """What a straight and a diagonal departure from each cell of a row come to; -1 in walls."""
+    for x in range(u64(width)):
+        d = cost[row + x]
+        burden = TERRAIN_UNIT + weight[row + x]
+        near[place + x] = d + straight * burden if d >= 0 else -1
+        far[place + x] = d + diagonal * burden if d >= 0 else -1
+
+
+@kernel(out=("cost", "step"))
+def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limit):
+    """The same for any step set (``price``: of each step, in the order of ``step``)."""
+    w = u64(width)
+    for y in range(u64(pad), u64(rows - pad)):
+        begin = y * w + u64(pad)
+        end = begin + w - u64(2 * pad)
+        for j in range(len(jump)):
+            k = len(jump) - 1 - j
+            ahead = u64(jump[k])
+            first = u64(side[k])
+            second = u64(other[k])
+            base = price[k]
+            for at in range(begin, end):
+                c = cost[at]
+                here = cost[at + ahead]
+                offered = here + base * (TERRAIN_UNIT + weight[at + ahead])
+                free = (here | cost[at + first] | cost[at + second]) >= 0
+                step[at] = k if (offered == c) & free & (c <= limit) else step[at]
+    for i in range(u64(len(cost))):
+        cost[i] = cost[i] if cost[i] <= limit else -1
