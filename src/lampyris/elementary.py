@@ -1,0 +1,108 @@
+"""Elementary functions that give the same bits on every machine.
+
+The mathematics library of a system, and NumPy's own vector loops, round ``exp``, ``log``, ``sin`` and ``cos``
+as they please: one machine's last bit is not another's, and a swarm that compares two such numbers takes
+another way from there. Code that decides calls these instead. They use ``+ - * /``, rounding to whole
+numbers, and taking a number apart into mantissa and exponent: all exactly defined (IEEE 754), in a stated
+order, one NumPy operation at a time, so that nothing can be contracted.
+
+Method: the argument is reduced with a constant split into parts short enough that multiples of them are exact
+(Cody and Waite, "Software Manual for the Elementary Functions", 1980), then a Taylor sum by Horner's rule.
+Accuracy: within 2 units in the last place of the true value; the tests measure it against ``math``. About
+five times slower than NumPy's own, and not for code where only the picture counts.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Reals = NDArray[np.float64]
+"""float64, any shape."""
+
+_LOG2_E = 1.4426950408889634
+# ln 2 = high + low, the high part with 32 trailing zero bits: its multiples by an exponent are exact.
+_LN2_HIGH = float.fromhex("0x1.62e42feep-1")
+_LN2_LOW = float.fromhex("0x1.a39ef35793c76p-33")
+_HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
+"""pi / 2 in three parts, the first two of 33 bits."""
+
+TURNS = 2**20
+"""Quarter turns up to which ``sin`` and ``cos`` are reduced exactly: arguments to 1.6 million."""
+
+_EXP = tuple(1.0 / math.factorial(k) for k in range(13, 1, -1))
+_ATANH = tuple(1.0 / k for k in range(23, 1, -2))
+_SIN = tuple((-1.0) ** (k // 2) / math.factorial(k) for k in range(17, 1, -2))
+_COS = tuple((-1.0) ** (k // 2) / math.factorial(k) for k in range(18, 2, -2))
+
+
+def _sum(coefficients: tuple[float, ...], z: Reals) -> Reals:
+    """Horner's rule, the coefficient of the highest power first."""
+    total = np.full_like(z, coefficients[0])
+    for c in coefficients[1:]:
+        total *= z
+        total += c
+    return total
+
+
+def exp(x: ArrayLike) -> Reals:
+    """e to the power of x, float64, same shape: infinity from 709.79, 0 from -745.14 on."""
+    given = np.asarray(x, dtype=np.float64)
+    near = np.clip(given, -746.0, 710.0)
+    times = np.rint(near * _LOG2_E)
+    times = np.where(np.isnan(times), 0.0, times)
+    r = (near - times * _LN2_HIGH) - times * _LN2_LOW
+    whole = 1.0 + (r + r * r * _sum(_EXP, r))
+    with np.errstate(over="ignore", under="ignore"):
+        out: Reals = np.ldexp(whole, times.astype(np.int32))
+    return out
+
+
+def log(x: ArrayLike) -> Reals:
+    """Natural logarithm, float64, same shape: minus infinity at 0, not a number below."""
+    given = np.asarray(x, dtype=np.float64)
+    inside = (given > 0.0) & (given < np.inf)
+    mantissa, exponent = np.frexp(np.where(inside, given, 1.0))
+    low = mantissa < 0.7071067811865476
+    mantissa = np.where(low, 2.0 * mantissa, mantissa)
+    times = exponent - low.astype(np.float64)
+    # log m = 2 atanh(f), f = (m - 1) / (m + 1), |f| <= 0.172; m - 1 is exact.
+    f = (mantissa - 1.0) / (mantissa + 1.0)
+    z = f * f
+    rest = 2.0 * f * (z * _sum(_ATANH, z))
+    out = times * _LN2_HIGH + (2.0 * f + (rest + times * _LN2_LOW))
+    edge = np.where(given == 0.0, -np.inf, np.where(given == np.inf, np.inf, np.nan))
+    return np.where(inside, out, edge)
+
+
+def sin(x: ArrayLike) -> Reals:
+    """Sine of x in radians, float64, same shape; not a number beyond a million quarter turns."""
+    r, quarter = _reduced(x)
+    return _by_quarter(r, quarter)
+
+
+def cos(x: ArrayLike) -> Reals:
+    """Cosine of x in radians, float64, same shape; not a number beyond a million quarter turns."""
+    r, quarter = _reduced(x)
+    return _by_quarter(r, quarter + 1)
+
+
+def _reduced(x: ArrayLike) -> tuple[Reals, NDArray[np.int64]]:
+    """What is left of x within an eighth of a turn, and how many quarter turns were taken off."""
+    given = np.asarray(x, dtype=np.float64)
+    near = np.where(np.abs(given) <= TURNS * _HALF_PI[0], given, np.nan)
+    turns = np.rint(near / _HALF_PI[0])
+    r = near
+    for part in _HALF_PI:
+        r = r - turns * part
+    return r, np.where(np.isnan(turns), 0.0, turns).astype(np.int64)
+
+
+def _by_quarter(r: Reals, quarter: NDArray[np.int64]) -> Reals:
+    z = r * r
+    sine = r + r * (z * _sum(_SIN, z))
+    cosine = 1.0 - (0.5 * z - z * z * _sum(_COS, z))
+    value = np.where(quarter % 2 == 0, sine, cosine)
+    return np.where(quarter % 4 >= 2, -value, value)
