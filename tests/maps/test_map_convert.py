@@ -139,7 +139,7 @@ def test_refused(tmp_path: Path) -> None:
 
 
 def test_a_writer_that_moves_a_wall_is_found_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def wrong(what: MapDocument, path: Path) -> None:
+    def wrong(what: MapDocument, path: Path, values: str) -> None:
         save_map(Grid(~what.grid.blocked), path)
 
     monkeypatch.setattr(module, "save_map", wrong)

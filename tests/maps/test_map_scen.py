@@ -17,7 +17,6 @@ from lampyris.maps.movingai import (
     check_query,
     grid_for,
     letter_at,
-    map_of,
     read_scen,
     write_scen,
 )
@@ -110,33 +109,6 @@ def test_a_stored_map_of_another_kind_may_have_any_name(tmp_path: Path) -> None:
     check_query(query(), document, "q.scen")
 
 
-def test_which_map_it_is_about(tmp_path: Path) -> None:
-    (tmp_path / "maps").mkdir()
-    scen, beside, below = tmp_path / "lake.map.scen", tmp_path / "lake.map", tmp_path / "maps" / "sea.map"
-    for path in (beside, below):
-        path.write_text(LAKE)
-    assert map_of(scen, [query()]) == beside
-    assert map_of(scen, [query(map="maps/dao/lake.map")]) == beside
-    assert map_of(scen, [query(map="maps/sea.map")]) == below
-    for name, code in (
-        ("../lake.map", "PATH_OUTSIDE"),
-        ("..\\lake.map", "PATH_OUTSIDE"),
-        ("/etc/lake.map", "PATH_OUTSIDE"),
-        ("C:/lake.map", "PATH_OUTSIDE"),
-        ("http://host/lake.map", "PATH_OUTSIDE"),
-        ("pond.map", "SCEN_MAP"),
-        ("p" * 5000, "SCEN_MAP"),
-    ):
-        with pytest.raises(FileError, match=code):
-            map_of(scen, [query(map=name)])
-    with pytest.raises(FileError, match="FILE_MISSING"):
-        map_of(tmp_path / "x.scen", [query(map="pond.map")])
-    with pytest.raises(FileError, match=r"line 3"):
-        map_of(scen, [query(), query(line=3, map="sea.map")])
-    with pytest.raises(FileError, match="SCEN_LINES"):
-        map_of(scen, [])
-
-
 def test_written_queries_are_read_again(tmp_path: Path) -> None:
     rng = np.random.Generator(np.random.PCG64(3))
     grid = Grid(np.zeros((200, 300), dtype=bool))
@@ -198,7 +170,7 @@ def test_too_many_lines(tmp_path: Path) -> None:
 def test_the_benchmark_is_about_its_maps(movingai: Path) -> None:
     for path in sorted(movingai.glob("*.scen")):
         queries = read_scen(path)
-        document = load_map(map_of(path, queries))
+        document = load_map(path.with_suffix(""))
         for q in queries:
             check_query(q, document, path.name)
 

@@ -6,16 +6,22 @@ brightness p (0 to 1) has occ = 1 - p: blocked from 0.65 up, free up to 0.196, u
 thresholds nav2_map_server writes, compared in 32-bit floats as it does: 205, its own grey for unknown, is
 then unknown). Any other colour is refused, and a pixel that is not wholly opaque is unknown. So a drawing
 with soft edges gets walls that are a little too thick, never too thin.
+
+Asked for, a picture is read in another way. By luminance: every colour, the legend's too, is the grey of its
+Rec. 601 luma, ``(306 R + 601 G + 117 B) >> 10``, the weights by which GraphicsMagick turns a picture to grey
+for Nav2 (in 1024ths, rounded down, so never to the lighter side), and the grey rule decides; there are no
+marks then. As costmap values: the grey sample is the value itself.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.maps.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.maps.document import (
     BAD,
     BLOCKED,
@@ -47,7 +53,9 @@ SHADES = {
 }
 """The colour each code is saved in."""
 
-_ALLOWED = "grey, or the legend: red start, gold (255,215,0) goal, deep pink (255,20,147) moving obstacle"
+BRIGHTNESS = "a colour picture: its brightness decides (Rec. 601), not the legend of drawings"
+"""What is noted of it."""
+_COLOURS = "grey, or the legend: red start, gold (255,215,0) goal, deep pink (255,20,147) moving obstacle"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +72,7 @@ class Pixels:
         opaque each is.
     left_out : bool (height, width), True where a run-length code skips the pixel, or None.
     halved : the file has 16 bits a channel, of which the decoder left the upper 8.
+    scaled : the file has fewer than 8 bits of grey, which the decoder spread over 0 to 255.
     notes : what else there is to say.
     """
 
@@ -74,28 +83,103 @@ class Pixels:
     alpha: NDArray[np.uint8] | None = None
     left_out: NDArray[np.bool_] | None = None
     halved: bool = False
+    scaled: bool = False
     notes: tuple[str, ...] = ()
 
 
 def read_pixels(pixels: Pixels, source: Source) -> Reading:
-    """Codes of a picture by the legend and the grey rule.
+    """What a picture says: codes by the legend and the grey rule, or as the source asks for.
 
     Raises
     ------
-    FileError : an index beyond the palette, a colour that is neither grey nor of the legend.
+    FileError : an index beyond the palette; IMG_COLOUR, a colour that is neither grey nor of the legend; for
+        costmap values also IMG_DEPTH and IMG_ALPHA.
     """
-    if pixels.palette is not None:
+    if source.values == "costmap":
+        reading = _read_costs(pixels, source)
+    elif pixels.palette is None and pixels.samples.ndim == 2:
+        reading = read_grey(pixels.samples, pixels.maxval, pixels.clear)
+    elif source.colour == "luminance":
+        grey, colourful = brightness(pixels, source)
+        reading = read_grey(grey, 255, clear_of(pixels))
+        if colourful:
+            reading = replace(reading, notes=(BRIGHTNESS, *reading.notes))
+    elif pixels.palette is not None:
         alpha = np.full(len(pixels.palette), 255, np.uint8) if pixels.alpha is None else pixels.alpha
         reading = read_palette(pixels.samples, pixels.palette, alpha, source)
-    elif pixels.samples.ndim == 3:
-        reading = read_colour(pixels.samples, pixels.clear, source)
     else:
-        reading = read_grey(pixels.samples, pixels.maxval, pixels.clear)
+        reading = read_colour(pixels.samples, pixels.clear, source)
     notes = (*pixels.notes, *reading.notes)
     if pixels.left_out is not None and (n := int(np.count_nonzero(pixels.left_out))):
         reading.codes[pixels.left_out] = UNKNOWN
         notes += (f"{plural(n, 'pixel')} the picture leaves out read as unknown",)
-    return Reading(reading.codes, notes)
+    return replace(reading, notes=notes)
+
+
+def brightness(pixels: Pixels, source: Source) -> tuple[NDArray[np.uint8], bool]:
+    """8-bit grey (height, width) of a picture of colours or with a palette, and whether any pixel was not
+    grey before.
+
+    Raises
+    ------
+    FileError : IMG_CORRUPT, an index beyond the palette.
+    """
+    samples, palette = pixels.samples, pixels.palette
+    if palette is None:
+        return luma(samples), _has_colour(samples)
+    _check_index(samples, len(palette), source)
+    colourful = _has_colour(palette)
+    if colourful:  # of a palette's colours perhaps none but greys are used
+        colourful = _has_colour(palette[np.bincount(samples.ravel(), minlength=len(palette)) > 0])
+    return look_up(np.pad(luma(palette), (0, 256 - len(palette))), samples), colourful
+
+
+def luma(rgb: NDArray[Any]) -> NDArray[np.uint8]:
+    """Rec. 601 luma of colours (..., 3) as GraphicsMagick weighs it, in 1024ths, rounded down."""
+    total = np.multiply(rgb[..., 0], 306, dtype=np.uint32)
+    total += np.multiply(rgb[..., 1], 601, dtype=np.uint32)
+    total += np.multiply(rgb[..., 2], 117, dtype=np.uint32)
+    grey: NDArray[np.uint8] = (total >> np.uint32(10)).astype(np.uint8)
+    return grey
+
+
+def clear_of(pixels: Pixels) -> NDArray[np.bool_] | None:
+    """Where a picture is not wholly opaque, bool (height, width), or None."""
+    if pixels.alpha is not None and (pixels.alpha < 255).any():
+        clear: NDArray[np.bool_] = (pixels.alpha < 255)[pixels.samples]
+        return clear
+    return pixels.clear
+
+
+def _has_colour(rgb: NDArray[Any]) -> bool:
+    return bool((rgb != rgb[..., :1]).any())
+
+
+def _read_costs(pixels: Pixels, source: Source) -> Reading:
+    """Costmap values: the grey itself, where it is 8 bits of grey and nothing else."""
+    if pixels.maxval != 255 or pixels.scaled or pixels.halved:
+        what = "16 bits a channel" if pixels.halved else f"white is {pixels.maxval}"
+        what = "fewer than 8 bits of grey" if pixels.scaled else what
+        raise source.error("IMG_DEPTH", what, allowed="8 bits of grey, white 255, for costmap values")
+    grey = pixels.samples
+    if pixels.palette is not None or grey.ndim == 3:
+        grey, colourful = brightness(pixels, source)
+        if colourful:
+            rgb = pixels.samples if pixels.palette is None else pixels.palette
+            odd = (rgb != rgb[..., :1]).any(axis=-1)
+            x, y = first_bad(odd if pixels.palette is None else odd[pixels.samples])
+            colour = rgb[y, x] if pixels.palette is None else rgb[pixels.samples[y, x]]
+            shown = f"({colour[0]},{colour[1]},{colour[2]}) is not a costmap value"
+            raise source.error("IMG_COLOUR", shown, f"pixel ({x},{y})", f"grey: {ALLOWED}")
+    clear = clear_of(pixels)
+    if clear is not None and clear.any():
+        x, y = first_bad(clear)
+        raise source.error(
+            "IMG_ALPHA", "a transparent pixel has no costmap value", f"pixel ({x},{y})", ALLOWED
+        )
+    if pixels.left_out is not None:
+        grey = np.where(pixels.left_out, np.uint8(NO_INFORMATION), grey)
+    return read_costs(grey.astype(np.uint8, copy=False))  # digits of a plain PGM come as 64-bit numbers
 
 
 def grey_table(maxval: int) -> CodeGrid:
@@ -128,11 +212,7 @@ def read_palette(
     FileError : an index beyond the palette, a colour that is neither grey nor of the legend.
     """
     n = len(colours)
-    if n < 256 and int(index.max()) >= n:
-        x, y = first_bad(index >= n)
-        raise source.error(
-            "IMG_CORRUPT", f"colour number {index[y, x]}; the palette has {n}", f"pixel ({x},{y})"
-        )
+    _check_index(index, n, source)
     table = _colour_codes(colours)
     table[alpha < 255] = FREE  # a colour nobody sees need not be of the legend; it becomes unknown below
     codes = look_up(np.pad(table, (0, 256 - n), constant_values=BAD), index)
@@ -142,6 +222,13 @@ def read_palette(
             x, y = first_bad(wrong)
             raise _colour_error(source, x, y, colours[index[y, x]])
     return _finish(codes, (alpha < 255)[index] if (alpha < 255).any() else None)
+
+
+def _check_index(index: NDArray[Any], n: int, source: Source) -> None:
+    if n < 256 and int(index.max()) >= n:
+        x, y = first_bad(index >= n)
+        what = f"colour number {index[y, x]}; the palette has {n}"
+        raise source.error("IMG_CORRUPT", what, f"pixel ({x},{y})")
 
 
 def read_colour(rgb: NDArray[np.uint8], transparent: NDArray[np.bool_] | None, source: Source) -> Reading:
@@ -179,8 +266,8 @@ def _colour_error(source: Source, x: int, y: int, colour: NDArray[np.uint8]) -> 
         "IMG_COLOUR",
         f"({r},{g},{b}) is not a colour of a map",
         f"pixel ({x},{y})",
-        _ALLOWED,
-        "save it as grey",
+        _COLOURS,
+        "read it with --colour luminance, or save it as grey",
     )
 
 

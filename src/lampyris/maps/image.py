@@ -252,7 +252,7 @@ def _pixels(png: _Png, samples: NDArray[Any]) -> Pixels:
             else samples == int(key[0]) * (255 // ((1 << png.depth) - 1) if png.depth < 8 else 1)
         )
         grey = samples.astype(np.uint16, copy=False) if maxval > 255 else samples
-        return Pixels(grey, maxval, clear, notes=notes)
+        return Pixels(grey, maxval, clear, notes=notes, scaled=png.depth < 8)
     halved = png.depth == 16
     if png.colour == _RGB:
         # Of 16-bit colours only the upper byte is left: more pixels may match, and they become unknown, not

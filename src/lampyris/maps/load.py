@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lampyris.errors import FileError, SettingError, did_you_mean
-from lampyris.maps import bmp, image, library, movingai, numpy_file, pgm, ros, text
+from lampyris.maps import bmp, csv_file, image, library, movingai, numpy_file, pgm, ros, text
 from lampyris.maps.document import (
     MapDocument,
     Reading,
@@ -48,8 +48,10 @@ FORMATS = (
     Format("bmp", (".bmp", ".dib"), bmp.looks_like, bmp.read_bmp),
     Format("pgm", (".pgm", ".pbm", ".ppm", ".pnm"), pgm.looks_like, pgm.read_pgm),
     Format("numpy", (".npy",), lambda head: head.startswith(numpy_file.MAGIC), numpy_file.read_npy),
+    Format("csv", csv_file.SUFFIXES, csv_file.looks_like, csv_file.read_csv),
     Format("movingai", (".map",), movingai.looks_like, movingai.read_map),
 )
+_CSV, _MOVINGAI = FORMATS[-2:]
 ROS = Format("ros", ros.SUFFIXES, ros.looks_like, ros.read_ros)
 TEXT = Format("text", (".txt",), lambda head: True, text.read_text)
 _PICTURES = tuple(s for f in FORMATS[:3] for s in f.suffixes)
@@ -79,9 +81,10 @@ def load_map(
         and links that lead out of the folder, a negate other than 0 or 1, thresholds in the wrong order,
         unknown keys.
     values : what grey samples and numbers are: ``occupancy`` (black or 1 is a wall), or ``costmap``: costmap
-        values of ROS 2, 0 free, 1 to 252 terrain, 253 and 254 blocked, 255 unknown.
+        values of ROS 2, 0 free, 1 to 252 terrain, 253 and 254 blocked, 255 unknown. A bundled map and a CSV
+        file with the line that marks it say so themselves.
     colour : what to do with a colour that is not of the legend: ``legend`` refuses it, ``luminance`` reads
-        the picture as grey.
+        the picture as grey, marks and all. A ROS map's picture always is grey; a costmap's must be.
     confined : for maps that a stranger's scenario names: nothing out of the map's folder is opened, though
         what is only doubtful is still noted and read.
 
@@ -90,7 +93,8 @@ def load_map(
     FileError : FILE_MISSING (neither a map nor a file), FILE_KIND (a directory, pipe or device), or what is
         wrong in it.
     LimitError : IMG_TOO_LARGE, MAP_TOO_LARGE or FILE_TOO_LARGE.
-    SettingError : a resolution or limit out of its range, or a resolution where the file has another.
+    SettingError : a resolution or limit out of its range, a resolution where the file has another, or VALUES:
+        costmap values asked for where there are no numbers.
     """
     check_limit(max_cells)
     try:
@@ -99,7 +103,13 @@ def load_map(
         raise SettingError(
             "MAP_NAME", f"{type(name_or_path).__name__} given", allowed="a name or a path"
         ) from None
+    for what, word, known in (("VALUES", values, VALUES), ("COLOUR", colour, COLOURS)):
+        if word not in known:
+            raise SettingError(what, repr(word), where=what.lower(), allowed=" or ".join(known))
     if isinstance(name_or_path, str) and name in library.names():
+        if values != VALUES[0]:
+            what, todo = "a bundled map says itself what its cells are", "leave the option out"
+            raise SettingError("VALUES", what, where=name, todo=todo)
         return library.load(name, resolution=resolution, max_cells=max_cells)
     try:
         data = read_regular(name, byte_limit(max_cells))
@@ -107,9 +117,6 @@ def load_map(
         if problem.code == "FILE_MISSING":
             raise _missing(name) from None
         raise
-    for what, word, known in (("VALUES", values, VALUES), ("COLOUR", colour, COLOURS)):
-        if word not in known:
-            raise SettingError(what, repr(word), where=what.lower(), allowed=" or ".join(known))
     source = Source(data, name, max_cells, allow_outside, strict, values, colour, confined)
     form = _format(source)
     reading = form.read(source)
@@ -135,16 +142,18 @@ def _format(source: Source) -> Format:
     if ROS.begins(head):
         return ROS
     other = image.foreign(head)
-    if suffix in ROS.suffixes and not other:
-        return ROS
+    if not other:
+        for form in (ROS, _CSV):
+            if suffix in form.suffixes:
+                return form
     if other or b"\0" in head or suffix in _PICTURES:
         raise source.error(
             "IMG_FORMAT",
             f"this is {other}" if other else f"not a PNG, BMP or PGM (starts with {_shown(head[:4])})",
-            allowed="PNG, BMP, PGM, ROS YAML, MovingAI, plain text, NumPy",
+            allowed="PNG, BMP, PGM, ROS YAML, MovingAI, plain text, NumPy, CSV",
         )
-    if suffix in FORMATS[-1].suffixes:
-        return FORMATS[-1]  # its reader says what the first line should be
+    if suffix in _MOVINGAI.suffixes:
+        return _MOVINGAI  # its reader says what the first line should be
     return TEXT
 
 
@@ -157,6 +166,6 @@ def _missing(name: str) -> FileError:
         "FILE_MISSING",
         "neither a file nor a bundled map",
         where=name if name.isprintable() and 0 < len(name) <= 200 else repr(name[:200]),
-        allowed="bundled: " + ", ".join(library.names()),
+        allowed="a map file, or a name that `lampyris maps` lists",
         todo=did_you_mean(name, library.names()),
     )

@@ -16,11 +16,12 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
 import numpy as np
 
 from lampyris.errors import FileError, SceneError, SettingError
+from lampyris.maps.costmap import no_numbers
 from lampyris.maps.document import (
     BAD,
     BLOCKED,
@@ -35,7 +36,6 @@ from lampyris.maps.document import (
     read_regular,
     write_file,
 )
-from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.rows import read_rows
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
@@ -50,6 +50,7 @@ _CODES, _SURFACES = (
     for table in (MEANING, SURFACES)
 )
 HEADER_BYTES = 4096
+_BOM = b"\xef\xbb\xbf"
 MAX_SCEN_LINES = 100_000
 MAX_SCEN_BYTES = 2**26
 
@@ -61,7 +62,9 @@ def read_map(source: Source) -> Reading:
     ------
     FileError : MAP_TYPE, MAP_HEADER, MAP_TRUNCATED, MAP_ROW or MAP_CELL, with the line.
     LimitError : the header asks for more cells than allowed.
+    SettingError : VALUES, costmap values asked for.
     """
+    no_numbers(source, "a MovingAI map")
     height, width, start = _header(source)
     source.check_size(width, height)
     letters = read_rows(source, start, 5, width, height, {c: k for k, c in enumerate(_LETTERS)})
@@ -113,7 +116,7 @@ def letter_at(document: MapDocument, cell: Cell) -> str:
 def _header(source: Source) -> tuple[int, int, int]:
     """height, width, and the offset of the first row."""
     head = source.data[:HEADER_BYTES]
-    offset = 0
+    offset = len(_BOM) if head.startswith(_BOM) else 0
     sizes = []
     for number, word in enumerate(("type", "height", "width", "map"), 1):
         end = head.find(b"\n", offset)
@@ -180,7 +183,7 @@ def read_scen(path: str | os.PathLike[str]) -> tuple[ScenQuery, ...]:
     LimitError : more than 64 MiB. (More than 100,000 lines is a FileError SCEN_LINES.)
     """
     source = Source(read_regular(path, MAX_SCEN_BYTES), os.fspath(path))
-    lines = source.data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace").splitlines()
+    lines = source.data.removeprefix(_BOM).decode("utf-8", "replace").splitlines()
     if len(lines) > MAX_SCEN_LINES:
         raise source.error("SCEN_LINES", f"{len(lines):,} lines", allowed=f"at most {MAX_SCEN_LINES:,}")
     queries = []
@@ -257,35 +260,6 @@ def check_query(query: ScenQuery, document: MapDocument, name: str) -> None:
             raise SceneError(f"{what.upper()}_OCCUPIED", at, where=where, allowed="a passable cell")
 
 
-def map_of(path: str | os.PathLike[str], queries: Sequence[ScenQuery]) -> Path:
-    """The map a ``.scen`` is about: the one it names, beside it or in the folders it names below its own.
-
-    Raises
-    ------
-    FileError : SCEN_LINES (no line), SCEN_MAP (lines about several maps, or not about the map that lies
-        beside the file under its name), PATH_OUTSIDE (a path that leads out of the folder), FILE_MISSING.
-    """
-    name, folder = os.fspath(path), Path(path).parent
-    if not queries:
-        raise FileError("SCEN_LINES", "no query in it", where=name)
-    first = queries[0]
-    where = f"{name}: line {first.line}"
-    other = next((q for q in queries if q.map != first.map), None)
-    if other is not None:
-        what = f"{first.map[:60]!r}, and {other.map[:60]!r} in line {other.line}"
-        raise FileError("SCEN_MAP", what, where=where, allowed="lines about one map")
-    named = PurePosixPath(first.map.replace("\\", "/"))
-    if named.is_absolute() or ".." in named.parts or not plain_path(str(named)):
-        raise FileError("PATH_OUTSIDE", repr(first.map[:60]), where=where, allowed="a map in the same folder")
-    for candidate in (folder / named.name, folder / named):
-        if os.path.isfile(candidate):  # Path.is_file raises on a name that is too long
-            return candidate
-    own = Path(name.removesuffix(".scen"))
-    if own != Path(name) and os.path.isfile(own):
-        raise FileError("SCEN_MAP", f"{first.map[:60]!r}", where=where, allowed=f"{own.name!r}, beside it")
-    raise FileError("FILE_MISSING", f"no map {named.name!r} beside it", where=where)
-
-
 def write_scen(
     path: str | os.PathLike[str], queries: Sequence[Query | ScenQuery], *, map_name: str, grid: Grid
 ) -> None:
@@ -340,5 +314,5 @@ def _length(query: Query | ScenQuery, where: str) -> float:
 
 def looks_like(head: bytes) -> bool:
     """Whether a file begins like a ``.map``, rightly or wrongly written."""
-    first = head.lstrip()[:40].split(None, 1)
+    first = head.removeprefix(_BOM).lstrip()[:40].split(None, 1)
     return bool(first) and first[0] in (b"type", b"height", b"width", b"map")

@@ -3,6 +3,7 @@
 The header is read here, within limits and without pickle: ``numpy.load`` would warn about some old headers,
 run a pickle if asked, and allocate what the header says before it looks at the size of the file. Values
 such as 255 are refused: black = 0 is a wall in a picture and free space in an array, and no guess is safe.
+Asked for, whole numbers are costmap values, and -1 is unknown there too.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from lampyris.maps.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.maps.document import BLOCKED, FREE, UNKNOWN, Reading, Source, first_bad
+from lampyris.typing import ByteGrid
 
 MAGIC = b"\x93NUMPY"
 HEADER_BYTES = 4096
@@ -59,7 +62,7 @@ def read_npy(source: Source) -> Reading:
         )
     flat = np.frombuffer(source.data, dtype=dtype, offset=header.offset)
     cells = flat.reshape((width, height)).T if header.fortran else flat.reshape((height, width))
-    return Reading(_codes(cells, source))
+    return read_costs(_costs(cells, source)) if source.values == "costmap" else Reading(_codes(cells, source))
 
 
 def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dtype[np.uint8]]:
@@ -79,9 +82,19 @@ def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dt
             str(cells[y, x]),
             f"cell ({x},{y})",
             "0 free, 1 blocked, -1 unknown",
-            "save `blocked` as a bool array",
+            "save `blocked` as a bool array, or read costmap values with --values costmap",
         )
     return codes
+
+
+def _costs(cells: np.ndarray[Any, Any], source: Source) -> ByteGrid:
+    if cells.dtype.kind == "b":
+        raise source.error("NPY_TYPE", "bool has no costmap values", allowed="whole numbers")
+    wrong = (cells < (-1 if cells.dtype.kind == "i" else 0)) | (cells > NO_INFORMATION)
+    if wrong.any():
+        x, y = first_bad(wrong)
+        raise source.error("NPY_VALUE", str(cells[y, x]), f"cell ({x},{y})", f"{ALLOWED}, -1 unknown too")
+    return cells.astype(np.uint8, order="C")  # -1 is 255 as a byte
 
 
 def _header(source: Source) -> _Header:

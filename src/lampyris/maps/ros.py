@@ -13,20 +13,22 @@ grey of another white, is scaled to 16 bits and divided by 257 downwards. That h
 
 For planning only the value 0 is free. 1 to 99 (modes scale and raw) are blocked: Nav2's static layer takes
 them for free unless told otherwise, which is no default for a planner that knows nothing of costs. The
-values themselves are in ``MapDocument.occupancy``. -1 is unknown, and blocked.
+values themselves are in ``MapDocument.occupancy``. -1 is unknown, and blocked. Asked for costmap values, 1 to
+98 are terrain instead, by the inverse of Nav2's own table (:mod:`lampyris.maps.costmap`).
 """
 
 from __future__ import annotations
 
 import re
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import FileError
 from lampyris.maps import bmp, image, pgm
-from lampyris.maps.colours import Pixels
+from lampyris.maps.colours import BRIGHTNESS, Pixels, brightness, clear_of
+from lampyris.maps.costmap import FROM_OCCUPANCY, read_costs
 from lampyris.maps.document import (
     BLOCKED,
     FREE,
@@ -35,7 +37,6 @@ from lampyris.maps.document import (
     Reading,
     Source,
     byte_limit,
-    first_bad,
     look_up,
     plural,
     read_regular,
@@ -75,10 +76,19 @@ def read_ros(source: Source) -> Reading:
     occupancy = look_up(occupancy_table(says).view(np.uint8), grey).view(np.int8)
     notes = [*doubts.notes, *pixels.notes, *_masked(occupancy, pixels, says)]
     if colourful:
-        notes.append("a colour picture: its brightness decides (Rec. 601), not the legend of drawings")
-    notes += _counted(occupancy, grey, says)
-    codes = look_up(_CODES, occupancy.view(np.uint8))
-    return Reading(codes, tuple(notes), says.resolution, says.origin, occupancy)
+        notes.append(BRIGHTNESS)
+    notes += _grey_205(occupancy, grey, says)
+    if source.values == "costmap":
+        reading = read_costs(look_up(FROM_OCCUPANCY, occupancy.view(np.uint8)))
+    else:
+        reading = Reading(look_up(_CODES, occupancy.view(np.uint8)), tuple(_counted(occupancy)))
+    return replace(
+        reading,
+        notes=(*notes, *reading.notes),
+        resolution=says.resolution,
+        origin=says.origin,
+        occupancy=occupancy,
+    )
 
 
 def occupancy_table(says: MapYaml) -> Occupancy:
@@ -139,18 +149,9 @@ def _grey(pixels: Pixels, picture: Source) -> tuple[NDArray[np.uint8], bool]:
             allowed="8 bits a channel, or 16-bit grey without alpha",
             todo="save it with 8 bits a channel",
         )
-    samples, palette = pixels.samples, pixels.palette
-    if palette is not None:
-        if len(palette) < 256 and int(samples.max()) >= len(palette):
-            x, y = first_bad(samples >= len(palette))
-            what = f"colour number {samples[y, x]}; the palette has {len(palette)}"
-            raise picture.error("IMG_CORRUPT", what, f"pixel ({x},{y})")
-        colourful = _has_colour(palette)
-        if colourful:
-            colourful = _has_colour(palette[np.bincount(samples.ravel(), minlength=len(palette)) > 0])
-        return look_up(np.pad(_luma(palette), (0, 256 - len(palette))), samples), colourful
-    if samples.ndim == 3:
-        return _luma(samples), _has_colour(samples)
+    if pixels.palette is not None or pixels.samples.ndim == 3:
+        return brightness(pixels, picture)
+    samples = pixels.samples
     if pixels.maxval == 255:
         return samples.astype(np.uint8, copy=False), False
     level = np.arange(pixels.maxval + 1, dtype=np.int64)
@@ -159,25 +160,10 @@ def _grey(pixels: Pixels, picture: Source) -> tuple[NDArray[np.uint8], bool]:
     return grey, False
 
 
-def _has_colour(rgb: NDArray[Any]) -> bool:
-    return bool((rgb != rgb[..., :1]).any())
-
-
-def _luma(rgb: NDArray[Any]) -> NDArray[np.uint8]:
-    """Rec. 601 luma as GraphicsMagick weighs it, in 1024ths, rounded down."""
-    total = np.multiply(rgb[..., 0], 306, dtype=np.uint32)
-    total += np.multiply(rgb[..., 1], 601, dtype=np.uint32)
-    total += np.multiply(rgb[..., 2], 117, dtype=np.uint32)
-    grey: NDArray[np.uint8] = (total >> np.uint32(10)).astype(np.uint8)
-    return grey
-
-
 def _masked(occupancy: Occupancy, pixels: Pixels, says: MapYaml) -> list[str]:
     """Set to unknown, in place, what is not opaque or not in the file; and say so."""
     notes = []
-    clear = pixels.clear
-    if pixels.alpha is not None and (pixels.alpha < 255).any():
-        clear = (pixels.alpha < 255)[pixels.samples]
+    clear = clear_of(pixels)
     if clear is not None and says.mode != "raw" and (n := int(np.count_nonzero(clear))):
         occupancy[clear] = -1
         notes.append(f"{plural(n, 'transparent pixel')} read as unknown")
@@ -187,13 +173,19 @@ def _masked(occupancy: Occupancy, pixels: Pixels, says: MapYaml) -> list[str]:
     return notes
 
 
-def _counted(occupancy: Occupancy, grey: NDArray[np.uint8], says: MapYaml) -> list[str]:
-    """What should not pass in silence, with how many cells it concerns."""
+def _grey_205(occupancy: Occupancy, grey: NDArray[np.uint8], says: MapYaml) -> list[str]:
+    """Whether the grey of unknown cells is read as free."""
     notes = []
     if says.mode != "raw" and (n := int(np.count_nonzero((grey == UNKNOWN_GREY) & (occupancy == 0)))):
         why = "mode scale; trinary with" if says.mode == "scale" else f"free_thresh {says.free_thresh:g};"
         what = f"grey {UNKNOWN_GREY}, which map savers write for unknown"
         notes.append(f"{plural(n, 'pixel')} of {what}, read as free by {why} 0.196 keeps them unknown")
+    return notes
+
+
+def _counted(occupancy: Occupancy) -> list[str]:
+    """What is blocked without being a wall."""
+    notes = []
     if n := int(np.count_nonzero(occupancy == -1)):
         notes.append(f"{plural(n, 'cell')} unknown (blocked for planning)")
     if n := int(np.count_nonzero((occupancy > 0) & (occupancy < 100))):

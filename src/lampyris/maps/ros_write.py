@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import UsageError
-from lampyris.maps.document import BLOCKED, FREE, UNKNOWN, MapDocument, Occupancy, grid_codes, write_file
+from lampyris.maps.costmap import TO_OCCUPANCY, costs_of
+from lampyris.maps.document import MapDocument, Occupancy, look_up, write_file
 from lampyris.maps.ros import SUFFIXES, UNKNOWN_GREY
 from lampyris.maps.ros_yaml import MODES, plain_path
 from lampyris.model.grid import Grid
@@ -36,6 +37,7 @@ def save_ros(
     *,
     mode: str | None = None,
     image_format: str | None = None,
+    values: str = "occupancy",
 ) -> None:
     """Write ``path``, a YAML file, and beside it the picture, named alike.
 
@@ -46,6 +48,8 @@ def save_ros(
     mode : ``trinary``, ``scale`` or ``raw``. None is trinary, or raw where the map has occupancies 1 to 99,
         which trinary cannot hold: there they are occupied.
     image_format : ``pgm`` or ``png``. None is png for scale, which needs transparency, and pgm otherwise.
+    values : ``costmap`` writes terrain as occupancies 1 to 98, as Nav2 publishes a costmap
+        (:mod:`lampyris.maps.costmap`); with ``occupancy`` a free cell is 0, whatever it costs.
 
     Raises
     ------
@@ -55,9 +59,9 @@ def save_ros(
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise UsageError("MAP_ENDING", repr(target.suffix), where=str(target), allowed=", ".join(SUFFIXES))
-    values = occupancy_of(what)
+    cells = occupancy_of(what, values)
     if mode is None:
-        mode = "raw" if ((values > 0) & (values < 100)).any() else "trinary"
+        mode = "raw" if ((cells > 0) & (cells < 100)).any() else "trinary"
     if mode not in MODES:
         raise UsageError("MAP_MODE", f"mode {mode!r}", allowed=", ".join(MODES))
     kind = image_format or ("png" if mode == "scale" else "pgm")
@@ -68,7 +72,7 @@ def save_ros(
     if not plain_path(picture.name):
         allowed = "a file name without : at a drive's or address's place, | or \\"
         raise UsageError("PATH_FORM", repr(target.name), allowed=allowed)
-    pixels = _pixels(values, mode)
+    pixels = _pixels(cells, mode)
     # The picture first: a YAML file that names nothing is never left behind.
     write_file(picture, _pgm(pixels) if kind == "pgm" else _png(pixels))
     write_file(target, yaml_text(what, mode, picture.name).encode())
@@ -91,19 +95,18 @@ def yaml_text(what: MapDocument | Grid, mode: str, image: str) -> str:
     )
 
 
-def occupancy_of(what: MapDocument | Grid) -> Occupancy:
+def occupancy_of(what: MapDocument | Grid, values: str = "occupancy") -> Occupancy:
     """What to write of each cell, int8 (height, width): 0 free, 100 blocked, -1 unknown, and a document's own
-    occupancy where it agrees with its grid.
+    occupancy where it agrees with its grid; as costmap values also 1 to 98 where there is terrain.
     """
     grid = what if isinstance(what, Grid) else what.grid
-    table = np.zeros(3, dtype=np.int8)
-    table[[FREE, BLOCKED, UNKNOWN]] = 0, 100, -1
-    codes = grid_codes(grid)
-    values: Occupancy = table[codes]
+    costmap = values == "costmap"
+    cells = look_up(TO_OCCUPANCY.view(np.uint8), costs_of(grid, terrain=costmap)).view(np.int8)
     if isinstance(what, MapDocument) and what.occupancy is not None:
-        own = (codes == BLOCKED) & (what.occupancy > 0)
-        values[own] = what.occupancy[own]
-    return values
+        # 1 to 98 would be read again as terrain where the map has none: of such a cell only 99 is its own.
+        own = (cells == 100) & (what.occupancy > (98 if costmap else 0))
+        cells[own] = what.occupancy[own]
+    return cells
 
 
 def _pixels(values: Occupancy, mode: str) -> NDArray[np.uint8]:

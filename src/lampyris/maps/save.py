@@ -2,17 +2,24 @@
 
 The ending of the name says in which format; what a format cannot hold stands in this table.
 
-=========  ======================================  =========================================
-ending     written                                 left out
-=========  ======================================  =========================================
-.png       palette of the legend                   nothing
-.txt       one character a cell                    nothing
-.pgm       P5: 255 free, 205 unknown, 0 blocked    start, goal and moving obstacles
-.npy       bool; int8 with -1 where unknown        start, goal and moving obstacles
-.map       MovingAI, ``.`` and ``@``               those, and that a cell is unknown (``@``)
+=========  ========================================  =========================================
+ending     written                                   left out
+=========  ========================================  =========================================
+.png       palette of the legend                     terrain
+.txt       one character a cell                      terrain
+.pgm       P5: 255 free, 205 unknown, 0 blocked      terrain, start, goal and moving obstacles
+.npy       bool; int8 with -1 where unknown          terrain, start, goal and moving obstacles
+.csv       0, 1 and -1 where unknown                 start, goal and moving obstacles
+.map       MovingAI, ``.`` and ``@``, or the         those, terrain, and that a cell is unknown
+           letters the map came with                 (``@``)
+.yaml      ROS: YAML and ``.pgm``, as Nav2           terrain, start, goal and moving obstacles
+=========  ========================================  =========================================
 
-.yaml      ROS: YAML and ``.pgm``, as Nav2         start, goal and moving obstacles
-=========  ======================================  =========================================
+As costmap values (:mod:`lampyris.maps.costmap`) .png, .pgm, .npy and .csv hold terrain: 8-bit grey, uint8, or
+numbers after a line that marks them. Start, goal and moving obstacles are then left out of a .png too. A
+.yaml holds them as occupancies 1 to 98, as Nav2 publishes a costmap, which rounds them by 2 at most. A .csv
+is written so by itself when the map has terrain; the others must be asked, for whoever reads them must be
+told as well.
 
 Resolution and origin are in ``.yaml`` alone. Reading the file again gives the same blocked cells in every
 format.
@@ -29,6 +36,8 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.maps.colours import SHADES
+from lampyris.maps.costmap import costs_of
+from lampyris.maps.csv_file import MARKER, csv_text
 from lampyris.maps.document import (
     BLOCKED,
     BODY,
@@ -46,31 +55,63 @@ from lampyris.maps.ros import SUFFIXES
 from lampyris.maps.ros_write import save_ros
 from lampyris.maps.text import MEANING
 from lampyris.model.grid import Grid
+from lampyris.typing import ByteGrid
 
 
-def save_map(what: MapDocument | Grid, path: str | os.PathLike[str]) -> None:
-    """Write a map, in the format that the ending of ``path`` names: .png, .txt, .pgm, .npy, .map or .yaml.
+def save_map(what: MapDocument | Grid, path: str | os.PathLike[str], *, values: str | None = None) -> None:
+    """Write a map, in the format that the ending of ``path`` names.
 
-    With .yaml goes a picture of the same name; :func:`lampyris.maps.ros_write.save_ros` has more to choose.
+    Parameters
+    ----------
+    what : the map.
+    path : ends in .png, .txt, .pgm, .npy, .csv, .map or .yaml, and is overwritten. With .yaml goes a picture
+        of the same name; :func:`lampyris.maps.ros_write.save_ros` has more to choose.
+    values : ``occupancy``, or ``costmap`` for the formats that have numbers. None is occupancy, but for a
+        .csv of a map with terrain.
 
     Raises
     ------
-    UsageError : another ending.
+    UsageError : another ending, or VALUES: costmap values where there are no numbers.
     FileError : the file cannot be written.
     """
     target = Path(path)
-    if target.suffix.lower() in SUFFIXES:
-        save_ros(what, target)
-        return
-    write = WRITERS.get(target.suffix.lower())
-    if write is None:
-        raise UsageError(
-            "MAP_ENDING", repr(target.suffix), where=str(target), allowed=", ".join((*WRITERS, *SUFFIXES))
-        )
-    if write is _movingai and isinstance(what, MapDocument):
+    ending = target.suffix.lower()
+    if ending not in WRITERS and ending not in SUFFIXES:
+        allowed = ", ".join((*WRITERS, *SUFFIXES))
+        raise UsageError("MAP_ENDING", repr(target.suffix), where=str(target), allowed=allowed)
+    values = values_for(what, target, values)
+    if ending in SUFFIXES:
+        save_ros(what, target, values=values)
+    elif values == "costmap":
+        write_file(target, COST_WRITERS[ending](costs_of(what if isinstance(what, Grid) else what.grid)))
+    elif ending == ".map" and isinstance(what, MapDocument):
         write_file(target, _movingai(codes_of(what), what.surface))
-        return
-    write_file(target, write(codes_of(what)))
+    else:
+        write_file(target, WRITERS[ending](codes_of(what)))
+
+
+def values_for(what: MapDocument | Grid, path: str | os.PathLike[str], values: str | None) -> str:
+    """What the numbers of a file will be, ``occupancy`` or ``costmap``, when it is asked for ``values``.
+
+    Raises
+    ------
+    UsageError : VALUES.
+    """
+    ending = Path(path).suffix.lower()
+    if values is None:
+        grid = what if isinstance(what, Grid) else what.grid
+        return "costmap" if ending == ".csv" and grid.terrain is not None else "occupancy"
+    if values not in ("occupancy", "costmap"):
+        raise UsageError("VALUES", repr(values), where="values", allowed="occupancy or costmap")
+    if values == "costmap" and not holds_terrain(path):
+        allowed = ", ".join((*COST_WRITERS, *SUFFIXES))
+        raise UsageError("VALUES", f"{ending} has no costmap values", where=str(path), allowed=allowed)
+    return values
+
+
+def holds_terrain(path: str | os.PathLike[str]) -> bool:
+    """Whether a file of this ending can be written as costmap values."""
+    return Path(path).suffix.lower() in (*COST_WRITERS, *SUFFIXES)
 
 
 def codes_of(what: MapDocument | Grid) -> CodeGrid:
@@ -134,11 +175,45 @@ def _npy(codes: CodeGrid) -> bytes:
     return out.getvalue()
 
 
+def _csv(codes: CodeGrid) -> bytes:
+    return csv_text(np.array([0, 1, -1], dtype=np.int16)[_bare(codes)])
+
+
+def _cost_png(costs: ByteGrid) -> bytes:
+    from PIL import Image
+
+    out = io.BytesIO()
+    Image.frombytes("L", costs.shape[::-1], costs.tobytes()).save(out, format="PNG")
+    return out.getvalue()
+
+
+def _cost_pgm(costs: ByteGrid) -> bytes:
+    return f"P5\n{costs.shape[1]} {costs.shape[0]}\n255\n".encode() + costs.tobytes()
+
+
+def _cost_npy(costs: ByteGrid) -> bytes:
+    out = io.BytesIO()
+    np.save(out, costs, allow_pickle=False)
+    return out.getvalue()
+
+
+def _cost_csv(costs: ByteGrid) -> bytes:
+    return f"{MARKER}\n".encode() + csv_text(costs.astype(np.int16))
+
+
 WRITERS: dict[str, Callable[[CodeGrid], bytes]] = {
     ".png": _png,
     ".txt": _text,
     ".pgm": _pgm,
     ".npy": _npy,
+    ".csv": _csv,
     ".map": _movingai,
 }
 """A writer for each ending."""
+COST_WRITERS: dict[str, Callable[[ByteGrid], bytes]] = {
+    ".png": _cost_png,
+    ".pgm": _cost_pgm,
+    ".npy": _cost_npy,
+    ".csv": _cost_csv,
+}
+"""A writer of costmap values, for the endings that can have them."""

@@ -7,6 +7,7 @@ shift without a word.
 
 from __future__ import annotations
 
+from lampyris.maps.costmap import no_numbers
 from lampyris.maps.document import BLOCKED, BODY, FREE, GOAL, START, UNKNOWN, Reading, Source
 from lampyris.maps.rows import read_rows
 
@@ -20,7 +21,9 @@ def read_text(source: Source) -> Reading:
     ------
     FileError : MAP_CELL, MAP_ROW or MAP_TRUNCATED with line and column; MAP_EMPTY when there is no row.
     LimitError : more cells than allowed.
+    SettingError : VALUES, costmap values asked for.
     """
+    no_numbers(source, "a text map")
     data = source.data
     start = 3 if data.startswith(b"\xef\xbb\xbf") else 0
     end = data.find(b"\n", start)
