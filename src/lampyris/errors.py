@@ -46,11 +46,22 @@ class LampyrisError(Exception):
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
         parts = (self.what, self.allowed, self.todo)
-        return f"error[{self.code}]: {place}" + "; ".join(p for p in parts if p)
+        return f"error[{self.code}]: {_line(place)}" + "; ".join(_line(p) for p in parts if p)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive Exception's own pickling; workers of a study send these home.
         return (_rebuild, (type(self), self.code, self.what, self.where, self.allowed, self.todo))
+
+
+MAX_PART = 1000
+"""Characters of a message's part; what a file says there can be longer than anyone reads."""
+
+
+def _line(text: str) -> str:
+    """One line, without what a terminal would obey: words and names in messages are those of files."""
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return text if len(text) <= MAX_PART else f"{text[: MAX_PART - 4]} ..."
 
 
 def _rebuild(

@@ -68,7 +68,7 @@ def pixels_pgm(source: Source) -> Pixels:
         raise source.error(
             "PGM_SAMPLE", f"sample {samples[y, x]}", f"pixel ({x},{y})", f"0 to {header.maxval}, the maxval"
         )
-    return Pixels(samples, header.maxval)
+    return Pixels(samples.astype(np.uint16 if header.maxval > 255 else np.uint8, copy=False), header.maxval)
 
 
 def _header(source: Source) -> _Header:
