@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +17,6 @@ from lampyris.model.moves import MOVES, Moves
 from lampyris.typing import BoolGrid, ByteGrid, Floats
 
 _EIGHT = MOVES["octile"].offsets
-_SPREAD = 1000
-"""Greatest ratio of two step costs over terrain: the ring of buckets grows with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +65,7 @@ class Wave:
         """
         frame, moves, n, bench = self.frame, self.moves, self.frame.size, self.frame.size + 1
         prices = sorted({c // TERRAIN_UNIT for c in moves.costs})
-        if not 0 < prices[0] <= prices[-1] <= _SPREAD * prices[0]:
-            allowed = f"positive, the greatest at most {_SPREAD} times the least"
-            raise SettingError("MOVES", f"costs {moves.costs}", allowed=allowed)
+        self._check(prices)
         # A bucket as wide as the greatest power of two in the least step; one shift finds a cost's bucket.
         shift = (TERRAIN_UNIT * prices[0]).bit_length() - 1
         ring = 1 << ((WEIGHS_MOST * max(moves.costs) >> shift) + 1).bit_length()
@@ -139,10 +136,7 @@ class Wave:
 
     def _ripple(self) -> int:
         frame, n, costs = self.frame, self.frame.size, self.moves.costs
-        least = min(costs)
-        if not 0 < least <= max(costs) < 3 * least:
-            allowed = "positive, the greatest below three times the least"
-            raise SettingError("MOVES", f"costs {costs}", allowed=allowed)
+        least = self._check(costs)
         lists = (3 * n + 3 + AHEAD, np.uint32)
         order, toll, ends = SCRATCH.take(lists, (n + 1, frame.dtype), (3, np.uint64))
         table = (*frame.table(self.moves), np.array(costs, dtype=frame.dtype))
@@ -154,6 +148,16 @@ class Wave:
         descent.parents(self.cost, self.step, width, rows, pad, *table, self._limit)
         descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
         return int(count)
+
+    def _check(self, costs: Sequence[int]) -> int:
+        """The least cost. The spread is bounded by the lists of :func:`lampyris.kernels.wavefront.ripple`;
+        over terrain it might be greater, but whoever walks on the field counts on it.
+        """
+        least = min(costs)
+        if not 0 < least <= max(costs) < 3 * least:
+            allowed = "positive, the greatest below three times the least"
+            raise SettingError("MOVES", f"costs {self.moves.costs}", allowed=allowed)
+        return least
 
     @property
     def _two_prices(self) -> bool:

@@ -165,7 +165,9 @@ class AdGsoSession:
                     open_cells[y, x] = False
                 free = open_cells
             s = self._settings
-            known = lay(solve(free, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma))
+            terrain = self._scene.grid.terrain
+            field = solve(free, self._moves, self._scene.goal, terrain=terrain, rho=s.rho, gamma=s.gamma)
+            known = lay(field, terrain)
             if counted:
                 self._spent += known.field.expansions
         self._grounds[sealed] = known  # last used, last in line
@@ -179,7 +181,7 @@ class AdGsoSession:
             shut[self._walker.flat(cell)] |= bit
 
     def _take(self, change: Change) -> None:
-        """Take in where the robot is and what turned blocked or free for good."""
+        """Take in where the robot is and what of the map has changed for good."""
         scene = edited(self._scene, change)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
@@ -187,6 +189,8 @@ class AdGsoSession:
             return
         self._scene = scene
         self._free = free_space(scene)
+        self._moves = moves_for(scene)
+        self._walker.take(self._moves)
         self._gates -= frozenset(change.freed)  # gates are found once, on the map as given
         self._closed -= frozenset(change.freed)
         self._grounds.clear()
@@ -241,7 +245,8 @@ class AdGsoSession:
         """The path of a trip that arrived, the best one's exact cost, the sum of cost-to-go (gates open)."""
         width = self._scene.grid.width
         flat = trip.cells
-        path = path_of(np.stack((flat % width, flat // width), axis=1).astype(np.int32), self._moves)
+        cells = np.stack((flat % width, flat // width), axis=1).astype(np.int32)
+        path = path_of(cells, self._moves, self._scene.grid.terrain)
         bare = self._ground(_NONE, counted=False).cost[flat]
         return path, int(bare[0]), math.fsum(self._moves.values(bare).tolist())
 

@@ -9,36 +9,47 @@ import numpy as np
 
 from lampyris.kernels import window as w
 from lampyris.model.field import Field
+from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Candidate, Jump
-from lampyris.typing import Cell
+from lampyris.typing import ByteGrid, Cell
 
 Flat = np.ndarray[Any, np.dtype[Any]]
 
 RULES = {"greedy": w.GREEDY, "roulette": w.ROULETTE, "exact": w.EXACT}
 NO_LIMIT = 2**62
+HEAVIEST = (TERRAIN_UNIT + MAX_TERRAIN) // TERRAIN_UNIT
 _DRAWS = 64
 
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """A field laid out flat for the kernel, row by row; ``shut`` holds WALL where the field is not free."""
+    """A field laid out flat for the kernel, row by row; ``shut`` holds WALL where the field is not free,
+    ``terrain`` is empty on plain maps.
+    """
 
     field: Field
     cost: Flat
     luc: Flat
     step: Flat
     shut: Flat
+    terrain: Flat
 
 
-def lay(field: Field) -> Ground:
-    """The same field, flat. Views of a padded array are copied once here, not at every plan."""
+_PLAIN = np.zeros((0, 0), dtype=np.uint8)
+
+
+def lay(field: Field, terrain: ByteGrid | None = None) -> Ground:
+    """The same field and the terrain it was solved over, flat. Views of a padded array are copied once here,
+    not at every plan.
+    """
     return Ground(
         field,
         _flat(field.exact, np.int64),
         _flat(field.luciferin, np.float64),
         _flat(field.step, np.int8),
         _flat(~field.free, np.uint8) * np.uint8(w.WALL),
+        _flat(_PLAIN if terrain is None else terrain, np.uint8),
     )
 
 
@@ -76,7 +87,7 @@ class Walker:
     ----------
     width, height : the map.
     goal : flat cell.
-    moves : the step set.
+    moves : the step set; see :meth:`take`.
     choice, nt, mvr : see :class:`lampyris.planners.ad_gso.AdGso`.
     rng : where roulette's numbers come from.
     record : whether :attr:`Trip.jumps` is kept.
@@ -103,16 +114,26 @@ class Walker:
             *w.ring_table(rings),
             w.step_table(moves.offsets, moves.corner_cutting, side),
             w.step_table(moves.offsets, moves.corner_cutting, width),
-            np.array(moves.costs, dtype=np.int64),
         )
-        sizes = [side * side] * 5 + [3 * side * side]
-        self._room = [np.zeros(n, dtype=np.int64) for n in sizes]
-        self._first_path = 4 * (width + height) + sizes[-1]
+        self._side = side
+        self.take(moves)
         self._first_log = 16 * side * side if record else 0
         self._draws_needed = choice == "roulette"
         self._rng = rng
         self._draws = np.zeros(1)
         self._drawn = 1
+
+    def take(self, moves: Moves) -> None:
+        """Reckon with the costs of these moves from now on; weighed ones are for grounds with terrain."""
+        cells = self._side * self._side
+        # No step is three times as dear as another (field.waves sees to it), and terrain weighs five-fold at
+        # most: so many steps may a chain of parents have that leaves the window.
+        longest = 3 * cells * (1 if moves.scale == 1 else HEAVIEST)
+        self._price = np.array(moves.costs, dtype=np.int64) // moves.scale
+        wall, toll, *rest = (np.zeros(n, dtype=np.int64) for n in [cells] * 6 + [longest])
+        toll.fill(1)
+        self._room = [wall, toll, *rest]
+        self._first_path = 4 * (self._setup[w.WIDTH] + self._setup[w.HEIGHT]) + longest
 
     def start(self, at: int) -> Trip:
         """A trip that stands on a flat cell and has not moved."""
@@ -145,12 +166,14 @@ class Walker:
                     ground.luc,
                     ground.step,
                     shut,
+                    ground.terrain,
                     self._setup,
                     tally,
                     self._draws,
                     trip.path,
                     trip.log,
                     *self._tables,
+                    self._price,
                     *self._room,
                 )
             )
