@@ -1,8 +1,9 @@
 """Make the bundled maps that are a recipe and a seed, and measure all: ``python tools/make_recipe_maps.py``.
 
-Writes into ``src/lampyris/maps/data``: a PNG of one bit a cell for each map of :data:`MAPS`; in
-``index.json``, for every bundled map, its size, hash, gates and the length of the shortest way of each stored
-query; and every thumbnail. ``--sheet FILE`` draws all thumbnails on one sheet, to be looked at.
+Writes into ``src/lampyris/maps/data``: a PNG of one bit a cell, or of costmap values where there is terrain,
+for each map of :data:`MAPS`; in ``index.json``, for every bundled map, its size, hash, gates and the cost of
+the best way of each stored query; and every thumbnail. ``--sheet FILE`` draws all thumbnails on one sheet, to
+be looked at.
 
 Queries are drawn: a goal at random in the largest region, and of some dozens of random starts the one that is
 farthest from it by octile moves. A map that has three or more keeps them.
@@ -20,10 +21,12 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
+from lampyris.field.layers import moves_on
 from lampyris.field.solve import solve
+from lampyris.maps.costmap import costs_of
 from lampyris.maps.document import Source, document
 from lampyris.maps.draw import Draw
-from lampyris.maps.make import make
+from lampyris.maps.make import make_ground
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.recipes.regions import keep_largest
 from lampyris.maps.text import read_text
@@ -64,6 +67,15 @@ MAPS = {
     "caves-64": Made(
         "Cave", "A cave with pillars, no straight wall anywhere.", "caves", 64, 64, 2, {"fill": 0.47}
     ),
+    "hills-48": Made(
+        "Meadow",
+        "A pond, a road, and gentle rises of up to three times what plain ground costs.",
+        "hills",
+        48,
+        32,
+        3,
+        {"dearest": 126, "plain": 0.45, "water": 0.08, "roads": 1},
+    ),
     "rooms-100": Made("Many rooms", "Rooms of many sizes with doors two cells wide.", "rooms", 100, 100, 11),
     "maze-101": Made(
         "Maze with loops",
@@ -74,6 +86,14 @@ MAPS = {
         5,
         {"loops": 0.06},
     ),
+    "hills-100": Made(
+        "Hills",
+        "Steep hills in five steps, ponds, rocks and two roads.",
+        "hills",
+        100,
+        100,
+        5,
+    ),
     "office-120": Made(
         "Office floor", "Three corridors with offices on both sides, desks, doors.", "office", 120, 80, 4
     ),
@@ -82,6 +102,15 @@ MAPS = {
     ),
     "street-256": Made(
         "Town", "Bent streets, an avenue, a round street, yards and parks.", "street", 256, 256, 12
+    ),
+    "hills-256": Made(
+        "Lake district",
+        "Lakes between mountains; three roads, over the water on causeways.",
+        "hills",
+        256,
+        256,
+        1,
+        {"pitch": 48, "levels": 8, "water": 0.2, "roads": 3},
     ),
     "caves-256": Made(
         "Caves", "Winding caves with many loops.", "caves", 256, 256, 6, {"fill": 0.48, "doublings": 1}
@@ -140,6 +169,15 @@ MAPS = {
         19,
         {"fill": 0.48, "doublings": 3},
     ),
+    "hills-1024": Made(
+        "Mountains",
+        "Ranges and valleys in twelve steps, with lakes and four roads.",
+        "hills",
+        1024,
+        1024,
+        2,
+        {"pitch": 120, "levels": 12, "roads": 4, "road": 3, "rocks": 0.002},
+    ),
     "warehouse-1024": Made(
         "Distribution centre",
         "A hall of a thousand cells: long racks, wide ways, a hundred docks.",
@@ -170,60 +208,65 @@ MAPS = {
 }
 
 
-def one_bit_png(blocked: np.ndarray) -> bytes:
-    """The map as a black and white PNG, as small as Pillow makes it."""
+def png(grid: Grid) -> bytes:
+    """The map as a PNG, as small as Pillow makes it: black and white, or with terrain its costmap values."""
     out = io.BytesIO()
-    Image.fromarray(~blocked).save(out, format="PNG", optimize=True)
+    cells = ~grid.blocked if grid.terrain is None else costs_of(grid)
+    Image.fromarray(cells).save(out, format="PNG", optimize=True)
     return out.getvalue()
 
 
-def measured(entry: dict[str, Any], blocked: np.ndarray, name: str) -> dict[str, Any]:
+def measured(entry: dict[str, Any], grid: Grid, name: str) -> dict[str, Any]:
     """The same entry with what is measured, and enough queries."""
-    grid = Grid(blocked)
     queries = [dict(q) for q in entry["queries"]]
     if len(queries) < LEAST_QUERIES:
-        queries += drawn_queries(blocked, Draw(sum(name.encode())), QUERIES - len(queries))
+        queries += drawn_queries(grid, Draw(sum(name.encode())), QUERIES - len(queries))
     for query in queries:
-        query["octile"] = list(octile_pair(int(cost_to(blocked, query["goal"])[tuple(query["start"])[::-1]])))
-    facts = {
+        exact = int(cost_to(grid, query["goal"])[tuple(query["start"])[::-1]])
+        query["octile" if grid.terrain is None else "weighed"] = list(octile_pair(exact))
+    facts: dict[str, Any] = {
         "width": grid.width,
         "height": grid.height,
-        "blocked": int(np.count_nonzero(blocked)),
+        "blocked": int(np.count_nonzero(grid.blocked)),
         "hash": map_hash(grid),
-        "gates": int(gate_mask(blocked).sum()),
+        "gates": int(gate_mask(grid.blocked).sum()),
     }
+    if grid.terrain is not None:
+        used = grid.terrain[grid.terrain > 0]
+        facts["terrain"] = {"cells": len(used), "least": int(used.min()), "most": int(used.max())}
     head = {k: entry[k] for k in ("file", "title", "description")}
     return {**head, **facts, "recipe": entry["recipe"], "queries": queries}
 
 
-def cost_to(blocked: np.ndarray, goal: list[int]) -> np.ndarray:
+def cost_to(grid: Grid, goal: list[int]) -> np.ndarray:
     """Exact octile cost of every cell to the goal, -1 where there is no way."""
-    exact: np.ndarray = solve(~blocked, MOVES["octile"], (goal[0], goal[1])).exact
+    moves = moves_on(grid, MOVES["octile"])
+    exact: np.ndarray = solve(~grid.blocked, moves, (goal[0], goal[1]), terrain=grid.terrain).exact
     return exact
 
 
-def drawn_queries(blocked: np.ndarray, draw: Draw, count: int) -> list[dict[str, Any]]:
+def drawn_queries(grid: Grid, draw: Draw, count: int) -> list[dict[str, Any]]:
     """Far apart starts and goals in the largest region; no gates, where there is something else."""
-    good = ~keep_largest(blocked)
-    if (good & ~gate_mask(blocked)).sum() > good.sum() // 2:
-        good &= ~gate_mask(blocked)
+    good = ~keep_largest(grid.blocked)
+    if (good & ~gate_mask(grid.blocked)).sum() > good.sum() // 2:
+        good &= ~gate_mask(grid.blocked)
     ys, xs = np.nonzero(good)
     made = []
     for _ in range(count):
         k = draw.below(len(xs))
         goal = [int(xs[k]), int(ys[k])]
         some = draw.belows(np.full(STARTS, len(xs)))
-        far = some[np.argmax(cost_to(blocked, goal)[ys[some], xs[some]])]
+        far = some[np.argmax(cost_to(grid, goal)[ys[some], xs[some]])]
         made.append(
             {"start": [int(xs[far]), int(ys[far])], "goal": goal, "gates": None, "label": "drawn, far apart"}
         )
     return made
 
 
-def kept_text(name: str) -> np.ndarray:
-    """The blocked cells of a map kept as text."""
+def kept_text(name: str) -> Grid:
+    """A map kept as text."""
     source = Source((DATA / f"{name}.txt").read_bytes(), name)
-    return document(read_text(source), source, name=name, format="text").grid.blocked
+    return document(read_text(source), source, name=name, format="text").grid
 
 
 def sheet(thumbs: dict[str, bytes]) -> Image.Image:
@@ -249,7 +292,7 @@ def main() -> None:
     new, thumbs = {}, {}
     for name in (*kept, *MAPS):
         if name in kept:
-            entry, blocked = kept[name], kept_text(name)
+            entry, grid = kept[name], kept_text(name)
         else:
             m = MAPS[name]
             recipe = {
@@ -267,13 +310,14 @@ def main() -> None:
                 "recipe": recipe,
                 "queries": [],
             }
-            blocked = make(m.recipe, m.width, m.height, m.seed, **m.settings)
-            (DATA / f"{name}.png").write_bytes(one_bit_png(blocked))
-        new[name] = measured(entry, blocked, name)
+            ground = make_ground(m.recipe, m.width, m.height, m.seed, **m.settings)
+            grid = Grid(ground.blocked, terrain=ground.terrain)
+            (DATA / f"{name}.png").write_bytes(png(grid))
+        new[name] = measured(entry, grid, name)
         first = new[name]["queries"][0]
-        thumbs[name] = thumbnail(Grid(blocked), tuple(first["start"]), tuple(first["goal"]))
+        thumbs[name] = thumbnail(grid, tuple(first["start"]), tuple(first["goal"]))
         (DATA / "thumbs" / f"{name}.png").write_bytes(thumbs[name])
-        print(f"{name}: {1 - blocked.mean():.0%} free, {new[name]['gates']} gates", flush=True)
+        print(f"{name}: {1 - grid.blocked.mean():.0%} free, {new[name]['gates']} gates", flush=True)
     (DATA / "index.json").write_text(compact(json.dumps({"maps": new}, indent=1)) + "\n")
     if sheet_file is not None:
         sheet(thumbs).save(sheet_file)

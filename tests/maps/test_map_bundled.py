@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import heapq
 import io
 import struct
 import time
@@ -14,17 +15,22 @@ from PIL import Image
 import lampyris.maps.library as library
 from lampyris import api
 from lampyris.errors import FileError
+from lampyris.field.solve import solve
+from lampyris.maps.document import Query
 from lampyris.maps.load import load_map
+from lampyris.maps.make import RECIPES
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.thumbnail import SIDE, thumbnail_pixels
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
+from lampyris.typing import Cell
 
 NAMES = library.names()
 LARGE_FROM = 300 * 300
 SMALL = [n for n in NAMES if library.describe(n).width * library.describe(n).height < LARGE_FROM]
 LARGE = [n for n in NAMES if n not in SMALL]
+WEIGHTED = [n for n in NAMES if library.describe(n).terrain is not None]
 
 # Fixed when the maps were made. Published results name maps by these.
 HASHES = {
@@ -38,11 +44,14 @@ HASHES = {
     "rooms-20": "9d256a9b39a20dd9",
     "maze-31": "a9604685f40fe351",
     "caves-64": "cfff241b4da9e173",
+    "hills-48": "498065adcce3b81d",
     "rooms-100": "5c4570168c72d96a",
     "maze-101": "92e9bbe28d5c1598",
+    "hills-100": "7a2fc277242a79ed",
     "office-120": "71ae581993a3a243",
     "warehouse-200": "a11b8044ffbfde93",
     "street-256": "f4a15dfcfe46bc8d",
+    "hills-256": "47859f296c3cd76c",
     "caves-256": "6eac1763b57c2e16",
     "gates-256": "c5b82639449bfc1d",
     "office-400": "3684904b35517c67",
@@ -50,6 +59,7 @@ HASHES = {
     "random-512": "57a0f0cf0f876813",
     "street-512": "337d5eeb478adda3",
     "caves-1024": "955a194d7f461456",
+    "hills-1024": "7709b6d3ae2b76f2",
     "warehouse-1024": "a842776d09c17dcb",
     "street-1024": "60c10fe1ce2be6d2",
     "rooms-2048": "52fda3abf9e9a045",
@@ -62,19 +72,25 @@ def test_there_are_enough_from_small_to_large() -> None:
     assert min(sizes) == (10, 10)
     assert max(sizes) == (2048, 2048)
     kinds = {library.describe(n).recipe.split(",")[0] for n in NAMES} - {""}
-    assert kinds == {"caves", "gates", "maze", "office", "random", "rooms", "street", "warehouse"}
+    assert kinds == set(RECIPES)
+    assert len(WEIGHTED) >= 3
     for name in NAMES:
         info = library.describe(name)
         assert info.title
         assert info.description
         assert len(info.queries) >= 3
-        assert all(q.octile is not None and q.label for q in info.queries)
+        assert all(q.cost is not None and q.label for q in info.queries)
+        assert all((q.weighed is None) == (name not in WEIGHTED) for q in info.queries)
+        assert all((q.octile is None) == (name in WEIGHTED) for q in info.queries)
     assert len({library.describe(n).title for n in NAMES}) == len(NAMES)
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n != "guide"])
 def test_made_again_from_its_recipe(name: str) -> None:
-    assert np.array_equal(library.remake(name), load_map(name).grid.blocked)
+    made, grid = library.remake_ground(name), load_map(name).grid
+    assert np.array_equal(made.blocked, grid.blocked)
+    assert (made.terrain is None) == (grid.terrain is None) == (name not in WEIGHTED)
+    assert made.terrain is None or np.array_equal(made.terrain, grid.terrain)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -86,7 +102,12 @@ def test_described_as_it_is(name: str) -> None:
     pad = np.pad(blocked, 1)
     gate = ~blocked & ((pad[1:-1, :-2] & pad[1:-1, 2:]) | (pad[:-2, 1:-1] & pad[2:, 1:-1]))
     assert info.gates == gate.sum()
+    if (terrain := found.grid.terrain) is not None:
+        assert info.terrain is not None
+        assert info.terrain.share == (terrain > 0).sum() / (~blocked).sum()
+        assert (info.terrain.least, info.terrain.most) == (terrain[terrain > 0].min(), terrain.max())
     assert found.queries == info.queries
+    assert found.notes == ()
     assert (found.start, found.goal) == (info.queries[0].start, info.queries[0].goal)
 
 
@@ -101,7 +122,9 @@ def test_hashes_are_all_there() -> None:
     assert len(set(HASHES.values())) == len(HASHES)
 
 
-def slow_hash(blocked: list[list[int]], unknown: list[list[int]]) -> str:
+def slow_hash(
+    blocked: list[list[int]], unknown: list[list[int]], terrain: list[list[int]] | tuple[()] = ()
+) -> str:
     """The hash as its docstring defines it, bit by bit."""
 
     def bits(rows: list[list[int]]) -> bytes:
@@ -115,6 +138,8 @@ def slow_hash(blocked: list[list[int]], unknown: list[list[int]]) -> str:
     text = f"lampyris map 1\nsize {len(blocked[0])} {len(blocked)}\nblocked\n".encode() + bits(blocked)
     if any(map(any, unknown)):
         text += b"unknown\n" + bits(unknown)
+    if any(map(any, terrain)):
+        text += b"terrain\n" + bytes(v for row in terrain for v in row)
     return hashlib.sha256(text).hexdigest()
 
 
@@ -124,6 +149,10 @@ def test_hash_is_over_size_blocked_and_unknown_cells() -> None:
     assert map_hash(Grid(blocked)) == slow_hash(blocked, none)
     assert map_hash(Grid(blocked, unknown=unknown)) == slow_hash(blocked, unknown)
     assert map_hash(Grid(blocked, unknown=none)) == map_hash(Grid(blocked))
+    terrain = [[0, 252, 0], [7, 0, 0]]
+    weighted = Grid(blocked, unknown=unknown, terrain=terrain)
+    assert map_hash(weighted) == slow_hash(blocked, unknown, terrain)
+    assert map_hash(Grid(blocked, terrain=none)) == map_hash(Grid(blocked))
     same = Grid(blocked, resolution=0.05, origin=(1.0, 2.0, 0.5), name="other")
     assert map_hash(same) == map_hash(Grid(blocked))
     others = [
@@ -136,32 +165,91 @@ def test_hash_is_over_size_blocked_and_unknown_cells() -> None:
     assert len({map_hash(g) for g in [Grid(blocked), *others]}) == 6
 
 
+def best_of(query: Query) -> int:
+    pair = query.octile or query.weighed
+    assert pair is not None
+    return MOVES["octile"].exact(pair)
+
+
+def weighed_twin(grid: Grid, start: Cell, goal: Cell) -> tuple[int, int]:
+    """63rds of straights and diagonals of the cheapest way, by a plain Dijkstra that knows nothing of us."""
+    assert grid.terrain is not None
+    free, price = ~np.pad(grid.blocked, 1, constant_values=True), 63 + np.pad(grid.terrain, 1).astype(int)
+    wide, cells = free.shape[1], free.ravel().tolist()
+    price = price.ravel().tolist()
+    sides, corners = (1, -1, wide, -wide), [(a + b, a, b) for a in (1, -1) for b in (wide, -wide)]
+    first, last = ((y + 1) * wide + x + 1 for x, y in (start, goal))
+    best, done, queue = {first: 0.0}, set(), [(0.0, 0, 0, first)]
+    while True:
+        _, n, m, c = heapq.heappop(queue)
+        if c == last:
+            return n, m
+        if c in done:
+            continue
+        done.add(c)
+        ways = [(c + s, n + price[c + s], m) for s in sides if cells[c + s]]
+        ways += [
+            (c + d, n, m + price[c + d])
+            for d, a, b in corners
+            if cells[c + d] and cells[c + a] and cells[c + b]
+        ]
+        for to, straights, diagonals in ways:
+            cost = straights + diagonals * 2**0.5
+            if cost < best.get(to, cost + 1):
+                best[to] = cost
+                heapq.heappush(queue, (cost, straights, diagonals, to))
+
+
+@pytest.mark.parametrize("name", [n for n in WEIGHTED if n != "hills-1024"])
+def test_stored_costs_over_terrain_are_a_twin_s(name: str) -> None:
+    info, grid = library.describe(name), load_map(name).grid
+    for query in info.queries[: 4 if name in SMALL and info.width < 200 else 1]:
+        assert query.weighed == weighed_twin(grid, query.start, query.goal)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", WEIGHTED)
+def test_every_stored_cost_over_terrain_is_a_twin_s(name: str) -> None:
+    grid = load_map(name).grid
+    for query in library.describe(name).queries:
+        assert query.weighed == weighed_twin(grid, query.start, query.goal)
+
+
+@pytest.mark.parametrize("name", WEIGHTED)
+def test_stored_costs_over_terrain_are_the_field_s(name: str) -> None:
+    grid = load_map(name).grid
+    moves = MOVES["octile"].weighed()
+    for query in library.describe(name).queries:
+        exact = solve(~grid.blocked, moves, query.goal, terrain=grid.terrain).exact
+        assert exact[query.start[1], query.start[0]] == best_of(query)
+        assert query.cost == moves.value(best_of(query))
+
+
 def solve_all(name: str, planners: dict[str, dict[str, str]], count: int | None = None) -> None:
     """Each stored query by each planner: the stored length by octile moves, a way by the dissertation's."""
     grid = load_map(name).grid
     for query in library.describe(name).queries[:count]:
-        assert query.octile is not None
         for planner, settings in planners.items():
             scene = Scene(grid, query.start, query.goal, moves="octile")
             found = api.plan(scene, planner, record=False, **settings)
             assert found.path is not None, (planner, query)
-            assert found.path.exact == MOVES["octile"].exact(query.octile), (planner, query)
+            assert found.path.exact == best_of(query), (planner, query)
         scene = Scene(grid, query.start, query.goal, moves="dissertation")
         assert api.plan(scene, next(iter(planners)), record=False).path is not None, query
 
 
-@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("name", [n for n in SMALL if n not in WEIGHTED])
 def test_every_query_of_the_small_maps_by_every_planner(name: str) -> None:
     solve_all(name, {"astar": {}, "dijkstra": {}, "ad-gso": {"choice": "exact"}})
 
 
-@pytest.mark.parametrize("name", LARGE)
+@pytest.mark.parametrize("name", [n for n in LARGE if n not in WEIGHTED])
 def test_the_first_query_of_the_large_maps(name: str) -> None:
     solve_all(name, {"astar": {}}, 1)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", LARGE)
+@pytest.mark.parametrize("name", [n for n in LARGE if n not in WEIGHTED])
 def test_every_query_of_the_large_maps_by_every_planner(name: str) -> None:
     solve_all(name, {"astar": {}, "dijkstra": {}, "ad-gso": {"choice": "exact"}})
 
@@ -173,8 +261,8 @@ def test_queries_are_worth_asking(name: str) -> None:
     assert len({(q.start, q.goal) for q in info.queries}) == len(info.queries)
     for q in queries:
         # Farther than half the map is wide: nothing that a planner has in its first ring.
-        assert q.octile is not None
-        assert sum(q.octile) >= min(info.width, info.height) / 2
+        away = max(abs(a - b) for a, b in zip(q.start, q.goal, strict=True))
+        assert (sum(q.octile) if q.octile else away) >= min(info.width, info.height) / 2
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -184,7 +272,7 @@ def test_thumbnail_is_of_this_map(name: str) -> None:
     assert len(data) < 8_000
     with Image.open(io.BytesIO(data)) as picture:
         assert max(picture.size) <= SIDE
-        assert max(picture.size) >= 100
+        assert max(picture.size) > 0.7 * SIDE
         pixels = np.asarray(picture)
     assert np.array_equal(pixels, thumbnail_pixels(found.grid, found.start, found.goal))
 
@@ -204,6 +292,22 @@ def test_thumbnails_show_shares_and_ends() -> None:
     assert (small[:32, :32] == 0).all()
     assert (small[:32, 32:64] == 8).all()
     assert (small[40:56, :32] == 9).all()
+
+
+def test_thumbnails_show_terrain_in_shades_of_its_own() -> None:
+    terrain = np.array([[0, 1, 42, 43, 126], [127, 251, 252, 252, 63]], dtype=np.uint8)
+    blocked = np.array([[0, 0, 0, 0, 0], [0, 0, 0, 1, 0]], dtype=np.bool_)
+    small = thumbnail_pixels(Grid(blocked, terrain=terrain), None, None)[::25, ::25]
+    assert small.tolist() == [[7, 10, 10, 11, 12], [13, 15, 15, 0, 11]]
+    # Of 2 x 2 cells the free ones count, and a pixel of more walls than ground is as dark as ever.
+    many = np.zeros((2, 256), dtype=np.bool_)
+    many[0, 0] = many[0, 2] = True
+    many[:, 3] = True
+    grid = Grid(many, terrain=np.where(many, 0, np.uint8(126)))
+    assert thumbnail_pixels(grid, None, None)[0, :3].tolist() == [12, 2, 12]
+    with Image.open(io.BytesIO(library.thumbnail_png("hills-100"))) as picture:
+        rgb = np.asarray(picture.convert("RGB")).reshape(-1, 3)
+    assert {(186, 150, 96), (246, 244, 238), (43, 48, 58)} <= set(map(tuple, rgb.tolist()))
 
 
 def test_loading_is_quick_and_small() -> None:

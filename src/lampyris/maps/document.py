@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import stat
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris.errors import FileError, LimitError, SettingError
 from lampyris.maps.make import MAX_CELLS
-from lampyris.model.grid import Grid
+from lampyris.model.grid import TERRAIN_UNIT, Grid
 from lampyris.model.traffic import MAX_BODIES
 from lampyris.typing import ByteGrid, Cell
 
@@ -41,6 +42,8 @@ class Query:
     gates : how many gate cells every optimal path passes, where that is known.
     label : where it comes from.
     octile : straight and diagonal steps of the shortest way by octile moves, where that is known.
+    weighed : the same on a map with terrain, in 63rds, each step weighed by the cell it enters: the cheapest
+        way costs ``(n + m sqrt 2) / 63``. Such a query has no ``octile``.
     """
 
     start: Cell
@@ -48,6 +51,14 @@ class Query:
     gates: int | None = None
     label: str = ""
     octile: tuple[int, int] | None = None
+    weighed: tuple[int, int] | None = None
+
+    @property
+    def cost(self) -> float | None:
+        """Cost of the best way by octile moves, in cells of plain ground; None where that is not known."""
+        if self.weighed is not None:
+            return (self.weighed[0] + self.weighed[1] * math.sqrt(2.0)) / TERRAIN_UNIT
+        return None if self.octile is None else self.octile[0] + self.octile[1] * math.sqrt(2.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

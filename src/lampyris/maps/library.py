@@ -1,8 +1,8 @@
 """The bundled maps: the dissertation's guide map, and maps of our own made by seeded recipes.
 
-Every map is kept as its cells (text, or a PNG of one bit a cell), not only as its recipe: making the large
-ones takes up to a second besides the import of SciPy, reading them some hundredths. Its recipe is kept as
-well, and a test makes each map again and compares every cell.
+Every map is kept as its cells (text, a PNG of one bit a cell, or with terrain a grey PNG of costmap values),
+not only as its recipe: making the large ones takes up to a second besides the import of SciPy, reading them
+some hundredths. Its recipe is kept as well, and a test makes each map again and compares every cell.
 """
 
 from __future__ import annotations
@@ -18,11 +18,26 @@ from typing import Any
 from lampyris.errors import FileError, did_you_mean
 from lampyris.maps.document import MapDocument, Query, Reading, Source, document
 from lampyris.maps.image import read_png
-from lampyris.maps.make import MAX_CELLS, Edit, make
+from lampyris.maps.make import MAX_CELLS, Edit, Ground, make_ground
 from lampyris.maps.text import read_text
 from lampyris.typing import BoolGrid
 
 _READERS: Mapping[str, Callable[[Source], Reading]] = MappingProxyType({"txt": read_text, "png": read_png})
+
+
+@dataclass(frozen=True, slots=True)
+class TerrainInfo:
+    """What a map's terrain is like.
+
+    Parameters
+    ----------
+    share : of the free cells that are not plain ground, 0 to 1.
+    least, most : the lowest and the highest value among them, 1 to 252.
+    """
+
+    share: float
+    least: int
+    most: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +53,7 @@ class MapInfo:
     queries : stored starts and goals; the first is the map's own.
     recipe : in words, how to make the map again; empty for a map that was not made by a recipe.
     hash : of its cells (:func:`lampyris.maps.map_hash.map_hash`).
+    terrain : None where all ground is plain.
     """
 
     name: str
@@ -50,6 +66,7 @@ class MapInfo:
     queries: tuple[Query, ...]
     recipe: str
     hash: str
+    terrain: TerrainInfo | None = None
 
 
 def names() -> tuple[str, ...]:
@@ -66,12 +83,14 @@ def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CEL
     LimitError : it has more cells than ``max_cells``.
     """
     entry = _entry(name)
-    source = Source((files("lampyris.maps") / "data" / entry["file"]).read_bytes(), name, max_cells)
+    data = (files("lampyris.maps") / "data" / entry["file"]).read_bytes()
+    values = "costmap" if entry.get("terrain") else "occupancy"
+    source = Source(data, name, max_cells, values=values)
     read = _READERS[entry["file"].rpartition(".")[2]]
     queries = _queries(entry)
     made = document(read(source), source, name=name, format="bundled", resolution=resolution, queries=queries)
     first = queries[0]
-    return MapDocument(made.grid, first.start, first.goal, made.bodies, queries, "bundled", made.notes)
+    return MapDocument(made.grid, first.start, first.goal, made.bodies, queries, "bundled")
 
 
 def describe(name: str) -> MapInfo:
@@ -82,17 +101,23 @@ def describe(name: str) -> MapInfo:
     FileError : no bundled map of that name.
     """
     entry = _entry(name)
+    cells = entry["width"] * entry["height"]
+    terrain = entry.get("terrain")
+    if terrain is not None:
+        share = terrain["cells"] / (cells - entry["blocked"])
+        terrain = TerrainInfo(share, terrain["least"], terrain["most"])
     return MapInfo(
         name,
         entry["title"],
         entry["description"],
         entry["width"],
         entry["height"],
-        1.0 - entry["blocked"] / (entry["width"] * entry["height"]),
+        1.0 - entry["blocked"] / cells,
         entry["gates"],
         _queries(entry),
         _recipe_words(entry["recipe"]),
         entry["hash"],
+        terrain,
     )
 
 
@@ -108,7 +133,12 @@ def thumbnail_png(name: str) -> bytes:
 
 
 def remake(name: str) -> BoolGrid:
-    """The blocked cells of a bundled map, made anew from its recipe and edits.
+    """The blocked cells of a bundled map, made anew from its recipe and edits: see :func:`remake_ground`."""
+    return remake_ground(name).blocked
+
+
+def remake_ground(name: str) -> Ground:
+    """The cells of a bundled map, made anew from its recipe and edits.
 
     Raises
     ------
@@ -118,7 +148,7 @@ def remake(name: str) -> BoolGrid:
     if recipe is None:
         raise FileError("RECIPE", "this map was not made by a recipe", where=name)
     edits = tuple(Edit(x, y, w, h, bool(wall)) for x, y, w, h, wall in recipe["edits"])
-    return make(
+    return make_ground(
         recipe["name"], recipe["width"], recipe["height"], recipe["seed"], edits=edits, **recipe["settings"]
     )
 
@@ -161,7 +191,7 @@ def _queries(entry: Mapping[str, Any]) -> tuple[Query, ...]:
             (q["goal"][0], q["goal"][1]),
             q["gates"],
             q["label"],
-            (q["octile"][0], q["octile"][1]),
+            *((q[k][0], q[k][1]) if k in q else None for k in ("octile", "weighed")),
         )
         for q in entry["queries"]
     )
