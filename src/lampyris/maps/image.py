@@ -5,7 +5,7 @@ the palette as black, a transparent grey of a 2-bit picture is compared unscaled
 bits is clipped (a dark 16384 becomes white, that is free). So every checksum, the length of the pixel data,
 palette and transparency are looked at here, and Pillow gets a file of the bare pixels: no text, profile or
 time chunk reaches a parser. 16-bit colour (not grey) is read to its upper 8 bits, which never turns a pixel
-free that is not.
+free that is not; its alpha is read whole.
 """
 
 from __future__ import annotations
@@ -203,16 +203,36 @@ def _check_length(source: Source, png: _Png) -> None:
 
 
 def _decode(source: Source, png: _Png) -> NDArray[Any]:
-    """The pixels as Pillow has them: (height, width) or (height, width, channels)."""
+    """The pixels as Pillow has them: (height, width) or (height, width, channels).
+
+    Of 16 bits a channel it leaves the upper 8, and an alpha of 65534 would pass for opaque: here what is not
+    wholly opaque has less than 255.
+    """
+    if png.depth < 16 or png.colour not in (_GREY_ALPHA, _RGBA):
+        return _unpacked(source, png, png.header)
+    if png.colour == _GREY_ALPHA:
+        # Four bytes a pixel, filtered as those of 8-bit colour with alpha are: taken for such, all are there.
+        four = _unpacked(source, png, png.header[:8] + bytes((8, _RGBA)) + png.header[10:])
+        return np.dstack((four[..., 0], four[..., 2:].min(axis=2)))
+    samples = _unpacked(source, png, png.header).copy()
+    lower = _unpacked(source, png, png.header, rawmode="RGBA;16L")
+    np.minimum(samples[..., 3], lower[..., 3], out=samples[..., 3])
+    return samples
+
+
+def _unpacked(source: Source, png: _Png, header: bytes, rawmode: str = "") -> NDArray[Any]:
+    """What Pillow makes of the pixels under a header; of which bytes, ``rawmode`` can say."""
     from PIL import Image
 
     # Rebuilt bare: transparency is left to us, a palette is needed only to be there.
-    parts = [MAGIC, _chunk(b"IHDR", png.header)]
+    parts = [MAGIC, _chunk(b"IHDR", header)]
     if png.palette:
         parts.append(_chunk(b"PLTE", png.palette))
     parts += [_chunk(b"IDAT", b"".join(png.pixels)), _chunk(b"IEND", b"")]
     try:
         with Image.open(io.BytesIO(b"".join(parts)), formats=["PNG"]) as picture:
+            if rawmode:
+                picture.tile = [tile._replace(args=rawmode) for tile in picture.tile]
             picture.load()
             samples = np.asarray(picture)
     except Exception as problem:
@@ -230,16 +250,15 @@ def _chunk(kind: bytes, body: bytes) -> bytes:
 def _pixels(png: _Png, samples: NDArray[Any]) -> Pixels:
     """Samples with their palette and what is transparent."""
     notes = png.notes
-    key = (
-        None
-        if png.transparency is None
-        else np.frombuffer(png.transparency, dtype=">u2" if png.colour != _INDEX else np.uint8)
-    )
+    key = None
+    if png.transparency is not None and png.colour != _INDEX:
+        # Two bytes a sample, of which samples of fewer bits have the lower ones.
+        key = np.frombuffer(png.transparency, dtype=">u2") & ((1 << png.depth) - 1)
     if png.colour == _INDEX:
         colours = np.frombuffer(png.palette, dtype=np.uint8).reshape(-1, 3)
         alpha = np.full(len(colours), 255, dtype=np.uint8)
-        if key is not None:
-            alpha[: len(key)] = key
+        if png.transparency is not None:
+            alpha[: len(png.transparency)] = np.frombuffer(png.transparency, dtype=np.uint8)
         return Pixels(samples, palette=colours, alpha=alpha, notes=notes)
     if png.colour == _GREY:
         maxval = 65535 if png.depth == 16 else 255
