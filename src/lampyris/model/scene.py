@@ -57,34 +57,13 @@ class Scene:
         if not isinstance(traffic, tuple | list):
             traffic = () if traffic is None else (traffic,)
         object.__setattr__(self, "traffic", tuple(traffic))
-        self._small_enough("robot", self.robot.radius)
+        _small_enough(self.grid, "robot", self.robot.radius)
         for k, one in enumerate(self.traffic):
             body: object = one
             if not isinstance(body, Traffic):
                 allowed = "RandomWalk, Patrol, Crossing or Recorded"
                 raise SettingError("TYPE", f"a {type(body).__name__}", where=f"traffic[{k}]", allowed=allowed)
-            self._small_enough(f"obstacle {k}", one.radius)
-            cells: tuple[Cell, ...] = ()
-            if isinstance(one, Patrol):
-                cells = one.waypoints
-            elif isinstance(one, Recorded):
-                cells = one.track
-            for t, cell in enumerate(cells):
-                if not self.grid.contains(cell):
-                    raise SceneError(
-                        "OBSTACLE_TRACK",
-                        f"obstacle {k} is at {cell} at step {t}",
-                        allowed=f"cells of the map, {self.grid.width} x {self.grid.height}",
-                    )
-
-    def _small_enough(self, who: str, radius: float) -> None:
-        """A disc of more cells is a wrong unit or resolution; it would cost memory by its square."""
-        if radius > MAX_RADIUS * self.grid.resolution:
-            raise LimitError(
-                "RADIUS",
-                f"{who}: radius {radius:g} m is {radius / self.grid.resolution:.3g} cells",
-                allowed=f"at most {MAX_RADIUS} cells",
-            )
+            check_obstacle(self.grid, k, one)
 
     def _end(self, what: str, given: Any) -> Cell:
         pair = tuple(given) if isinstance(given, tuple | list | np.ndarray) else ()
@@ -101,3 +80,36 @@ class Scene:
                 allowed=f"x 0 to {self.grid.width - 1}, y 0 to {self.grid.height - 1}",
             )
         return cell
+
+
+def check_obstacle(grid: Grid, k: int, one: Traffic) -> None:
+    """Refuse obstacle ``k`` of a scene if it does not fit the map, whatever else is in the scene.
+
+    Raises
+    ------
+    SceneError : OBSTACLE_TRACK: a waypoint or a cell of its track outside the map.
+    LimitError : RADIUS: more than 250 cells.
+    """
+    _small_enough(grid, f"obstacle {k}", one.radius)
+    cells: tuple[Cell, ...] = ()
+    if isinstance(one, Patrol):
+        cells = one.waypoints
+    elif isinstance(one, Recorded):
+        cells = one.track
+    for t, cell in enumerate(cells):
+        if not grid.contains(cell):
+            raise SceneError(
+                "OBSTACLE_TRACK",
+                f"obstacle {k} is at {cell} at step {t}",
+                allowed=f"cells of the map, {grid.width} x {grid.height}",
+            )
+
+
+def _small_enough(grid: Grid, who: str, radius: float) -> None:
+    """A disc of more cells is a wrong unit or resolution; it would cost memory by its square."""
+    if radius > MAX_RADIUS * grid.resolution:
+        raise LimitError(
+            "RADIUS",
+            f"{who}: radius {radius:g} m is {radius / grid.resolution:.3g} cells",
+            allowed=f"at most {MAX_RADIUS} cells",
+        )

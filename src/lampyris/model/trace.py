@@ -78,6 +78,7 @@ class Trace:
     expansions : cells expanded, all plannings together.
     path : the way really driven, waits left out; None when the robot never could start.
     detail : why it ended so, in words.
+    last_tick : the tick at which it would have ended in any case; None: not known.
     timing : seconds; the only part that differs from run to run.
     """
 
@@ -101,6 +102,7 @@ class Trace:
     path: Path | None
     detail: str = ""
     timing: Mapping[str, float] = field(default_factory=dict)
+    last_tick: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", frozen(np.array(self.robot, dtype=np.int32).reshape(-1, 2)))

@@ -163,14 +163,14 @@ class Simulation:
         scene = self.scene
         self._ask(sense(self.world))
         self._started = True
+        if self.last_tick is None:
+            self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * max(len(self._way) - 1, 0)
         if not self.plan:
             verdict = self._without_traffic() if self.crowd.bodies else self.plan
             if verdict.status in _NEVER:
                 self._started = False
                 self._end(_NEVER[verdict.status], verdict.sentence)
                 return
-        if self.last_tick is None:
-            self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * max(len(self._way) - 1, 0)
         if self.plan.status and scene.start == scene.goal:
             self._arrive()
 
@@ -348,6 +348,7 @@ class Simulation:
             path=path_of(np.array([self._robot[0], *driven]), self.scene.moves) if self._started else None,
             detail=self.detail,
             timing={"total_s": self._total_s, "planning_s": self._planning_s},
+            last_tick=self.last_tick,
         )
 
 

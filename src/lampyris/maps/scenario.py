@@ -1,0 +1,182 @@
+"""Scenario: everything that decides a run, from a file to nouns.
+
+A file is read as YAML or JSON, checked by the models of :mod:`lampyris.maps.scenario_file`, and made into
+nouns by :mod:`lampyris.maps.scenario_build`. Both need pydantic and are imported when a file is read.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+import numpy as np
+
+from lampyris.errors import FileError, LimitError
+from lampyris.maps.document import read_regular
+from lampyris.maps.make import MAX_CELLS
+from lampyris.maps.tracks import MAX_BYTES
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import MAX_BODIES
+
+if TYPE_CHECKING:
+    from lampyris.maps.scenario_faults import Document
+
+
+@dataclass(frozen=True, slots=True)
+class Bundled:
+    """A bundled map, by its name."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapFile:
+    """A map file: its path as it can be opened from here, and how it is read."""
+
+    path: str
+    values: str = "occupancy"
+    colour: str = "legend"
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A map made by a recipe."""
+
+    recipe: str
+    size: tuple[int, int]
+    seed: int = 0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+MapSource: TypeAlias = Bundled | MapFile | Made
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scenario:
+    """Everything that decides a run; equal scenarios give the same bytes.
+
+    Parameters
+    ----------
+    scene : map, ends, moves, robot and moving obstacles.
+    planner, settings : who plans, by name, and its settings.
+    law, law_settings : the speed law, by name, and its settings.
+    seed : root of every draw.
+    simulated : whether to simulate; otherwise to plan.
+    ticks, patience : of a simulation; None: its own defaults.
+    name : what to call it.
+    map : where the map comes from; None: from its cells. Left out of comparisons, like the last two.
+    notes : sentences a person should read.
+    where : the file it was read from.
+    """
+
+    scene: Scene
+    planner: str = "ad-gso"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    law: str = "physical"
+    law_settings: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
+    simulated: bool = False
+    ticks: int | None = None
+    patience: int | None = None
+    name: str = ""
+    map: MapSource | None = None
+    notes: tuple[str, ...] = ()
+    where: str = ""
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scenario):
+            return NotImplemented
+        a, b = self.scene, other.scene
+        return (
+            (a.start, a.goal, a.moves, a.robot, a.traffic) == (b.start, b.goal, b.moves, b.robot, b.traffic)
+            and _decided(self) == _decided(other)
+            and _same_map(a.grid, b.grid)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _decided(one: Scenario) -> tuple[Any, ...]:
+    who = (one.planner, dict(one.settings), one.law, dict(one.law_settings), one.seed)
+    return (*who, one.simulated, one.ticks, one.patience, one.name)
+
+
+def _same_map(a: Grid, b: Grid) -> bool:
+    return (
+        (a.resolution, a.origin, a.name) == (b.resolution, b.origin, b.name)
+        and np.array_equal(a.blocked, b.blocked)
+        and all(
+            np.array_equal(x, y) if x is not None and y is not None else x is y
+            for x, y in ((a.unknown, b.unknown), (a.terrain, b.terrain))
+        )
+    )
+
+
+class Names(Protocol):
+    """What rooms above this one know by name: asked, not imported. Both raise what is wrong."""
+
+    def planner(self, name: str, settings: Mapping[str, Any]) -> object:
+        """Whether there is such a planner with such settings."""
+        ...
+
+    def law(self, name: str, settings: Mapping[str, Any]) -> object:
+        """Whether there is such a speed law with such settings."""
+        ...
+
+
+def read_scenario(
+    path: str | os.PathLike[str], names: Names, *, allow_outside: bool = False, max_cells: int = MAX_CELLS
+) -> Scenario:
+    """Read a scenario file: JSON if its name ends in ``.json``, YAML otherwise.
+
+    Parameters
+    ----------
+    path : the file. What it names is relative to its folder.
+    names : who knows planners and laws.
+    allow_outside : whether it may name files outside its folder.
+    max_cells : maps of more cells are refused.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file; the others are its notes, a line each.
+    """
+    from pydantic import ValidationError
+
+    from lampyris.maps.scenario_build import build
+    from lampyris.maps.scenario_faults import faults_of, raise_all, spot
+    from lampyris.maps.scenario_file import VERSION, ScenarioFile
+
+    name = os.fspath(path)
+    said = _read(read_regular(name, MAX_BYTES), name)
+    version = said.data.get("version", VERSION)
+    if isinstance(version, int) and not isinstance(version, bool) and version > VERSION:
+        # Its keys would be called unknown, one and all.
+        raise FileError(
+            "VERSION",
+            f"{version}: made for a newer release",
+            where=spot(said, ("version",)),
+            allowed=f"this one reads version {VERSION}",
+        )
+    obstacles = said.data.get("obstacles")
+    if isinstance(obstacles, list) and len(obstacles) > MAX_BODIES:
+        what = f"{len(obstacles):,} obstacles"
+        raise LimitError("LIMIT", what, where=spot(said, ("obstacles",)), allowed=f"at most {MAX_BODIES:,}")
+    try:
+        file = ScenarioFile.model_validate(said.data)
+    except ValidationError as problem:
+        raise_all(faults_of(said, problem))
+    return build(said, file, names, allow_outside, max_cells)
+
+
+def _read(data: bytes, name: str) -> Document:
+    if Path(name).suffix.lower() == ".json":
+        from lampyris.maps.json_text import read_json
+
+        return read_json(data, name)
+    from lampyris.maps.yaml_text import read_yaml
+
+    return read_yaml(data, name)

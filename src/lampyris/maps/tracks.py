@@ -1,0 +1,80 @@
+"""Recorded tracks of moving obstacles, from CSV files."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from collections.abc import Iterator
+
+from lampyris.errors import FileError
+from lampyris.maps.document import read_regular
+from lampyris.typing import Cell
+
+MAX_BYTES = 2**24
+_WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
+
+
+def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
+    """A recorded track: a CSV with columns ``x`` and ``y``, cells from the top left, one row a tick.
+
+    Other columns are passed over, so that the CSV of a simulation or a plan is a track as well. Only ``tick``
+    counts where it is there: it starts at 0 and rises from row to row, and between two rows the obstacle
+    stays where it was. A byte order mark and CRLF are accepted.
+
+    Raises
+    ------
+    FileError : FILE_MISSING, FILE_KIND; TRACK, with line and value: no such columns, not whole numbers;
+        OBSTACLE_TIME: no row at all, or ticks that do not rise from 0.
+    LimitError : FILE_TOO_LARGE, more than 16 MiB.
+    """
+    name = os.fspath(path)
+    rows = _rows(read_regular(name, MAX_BYTES), name)
+    _, header = next(rows, (1, []))
+    columns = [word.strip() for word in header]
+    for need in ("x", "y"):
+        if columns.count(need) != 1:
+            what = f"{'no' if need not in columns else 'more than one'} column {need}"
+            raise FileError("TRACK", what, where=f"{name}:1", allowed="columns x and y, a row a tick")
+    wanted = [columns.index("x"), columns.index("y")]
+    if "tick" in columns:
+        wanted.append(columns.index("tick"))
+    cells: list[Cell] = []
+    for line, row in rows:
+        if not any(word.strip() for word in row):
+            continue
+        x, y, *tick = (_whole(row, k, columns[k], f"{name}:{line}") for k in wanted)
+        if tick:
+            if tick[0] < len(cells) or (tick[0] and not cells):
+                least = f"at least {len(cells)}" if cells else "0 in the first row"
+                raise FileError(
+                    "OBSTACLE_TIME", f"tick {tick[0]}", where=f"{name}:{line}", allowed=f"{least}: ticks rise"
+                )
+            if tick[0] >= MAX_BYTES:
+                raise FileError("OBSTACLE_TIME", f"tick {tick[0]}", where=f"{name}:{line}", allowed="2^24")
+            cells += cells[-1:] * (tick[0] - len(cells))
+        cells.append((x, y))
+    if not cells:
+        raise FileError("OBSTACLE_TIME", "empty track", where=name, allowed="at least one row")
+    return tuple(cells)
+
+
+def _rows(data: bytes, name: str) -> Iterator[tuple[int, list[str]]]:
+    """Line numbers and fields."""
+    try:
+        reader = csv.reader(data.decode("utf-8-sig").splitlines(), strict=True)
+        for row in reader:
+            yield reader.line_num, row
+    except UnicodeDecodeError as problem:
+        line = data.count(b"\n", 0, problem.start) + 1
+        what = f"byte 0x{data[problem.start]:02x} is not UTF-8"
+        raise FileError("TRACK", what, where=f"{name}:{line}", todo="save it as UTF-8") from None
+    except csv.Error as problem:
+        raise FileError("TRACK", f"{problem}", where=f"{name}:{reader.line_num}", allowed="CSV") from None
+
+
+def _whole(row: list[str], k: int, column: str, where: str) -> int:
+    text = row[k] if k < len(row) else ""
+    if _WHOLE.fullmatch(text) is None:
+        raise FileError("TRACK", f"{column} is {text[:40]!r}", where=where, allowed="a whole number")
+    return int(text)
