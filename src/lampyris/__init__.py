@@ -15,6 +15,9 @@ _HOME = {
     "plan": "lampyris.api",
     "profile": "lampyris.api",
     "simulate": "lampyris.api",
+    "load_scenario": "lampyris.scenarios",
+    "run": "lampyris.scenarios",
+    "save_scenario": "lampyris.scenarios",
     "solve_field": "lampyris.field.solve",
     "dissertation_speeds": "lampyris.motion.dissertation",
     "Budget": "lampyris.planners.base",
@@ -34,6 +37,7 @@ _HOME = {
     "RandomWalk": "lampyris.model.traffic",
     "Recorded": "lampyris.model.traffic",
     "Robot": "lampyris.model.robot",
+    "Scenario": "lampyris.maps.scenario",
     "Scene": "lampyris.model.scene",
     "Status": "lampyris.model.plan",
     "Trace": "lampyris.model.trace",
@@ -51,6 +55,7 @@ if TYPE_CHECKING:
     from lampyris.api import simulate as simulate
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.field.solve import solve_field as solve_field
+    from lampyris.maps.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
@@ -71,6 +76,9 @@ if TYPE_CHECKING:
     from lampyris.model.traffic import Recorded as Recorded
     from lampyris.motion.dissertation import dissertation_speeds as dissertation_speeds
     from lampyris.planners.base import Budget as Budget
+    from lampyris.scenarios import load_scenario as load_scenario
+    from lampyris.scenarios import run as run
+    from lampyris.scenarios import save_scenario as save_scenario
 
 
 def __getattr__(name: str) -> Any:

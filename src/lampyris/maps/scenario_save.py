@@ -15,7 +15,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from lampyris import __version__
 from lampyris.errors import LimitError, SettingError, UsageError
 from lampyris.maps import json_text, yaml_text
 from lampyris.maps.document import grid_codes, write_file
@@ -216,7 +215,7 @@ def json_of(data: Mapping[str, Any]) -> str:
 
 def yaml_of(data: Mapping[str, Any]) -> str:
     """YAML, tables by indentation, what is short on one line."""
-    head = f"# Written by lampyris {__version__}. Run it with: lampyris run FILE\n"
+    head = "# A lampyris scenario with everything decided. Run it with: lampyris run FILE\n"
     return head + "".join(f"{line}\n" for line in _table(data))
 
 

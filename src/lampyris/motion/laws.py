@@ -123,6 +123,16 @@ def profile(
     )
 
 
+def named(law: str) -> Law:
+    """The law of that name.
+
+    Raises
+    ------
+    UsageError : ``LAW``: no law of that name.
+    """
+    return _found(law)[0]
+
+
 def _found(law: Any) -> tuple[Law, Any]:
     if isinstance(law, str) and law in LAWS:
         return LAWS[law], LAWS[law].settings

@@ -1,0 +1,172 @@
+"""Scenarios at the front door: load_scenario, run, save_scenario.
+
+The maps room reads and writes the files; who plans and by which speed law is known here.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, fields, is_dataclass, replace
+from typing import Any, NamedTuple
+
+from lampyris import api
+from lampyris.errors import LampyrisError, SettingError, did_you_mean
+from lampyris.maps.make import MAX_CELLS, recipe_named
+from lampyris.maps.scenario import Made, Scenario, read_scenario
+from lampyris.maps.scenario_save import write_scenario
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.trace import Trace
+from lampyris.motion import laws
+from lampyris.planners import registry
+from lampyris.sim import loop
+
+
+class Planned(NamedTuple):
+    """A plan and the speeds along it; no speeds where no path was found."""
+
+    plan: Plan
+    profile: Profile | None
+
+
+class _Names:
+    """Who knows planners and laws by name."""
+
+    def planner(self, name: str, settings: Mapping[str, Any]) -> object:
+        """The planner itself."""
+        return registry.make(name, settings)
+
+    def law(self, name: str, settings: Mapping[str, Any]) -> object:
+        """The law itself."""
+        return speed_law(name, settings)
+
+
+def load_scenario(
+    path: str | os.PathLike[str], *, allow_outside: bool = False, max_cells: int = MAX_CELLS
+) -> Scenario:
+    """Read a scenario file (YAML; JSON if its name ends in ``.json``) and everything it names.
+
+    Parameters
+    ----------
+    path : the file. The files it names are relative to its folder.
+    allow_outside : whether it may name files outside its folder; only for scenarios you trust.
+    max_cells : maps of more cells are refused.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
+    """
+    return read_scenario(path, _Names(), allow_outside=allow_outside, max_cells=max_cells)
+
+
+def run(
+    scenario: Scenario, *, record: bool = True, progress: Callable[[int], None] | None = None
+) -> Planned | Trace:
+    """Do what a scenario says: plan, or simulate if it is ``simulated``.
+
+    Parameters
+    ----------
+    scenario : loaded, or made by hand.
+    record : keep AD-GSO's per-iteration record in the plan.
+    progress : called with each tick of a simulation.
+
+    Raises
+    ------
+    LampyrisError : as :func:`lampyris.plan`, :func:`lampyris.profile` and :func:`lampyris.simulate`.
+    """
+    try:
+        law: Any = speed_law(scenario.law, scenario.law_settings)
+        settings = dict(scenario.settings)
+        if scenario.simulated:
+            return api.simulate(
+                scenario.scene,
+                scenario.planner,
+                seed=scenario.seed,
+                ticks=scenario.ticks,
+                law=law,
+                patience=scenario.patience,
+                progress=progress,
+                **settings,
+            )
+        found = api.plan(scenario.scene, scenario.planner, scenario.seed, record=record, **settings)
+        return Planned(found, api.profile(found, scenario.scene, law) if found else None)
+    except LampyrisError as fault:
+        fault.where = fault.where or scenario.where
+        raise
+
+
+def save_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Write a scenario with everything decided: every setting stands in it, also those that had their
+    defaults. Running the file gives the same bytes, as long as the map is the same.
+
+    Parameters
+    ----------
+    scenario : to be written. ``ticks`` None stays open: :func:`completed` with a trace fills it in.
+    path : ``.yaml`` or ``.json``; an existing file is replaced. The map is named relative to its folder.
+
+    Returns
+    -------
+    Sentences a person should read.
+
+    Raises
+    ------
+    UsageError : another ending.
+    SettingError : no such planner, law or setting; a map that is in no file and cannot be written as rows.
+    LimitError : longer than such a file may be.
+    FileError : it cannot be written.
+    """
+    return write_scenario(completed(scenario), path)
+
+
+def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
+    """The same scenario with nothing left to a default.
+
+    Parameters
+    ----------
+    scenario : any.
+    trace : of its simulation, which says when it would have ended.
+    """
+    planner = registry.make(scenario.planner, scenario.settings)
+    source = scenario.map
+    if isinstance(source, Made):
+        source = replace(source, settings=recipe_named(source.recipe).complete(source.settings))
+    done = replace(
+        scenario,
+        settings={key: getattr(planner, key) for key in registry.settings_of(type(planner))},
+        law_settings=_law_settings(scenario.law, scenario.law_settings),
+        map=source,
+    )
+    if not scenario.simulated:
+        return done
+    ticks = scenario.ticks if scenario.ticks is not None or trace is None else trace.last_tick
+    return replace(
+        done, ticks=ticks, patience=loop.PATIENCE if scenario.patience is None else scenario.patience
+    )
+
+
+def speed_law(name: str, settings: Mapping[str, Any]) -> Any:
+    """A speed law by name with settings: its name alone where they are its defaults.
+
+    Raises
+    ------
+    UsageError : no such law.
+    SettingError : a setting it does not have, or a value out of its range.
+    """
+    default = laws.named(name).settings
+    known = [f.name for f in fields(default)] if is_dataclass(default) else []
+    for key in settings:
+        if key not in known:
+            raise SettingError(
+                "LAW_SETTING",
+                f"{name} has no setting {key!r}",
+                allowed=", ".join(known),
+                todo=did_you_mean(key, known, cutoff=0.5),
+            )
+    made = type(default)(**settings)
+    return name if made == default else made
+
+
+def _law_settings(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    law = speed_law(name, settings)
+    return asdict(laws.named(name).settings if isinstance(law, str) else law)
