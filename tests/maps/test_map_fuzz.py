@@ -6,6 +6,7 @@ import struct
 import time
 import zlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,8 @@ SEEDS = {
     "pgm 6": b"P6 2 1 255\n" + bytes(6),
     "map": b"type octile\nheight 3\nwidth 4\nmap\n.@T.\nGS..\n.WO.\n",
     "text": b"#..#\n#S?#\n#oG#\n",
+    "csv": b"0,1,-1,0\r\n1; 0,0,1\n0,0,0,0\n".replace(b";", b","),
+    "csv costmap": b"# lampyris costmap\n0;17;252\n253;254;255\n-1;63; 0\n",
     "npy": npy("{'descr': '|i1', 'fortran_order': False, 'shape': (3, 4), }", b"\0\1\xff" * 4),
     "scen": b"version 1\n3\tmaps/a.map\t10\t20\t1\t2\t9\t19\t12.50\n",
 }
@@ -106,16 +109,26 @@ def mutate_png(rng: np.random.Generator, data: bytes) -> bytes:
     return data[:at] + chunk(b"IDAT", zlib.compress(mutate(rng, raw))) + data[at + 12 + length :]
 
 
-@pytest.mark.parametrize("kind", SEEDS)
-def test_mutants(tmp_path: Path, kind: str) -> None:
-    load: Callable[[Path], object] = read_scen if kind == "scen" else load_map
+COSTS = {"values": "costmap"}
+LIGHT = {"colour": "luminance"}
+CASES = [
+    *((kind, {}) for kind in SEEDS),
+    *((kind, COSTS) for kind in ("png grey", "png interlaced", "pgm 5", "pgm 2", "npy", "csv")),
+    *((kind, LIGHT) for kind in ("png palette", "png colour", "bmp 4", "bmp 24", "pgm 6")),
+]
+
+
+@pytest.mark.parametrize(("kind", "options"), CASES)
+def test_mutants(tmp_path: Path, kind: str, options: dict[str, str]) -> None:
+    load: Callable[[Path], object] = read_scen if kind == "scen" else partial(load_map, **options)  # type: ignore[arg-type]
     change = mutate_png if kind.startswith("png") else mutate
-    load(put(tmp_path, SEEDS[kind]))
+    name = "m.csv" if kind == "csv" else "m"
+    load(put(tmp_path, SEEDS[kind], name))
     rng = np.random.Generator(np.random.PCG64(sum(kind.encode())))
     read = refused = 0
     for _ in range(400):
         data = change(rng, SEEDS[kind])
-        path = put(tmp_path, data)
+        path = put(tmp_path, data, name)
         started = time.process_time()
         try:
             found = load(path)

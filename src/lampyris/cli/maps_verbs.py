@@ -1,6 +1,7 @@
-"""``lampyris maps``: the bundled maps, new maps from recipes, and from one format to another.
+"""``lampyris maps``: the bundled maps, map files, new maps from recipes, and from one format to another.
 
-``lampyris maps`` lists, ``lampyris maps NAME`` shows one map, and a first word that is an action does that.
+``lampyris maps`` lists, ``lampyris maps NAME`` shows one map, bundled or a file, and a first word that is an
+action does that.
 Work is imported when a verb runs, so that --help is instant.
 """
 
@@ -16,10 +17,11 @@ from lampyris.errors import FileError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from lampyris.maps.convert import Conversion
+    from lampyris.maps.document import MapDocument
 
 
 class _NameOrAction(TyperGroup):
-    """A first word that is no action is the name of a map."""
+    """A first word that is no action is the name of a map, or a file."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """``maps NAME`` is ``maps show NAME``."""
@@ -32,14 +34,40 @@ class _NameOrAction(TyperGroup):
 app = typer.Typer(
     cls=_NameOrAction,
     invoke_without_command=True,
-    subcommand_metavar="[NAME | ACTION ...]",
-    help="List the bundled maps, show one of them, make new ones, convert files.",
+    subcommand_metavar="[NAME | FILE | ACTION ...]",
+    help="List the bundled maps, show one of them or a file, make new ones, convert files.",
 )
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 Resolution = Annotated[
     float | None, typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say.")
+]
+Values = Annotated[
+    str, typer.Option("--values", help="What the map's grey samples and numbers are: occupancy or costmap.")
+]
+ToValues = Annotated[
+    str | None,
+    typer.Option(
+        "--to-values",
+        help="What the new file's shall be: occupancy or costmap (default: occupancy, but costmap for a "
+        ".csv of a map with terrain).",
+    ),
+]
+Colour = Annotated[
+    str,
+    typer.Option(
+        "--colour", help="A colour not of the legend: legend refuses it, luminance reads all as grey."
+    ),
+]
+MaxCells = Annotated[
+    int | None, typer.Option("--max-cells", metavar="N", help="Refuse larger maps (default and most: 2^24).")
+]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside", help="A ROS map's picture may be in any folder.")
+]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Refuse what is doubtful in a ROS map, instead of noting it.")
 ]
 
 
@@ -55,23 +83,118 @@ def _maps(context: typer.Context, json_: Json = False) -> None:
 @app.command()
 def show(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="The name of a bundled map.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="The name of a bundled map (./NAME for a file), or a file.")
+    ],
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    resolution: Resolution = None,
+    max_cells: MaxCells = None,
+    allow_outside: AllowOutside = False,
+    strict: Strict = False,
     json_: Json = False,
 ) -> None:
-    """Show a bundled map and its stored queries."""
+    """Show a bundled map and its stored queries, or what a map file says."""
+    import os
+
     from lampyris.cli import verbs
     from lampyris.maps import library
+    from lampyris.maps.load import load_map
+    from lampyris.maps.make import MAX_CELLS
 
-    if name not in library.names():
+    as_json = json_ or bool(context.obj)
+    if name in library.names():
+        raise typer.Exit(verbs.maps(name, as_json))
+    if not os.path.lexists(name):
         # Whoever mistypes an action ends here as well.
         raise FileError(
             "FILE_MISSING",
-            "no bundled map of that name",
-            where=name,
-            allowed=", ".join(library.names()),
+            "neither a file nor a bundled map",
+            where=name if name.isprintable() and 0 < len(name) <= 200 else repr(name[:200]),
+            allowed="a map file, or a name that `lampyris maps` lists",
             todo=did_you_mean(name, (*library.names(), "recipes", "make", "convert")),
         )
-    raise typer.Exit(verbs.maps(name, json_ or bool(context.obj)))
+    document = load_map(
+        Path(name),
+        values=values,
+        colour=colour,
+        resolution=resolution,
+        max_cells=MAX_CELLS if max_cells is None else max_cells,
+        allow_outside=allow_outside,
+        strict=strict,
+    )
+    _describe(name, document, as_json)
+
+
+def _describe(name: str, document: MapDocument, as_json: bool) -> None:
+    """What a map file says."""
+    import numpy as np
+
+    from lampyris.maps.map_hash import map_hash
+
+    grid = document.grid
+    terrain = None
+    if grid.terrain is not None:
+        used = grid.terrain[grid.terrain > 0]
+        terrain = {"cells": int(used.size), "lowest": int(used.min()), "highest": int(used.max())}
+    record: dict[str, Any] = {
+        "file": name,
+        "format": document.format,
+        "width": grid.width,
+        "height": grid.height,
+        "free": 1.0 - int(np.count_nonzero(grid.blocked)) / grid.blocked.size,
+        "unknown": 0 if grid.unknown is None else int(np.count_nonzero(grid.unknown)),
+        "terrain": terrain,
+        "resolution": grid.resolution,
+        "origin": list(grid.origin),
+        "start": document.start,
+        "goal": document.goal,
+        "moving_obstacles": len(document.bodies),
+        "hash": map_hash(grid),
+        "notes": list(document.notes),
+    }
+    if as_json:
+        from lampyris.cli.verbs import print_json
+
+        print_json(record)
+    else:
+        _print_facts(record)
+
+
+def _print_facts(record: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from lampyris.maps.document import plural
+
+    width, height, metres = record["width"], record["height"], record["resolution"]
+    x, y, yaw = record["origin"]
+    rows = [
+        ("format", record["format"]),
+        ("size", f"{width} x {height} cells of {metres:g} m: {width * metres:g} m x {height * metres:g} m"),
+        ("free", f"{record['free']:.1%}"),
+        ("unknown", plural(record["unknown"], "cell") if record["unknown"] else "none"),
+    ]
+    if terrain := record["terrain"]:
+        rows.append(
+            ("terrain", f"{plural(terrain['cells'], 'cell')}, {terrain['lowest']} to {terrain['highest']}")
+        )
+    if (x, y, yaw) != (0, 0, 0):
+        rows.append(("origin", f"({x:g}, {y:g}) m, turned by {yaw:g} rad"))
+    rows += [(what, f"{record[what]}") for what in ("start", "goal") if record[what] is not None]
+    if record["moving_obstacles"]:
+        rows.append(("moving", f"{record['moving_obstacles']:,} obstacles drawn"))
+    rows.append(("hash", record["hash"]))
+    rows += [("note", note) for note in record["notes"]]
+    table = Table(
+        title=Text(record["file"]), title_justify="left", show_header=False, box=None, pad_edge=False
+    )
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    for key, value in rows:
+        table.add_row(key, Text(value))
+    Console(highlight=False, soft_wrap=False).print(table)
 
 
 @app.command()
@@ -118,6 +241,7 @@ def make(
         ),
     ] = None,
     resolution: Resolution = None,
+    to_values: ToValues = None,
     force: Force = False,
     json_: Json = False,
 ) -> None:
@@ -139,7 +263,7 @@ def make(
         name=out.name,
         terrain=made_of.terrain,
     )
-    made = write_and_compare(MapDocument(grid), out)
+    made = write_and_compare(MapDocument(grid), out, values=to_values)
     _say(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))
 
 
@@ -148,17 +272,43 @@ def convert(
     context: typer.Context,
     source: Annotated[str, typer.Argument(metavar="IN", help="A map file, or the name of a bundled map.")],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="The new file; its ending names the format.")],
+    values: Values = "occupancy",
+    to_values: ToValues = None,
+    colour: Colour = "legend",
+    scen: Annotated[
+        bool, typer.Option("--scen", help="Write the map's stored queries beside a .map, as OUT.scen.")
+    ] = False,
     resolution: Resolution = None,
+    max_cells: MaxCells = None,
+    allow_outside: AllowOutside = False,
+    strict: Strict = False,
     force: Force = False,
     json_: Json = False,
 ) -> None:
-    """Write a map in another format, and say what that format cannot hold."""
+    """Write a map in another format, and say what that format cannot hold.
+
+    --values says what the numbers of IN are, --to-values what those of OUT shall be. A costmap stays one with
+    both: --values costmap --to-values costmap.
+    """
     from lampyris.cli.verbs import check_outputs
     from lampyris.maps.convert import convert as convert_map
     from lampyris.maps.convert import files_of
+    from lampyris.maps.make import MAX_CELLS
 
-    check_outputs(force, *files_of(target))
-    _say(convert_map(source, target, resolution=resolution), json_ or bool(context.obj))
+    check_outputs(force, *files_of(target, scen=scen))
+    made = convert_map(
+        source,
+        target,
+        resolution=resolution,
+        values=values,
+        to_values=to_values,
+        colour=colour,
+        max_cells=MAX_CELLS if max_cells is None else max_cells,
+        allow_outside=allow_outside,
+        strict=strict,
+        scen=scen,
+    )
+    _say(made, json_ or bool(context.obj))
 
 
 def _say(made: Conversion, as_json: bool, **more: Any) -> None:
@@ -178,9 +328,11 @@ def _say(made: Conversion, as_json: bool, **more: Any) -> None:
             "free": free,
             "hash": made.hash,
             "lost": list(made.lost),
+            "notes": list(made.notes),
         }
         print_json({**more, **record})
         return
+    remarks(made.notes)
     remarks(made.lost)
     files = ", ".join(str(f) for f in made.files)
     typer.echo(f"wrote {files}: {grid.width} x {grid.height} cells, {free:.1%} free, hash {made.hash[:16]}")
