@@ -68,6 +68,24 @@ def test_webp_keeps_every_pixel(tmp_path: Path) -> None:
     assert len(np.unique(pictures[-1].reshape(-1, 3), axis=0)) <= 256
 
 
+def test_terrain_lies_under_a_film(tmp_path: Path) -> None:
+    trace = sample_trace()
+    terrain = np.zeros(trace.scene.grid.blocked.shape, dtype=np.uint8)
+    terrain[6:] = np.arange(12) * 20
+    hilly = replace(trace, scene=replace(trace.scene, grid=replace(trace.scene.grid, terrain=terrain)))
+    out = tmp_path / "run.webp"
+    film(hilly, out)
+    pictures, _ = frames_of(out)
+    shades = style.terrain_colours()
+    for value in range(20, 240, 20):
+        red, green, blue = shades[value].tolist()
+        assert count(pictures[0][:-70], (red, green, blue), 3) > 500, value
+    # Besides the ground, only the legend has more to say.
+    plain, with_terrain = (Stage(t, None, 1).frame(0.0) for t in (trace, hilly))
+    assert count(with_terrain[-40:], tuple(shades[220].tolist())) > 50
+    assert count(plain[-40:], tuple(shades[220].tolist())) == 0
+
+
 def test_bodies_glide_and_the_trail_stays() -> None:
     stage = Stage(sample_trace(), None, 1)
     shots = [stage.frame(m) for m in (0.0, 0.5, 1.0, 6.0)]

@@ -190,6 +190,73 @@ def test_a_landscape_is_bright_at_the_goal_and_even_between(tmp_path: Path) -> N
     assert light[0] - light[-1] > 80
 
 
+# ---- terrain ----
+
+
+def sample_terrain(scene: Scene) -> np.ndarray:
+    """Plain on the left, then twice, then five times as dear."""
+    terrain = np.zeros(scene.grid.blocked.shape, dtype=np.uint8)
+    terrain[:, 3:6] = 63
+    terrain[:, 7:] = 252
+    return terrain
+
+
+def test_terrain_is_the_ground_where_there_is_no_landscape(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = sample_scene()
+    grid = replace(scene.grid, terrain=sample_terrain(scene))
+    assert grid.terrain is not None
+    twice, dear = (tuple(c) for c in style.terrain_colours()[[63, 252]].tolist())
+    bare = drawn(tmp_path, "bare.png", grid=grid, layer="none")
+    for colour in (twice, dear, style.WALL, style.UNKNOWN, style.UNKNOWN_STRIPE, style.FREE):
+        assert area(bare, colour, 0) > 6_000, colour
+    again = drawn(tmp_path, "again.png", grid=grid, field=None)
+    assert again.read_bytes() == bare.read_bytes(), "without a field there is no landscape either"
+    full = drawn(tmp_path, "full.png", grid=grid)
+    assert pixels_of(full).tolist() == pixels_of(drawn(tmp_path)).tolist()
+    monkeypatch.setattr(style, "save", lambda figure, *_: seen.append(figure))
+    seen: list[Any] = []
+    drawn(tmp_path, grid=grid, layer="none")
+    drawn(tmp_path, grid=replace(grid, terrain=np.full_like(grid.terrain, 126)), layer="none")
+    drawn(tmp_path, grid=grid)
+    labels = [{t.get_text() for t in figure.legends[0].get_texts()} for figure in seen]
+    assert "terrain 2-5x" in labels[0]
+    assert "terrain 3x" in labels[1]
+    assert not any(label.startswith("terrain") for label in labels[2])
+
+
+def test_terrain_is_light_and_quiet_and_even() -> None:
+    colours = style.terrain_colours().astype(float)
+    assert colours.shape == (253, 3)
+    assert tuple(colours[0]) == style.FREE
+    light = colours @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(light) <= 0).all()
+    assert light[0] - light[1] > 8, "the cheapest terrain can be told from plain ground"
+    wall = np.array(style.WALL) @ [0.2126, 0.7152, 0.0722]
+    assert light[-1] - wall > 100, "the dearest terrain is no wall"
+    # Unknown cells are grey and blue, terrain is the other way.
+    assert (colours[1:, 0] > colours[1:, 2] + 5).all()
+    assert style.UNKNOWN[0] < style.UNKNOWN[2]
+
+
+def test_a_pixel_of_many_cells_has_the_mean_of_its_free_ones() -> None:
+    blocked = np.zeros((2, 8), dtype=bool)
+    blocked[0, 2] = True
+    blocked[:, 4:6] = True
+    terrain = np.array([[0, 100, 0, 90, 9, 9, 1, 2], [0, 100, 60, 60, 9, 9, 3, 3]])
+    raster = draw_map(Grid(blocked, terrain=terrain), 4)
+    colours = style.terrain_colours()
+    assert raster.rgb.shape == (1, 4, 3)
+    assert (raster.rgb[0, 0] == colours[50]).all()
+    ground, wall = colours[70].astype(float), np.array(style.WALL)
+    assert (raster.rgb[0, 1] == np.round(ground + (wall - ground) * 0.25**0.6)).all()
+    assert (raster.rgb[0, 2] == style.WALL).all()
+    assert (raster.rgb[0, 3] == colours[2]).all()
+    large = draw_map(Grid(blocked, terrain=terrain), 80)
+    assert (large.rgb[::10, ::10][~blocked] == colours[terrain[~blocked]]).all()
+
+
 # ---- the speed chart ----
 
 

@@ -11,7 +11,7 @@ from lampyris.model.trace import Event, Trace
 from lampyris.report import sprites
 from lampyris.report.raster import draw_map
 from lampyris.report.sprites import Colour, Sprite, blend
-from lampyris.report.style import FREE, Rgb, speed_map
+from lampyris.report.style import FREE, Rgb, speed_map, terrain_colours, terrain_label, terrain_range
 
 LONG = 560
 """Pixels of the map's longer side, about."""
@@ -24,6 +24,9 @@ CAPTION = 64
 
 _WIDE = 480
 """Pixels of the film's width at least: the caption needs them."""
+
+_ICON, _GAP = 23, 14
+"""Pixels of an icon in the legend, and between two entries."""
 
 _FLASH = {
     "wait": (110, 110, 120),
@@ -59,7 +62,8 @@ class Stage:
         self.scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
         # Even sizes: some players of films refuse others.
-        self.width = _even(max(_WIDE, columns + 2 * MARGIN))
+        legend = sum(_ICON + _length(name, 13) + _GAP for *_, name in self._entries())
+        self.width = _even(max(_WIDE, columns + 2 * MARGIN, legend + 2 * MARGIN))
         self.height = _even(rows + MARGIN + CAPTION)
         self.left, self.top = (self.width - columns) // 2, MARGIN
         self._foot = self.height - CAPTION + 6
@@ -126,6 +130,9 @@ class Stage:
             *self._speeds[::6].tolist(), FREE, _PAPER, sprites.ROBOT, sprites.GOAL, sprites.INK, _FAINT,
             *(colour for _, colour, _, _ in sprites.KINDS.values()), *_FLASH.values(), _GOOD, _BAD,
         ]  # fmt: skip
+        if (terrain := self.trace.scene.grid.terrain) is not None:
+            values = np.unique(terrain[terrain > 0])
+            colours += terrain_colours()[values[:: 1 + len(values) // 48]].tolist()
         each = -(-self.width // len(colours))
         strip = np.array(colours, dtype=np.uint8).repeat(each, axis=0)[: self.width]
         return np.broadcast_to(strip, (24, *strip.shape)).copy()
@@ -188,15 +195,23 @@ class Stage:
         _write(self._trail, x + _length(longest, 15) + 22, self._foot, speed, 15, sprites.INK)
         _write(self._trail, self.width - MARGIN - 2 - _length(state, 15), self._foot, state, 15, colour)
 
-    def _legend(self) -> None:
-        """Who is who: the robot, the goal and each kind of obstacle that occurs."""
+    def _entries(self) -> list[tuple[str, Colour, str, str]]:
+        """Who is who: the robot, the goal, each kind of obstacle that occurs, and the terrain."""
         entries = [("circle", sprites.ROBOT, "", "robot"), ("star", sprites.GOAL, "", "goal")]
         entries += [sprites.kind_of(k) for k in dict.fromkeys(b.kind for b in self.trace.bodies)]
+        if (terrain := self.trace.scene.grid.terrain) is not None:
+            least, most = terrain_range(terrain)
+            red, green, blue = terrain_colours()[most].tolist()
+            entries.append(("square", (red, green, blue), "", terrain_label(least, most)))
+        return entries
+
+    def _legend(self) -> None:
+        """The entries in a row below."""
         x, y = MARGIN + 2, self._foot + 30
-        for shape, colour, letter, name in entries:
+        for shape, colour, letter, name in self._entries():
             blend(self._paper, sprites.sprite(shape, colour, letter, 17), x + 9, y + 9)
-            _write(self._paper, x + 23, y + 1, name, 13, _FAINT)
-            x += 23 + _length(name, 13) + 14
+            _write(self._paper, x + _ICON, y + 1, name, 13, _FAINT)
+            x += _ICON + _length(name, 13) + _GAP
 
 
 def _even(size: int) -> int:

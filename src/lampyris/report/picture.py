@@ -69,8 +69,9 @@ def draw_plan(
     """Draw a plan on its map, as PNG or SVG by the file's suffix.
 
     Walls are dark, unknown cells hatched; the landscape (``luciferin`` or ``cost`` of the field) lies
-    beneath; the path is coloured by the profile's speeds. Start, goal, gates (dead ends apart) and AD-GSO's
-    jumps are marked; the legend stands below the map. The same arguments give the same bytes.
+    beneath, or without one the terrain, ochre where it is dear; the path is coloured by the profile's
+    speeds. Start, goal, gates (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
+    map. The same arguments give the same bytes.
 
     Parameters
     ----------
@@ -278,6 +279,11 @@ def _patches(grid: Grid, values: FloatGrid | None) -> list[Any]:
         items.append(patch(style.UNKNOWN, "unknown", hatch="////"))
     if values is not None and (~grid.blocked & ~np.isfinite(values)).any():
         items.append(patch(style.CUT_OFF, "no way to the goal"))
+    if values is None and grid.terrain is not None:
+        shades, (least, most) = style.terrain_colours(), style.terrain_range(grid.terrain)
+        label = style.terrain_label(least, most)
+        some = dict.fromkeys((least, (least + most) // 2, most))
+        items.append(tuple(patch(tuple(shades[c].tolist()), label) for c in some))
     return items
 
 
@@ -309,6 +315,8 @@ def _draw_bars(
 
 def _draw_words(figure: Figure, frame: _Frame, grid: Grid, plan: Plan, items: list[Any]) -> None:
     """Title above, legend and the map's size below."""
+    from matplotlib.legend_handler import HandlerTuple
+
     name = grid.name or "a map"
     top = frame.height - 0.16
     x = 0.2 / frame.width
@@ -338,10 +346,18 @@ def _draw_words(figure: Figure, frame: _Frame, grid: Grid, plan: Plan, items: li
             fontsize=8.5,
             borderaxespad=0,
             borderpad=0,
+            # The shades of terrain stand side by side; other tuples are marks on top of each other.
+            handler_map={i: HandlerTuple(None, 0) for i in items if _is_shades(i)},
             handletextpad=0.6,
             columnspacing=1.4,
             labelcolor=style.INK,
         )
+
+
+def _is_shades(item: Any) -> bool:
+    from matplotlib.patches import Patch
+
+    return isinstance(item, tuple) and isinstance(item[0], Patch)
 
 
 def _told(plan: Plan) -> str:

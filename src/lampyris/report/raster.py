@@ -1,7 +1,10 @@
-"""A map as pixels: walls, unknown cells and a landscape in one RGB array of about the size it is shown in.
+"""A map as pixels: walls, unknown cells and the ground in one RGB array of about the size it is shown in.
+
+The ground is a landscape (luciferin or cost) where one is given, and else the map's terrain.
 
 A small map is enlarged by whole pixels, a large one is shrunk by whole blocks; a block is as dark as the
-share of walls in it, lifted so that a wall one cell thick stays visible in a map of thousands.
+share of walls in it, lifted so that a wall one cell thick stays visible in a map of thousands, and its ground
+is the mean of its free cells.
 """
 
 from __future__ import annotations
@@ -13,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.grid import Grid
-from lampyris.report.style import CUT_OFF, FREE, UNKNOWN, UNKNOWN_STRIPE, WALL, Rgb
-from lampyris.typing import BoolGrid, FloatGrid, Floats
+from lampyris.report.style import CUT_OFF, FREE, UNKNOWN, UNKNOWN_STRIPE, WALL, Rgb, terrain_colours
+from lampyris.typing import BoolGrid, ByteGrid, FloatGrid, Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +40,7 @@ def draw_map(grid: Grid, target: int, layer: FloatGrid | None = None, colours: R
     Parameters
     ----------
     layer : (height, width), infinity where there is none; drawn in ``colours`` (256, 3), 0 to its greatest
-        finite value.
+        finite value. None: the terrain is drawn, where the map has any.
     """
     side = max(grid.height, grid.width)
     shrink = max(1, -(-side // target))
@@ -60,6 +63,8 @@ def draw_map(grid: Grid, target: int, layer: FloatGrid | None = None, colours: R
 def _ground(grid: Grid, layer: FloatGrid | None, colours: Rgb | None, shrink: int) -> Floats:
     """Colours of the free cells."""
     if layer is None or colours is None:
+        if grid.terrain is not None:
+            return terrain_colours()[_mean(grid.terrain, ~grid.blocked, shrink)].astype(np.float64)
         rows, columns = -(-grid.height // shrink), -(-grid.width // shrink)
         return np.broadcast_to(np.array(FREE, dtype=np.float64), (rows, columns, 3))
     value = _least(layer, shrink)
@@ -79,6 +84,16 @@ def _share(mask: BoolGrid, size: int) -> FloatGrid:
         return mask.astype(np.float64)
     count: FloatGrid = _in_blocks(mask, size, False).sum(axis=(1, 3), dtype=np.float64)
     return count / (size * size)
+
+
+def _mean(values: ByteGrid, where: BoolGrid, size: int) -> ByteGrid:
+    """The mean of the values in each block that count, rounded; 0 where none does."""
+    if size == 1:
+        return values
+    count = _in_blocks(where, size, False).sum(axis=(1, 3), dtype=np.int64)
+    total = _in_blocks(np.where(where, values, 0), size, 0).sum(axis=(1, 3), dtype=np.int64)
+    mean: ByteGrid = ((2 * total + count) // np.maximum(2 * count, 1)).astype(np.uint8)
+    return mean
 
 
 def _least(values: FloatGrid, size: int) -> FloatGrid:

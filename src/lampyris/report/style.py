@@ -2,7 +2,8 @@
 
 The landscape is cividis and the speeds are a middle stretch of inferno: both perceptually uniform and
 readable with the common kinds of colour blindness; where two things could be told apart by colour alone they
-also differ in shape or hatching.
+also differ in shape or hatching. Terrain goes from the white of free ground to ochre, and its lightness alone
+says how dear it is: the dearest is still far lighter than a wall, and unknown cells are hatched.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import FileError, UsageError
+from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
+from lampyris.typing import ByteGrid
 
 if TYPE_CHECKING:
     from matplotlib.colors import ListedColormap
@@ -30,6 +33,10 @@ WALL = (32, 36, 44)
 UNKNOWN = (178, 184, 194)
 UNKNOWN_STRIPE = (142, 149, 161)
 CUT_OFF = (226, 226, 228)
+DEAR = (186, 150, 96)
+"""Terrain of the highest value, five times plain ground; what lies between is mixed with FREE."""
+CHEAP = 0.14
+"""Share of DEAR in the lowest terrain there is, so that it can be told from plain ground."""
 START = "#c1121f"
 GOAL = "#ffb703"
 GATE = "#7b2cbf"
@@ -76,6 +83,27 @@ def cannot_write(out: OutFile, error: OSError) -> FileError:
     return FileError(
         "FILE_WRITE", error.strerror or str(error), where=str(out), allowed="a file that can be written"
     )
+
+
+def terrain_colours() -> Rgb:
+    """A colour for each terrain value, uint8 (253, 3): that of free ground for 0, then ever darker ochre."""
+    share = CHEAP + (1 - CHEAP) * np.arange(MAX_TERRAIN + 1) / MAX_TERRAIN
+    share[0] = 0.0
+    free, dear = (np.array(c, dtype=np.float64) for c in (FREE, DEAR))
+    out: Rgb = np.round(free + share[:, None] * (dear - free)).astype(np.uint8)
+    return out
+
+
+def terrain_range(terrain: ByteGrid) -> tuple[int, int]:
+    """The least and the greatest value of a map's terrain, plain ground left out."""
+    used = np.flatnonzero(np.bincount(terrain.ravel())[1:]) + 1
+    return int(used[0]), int(used[-1])
+
+
+def terrain_label(least: int, most: int) -> str:
+    """``terrain 1.8-5x``: what entering such cells costs, plain ground being 1."""
+    low, high = (f"{(TERRAIN_UNIT + c) / TERRAIN_UNIT:.2g}" for c in (least, most))
+    return f"terrain {low}x" if low == high else f"terrain {low}-{high}x"
 
 
 def landscape_colours() -> Rgb:
