@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
-from lampyris.cli import maps_verbs
+from lampyris.cli import maps_verbs, scen_verb
 
 app = typer.Typer(
     name="lampyris",
@@ -21,6 +21,7 @@ app = typer.Typer(
 
 
 app.add_typer(maps_verbs.app, name="maps")
+app.command()(scen_verb.scen)
 
 
 def _version(value: bool) -> None:
