@@ -21,7 +21,6 @@ app = typer.Typer(
 
 
 app.add_typer(maps_verbs.app, name="maps")
-app.command()(scen_verb.scen)
 
 
 def _version(value: bool) -> None:
@@ -194,3 +193,6 @@ def planners(json_: Json = False) -> None:
     from lampyris.cli import verbs
 
     raise typer.Exit(verbs.planners(json_))
+
+
+app.command()(scen_verb.scen)
