@@ -20,7 +20,7 @@ from lampyris.field.layers import free_cells, free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
-from lampyris.model.path import Path
+from lampyris.model.path import Path, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
@@ -30,6 +30,7 @@ from lampyris.motion import laws
 from lampyris.planners import registry
 from lampyris.planners.base import Budget, Planner
 from lampyris.sim import loop
+from lampyris.typing import ByteGrid
 
 MAX_SEED = 2**63 - 1
 
@@ -107,10 +108,11 @@ def assess(found: Plan, scene: Scene) -> Plan:
     way = {(int(x), int(y)) for x, y in found.path.cells}
     optimal, to_go = found.optimal_exact, found.sum_cost_to_go
     if optimal is not None and optimal == found.path.exact and to_go is None:
-        to_go = _sum_along_optimum(found.path)
+        to_go = _sum_along_optimum(found.path, scene.grid.terrain)
     elif optimal is None or to_go is None:
         moves = moves_for(scene)
-        field = solve(free_cells(scene.grid, scene.robot.radius), moves, scene.goal)
+        free = free_cells(scene.grid, scene.robot.radius)
+        field = solve(free, moves, scene.goal, terrain=scene.grid.terrain)
         x, y = found.path.cells[:, 0], found.path.cells[:, 1]
         optimal = int(field.exact[y[0], x[0]])
         to_go = float(moves.values(field.exact[y, x]).sum())
@@ -130,13 +132,11 @@ def _told_of_size(found: Plan, scene: Scene) -> Plan:
     return replace(found, detail=f"{found.sentence} The robot's radius is {scene.robot.radius:g} m.")
 
 
-def _sum_along_optimum(path: Path) -> float:
+def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
     """Sum of cost-to-go over an optimal path: there, what is left of the path *is* the cost to go."""
-    d = np.abs(np.diff(path.cells.astype(np.int64), axis=0))
-    m = path.moves
-    exact = np.array([m.straight, m.diagonal, m.knight], dtype=np.int64)[d[:, 0] * d[:, 1]]
+    exact = step_costs(path.cells, path.moves, terrain)
     to_go = np.concatenate((np.cumsum(exact[::-1])[::-1], [0]))
-    return float(m.values(to_go).sum())
+    return float(path.moves.values(to_go).sum())
 
 
 def profile(way: Plan | Path, scene: Scene, law: str = "physical", *, v0: float = 0.0) -> Profile:

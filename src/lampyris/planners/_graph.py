@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from lampyris.errors import LimitError
 from lampyris.kernels._jit import jit_disabled
 from lampyris.kernels.search import FOUND, SPAN, search
-from lampyris.model.grid import frozen
+from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import PELL_P, Moves
 from lampyris.typing import BoolGrid, Cell, Cells
 
@@ -20,6 +22,8 @@ _Ints = NDArray[np.int64]
 
 MAX_CELLS = 2**24
 """As many cells as the exact order of Pell costs is proven for (model/moves.py)."""
+HEAVIEST = (TERRAIN_UNIT + MAX_TERRAIN) // TERRAIN_UNIT
+"""What the heaviest terrain weighs, plain ground being 1."""
 PLAIN_EXPANSIONS = 50_000
 """After so many in one session the compiled form pays: about half a second in the plain one."""
 
@@ -103,8 +107,11 @@ def following_of(moves: Moves) -> list[list[int]]:
     """Steps worth trying in a cell, by the step that led there; the last row is for the start, where all are.
 
     Two steps that come back to where they began, or that one step replaces at no more cost touching nothing
-    that the two do not touch, are never needed: the cell before has already offered that one.
+    that the two do not touch, are never needed: the cell before has already offered that one. Over terrain
+    the one step pays for the last cell only, and must not be dearer even where the cell between is plain
+    ground and the last the heaviest.
     """
+    lightest = 1 if moves.scale == 1 else HEAVIEST
     steps = list(zip(moves.offsets, moves.costs, strict=True))
     rows = []
     for (dx, dy), cost in steps:
@@ -117,7 +124,8 @@ def following_of(moves: Moves) -> list[list[int]]:
                 for (x, y), c in steps
                 if (x, y) == (dx + ex, dy + ey) and through.issuperset(_touched(x, y, moves.corner_cutting))
             ]
-            if (dx + ex, dy + ey) != (0, 0) and not any(c <= cost + more for c in at_once):
+            back = (dx + ex, dy + ey) == (0, 0)
+            if not back and not any(lightest * c <= cost + lightest * more for c in at_once):
                 row.append(k)
         rows.append(row)
     return [*rows, list(range(len(steps)))]
@@ -172,6 +180,69 @@ class Answer:
     cells: Cells | None
 
 
+def check_limits(free: BoolGrid, moves: Moves) -> None:
+    """Whether exact costs have room.
+
+    Raises
+    ------
+    LimitError : more cells, or dearer steps, than that.
+    """
+    dearest = max(moves.costs) // moves.scale
+    if free.size > MAX_CELLS or dearest > PELL_P:
+        raise LimitError(
+            "LIMIT",
+            f"{free.size} cells with steps of {dearest}",
+            allowed=f"at most {MAX_CELLS} cells and steps of {PELL_P}",
+        )
+
+
+class Board:
+    """A map in a border of blocked cells as wide as the longest step.
+
+    Parameters
+    ----------
+    shape : height, width.
+    reach : the longest step.
+    """
+
+    def __init__(self, shape: tuple[int, ...], reach: int) -> None:
+        self._shape, self._pad = shape, reach
+        self.stride = shape[1] + 2 * reach
+        self.size = self.stride * (shape[0] + 2 * reach)
+        self.free = np.zeros(self.size, dtype=np.uint8)
+
+    def lay(self, values: NDArray[Any], flat: NDArray[Any]) -> None:
+        """Write a whole map into its padded, flat form."""
+        p, (height, width) = self._pad, self._shape
+        flat.reshape(-1, self.stride)[p : p + height, p : p + width] = values
+
+    def flat(self, cell: Cell) -> int:
+        """Flat index of a cell."""
+        return int((cell[1] + self._pad) * self.stride + cell[0] + self._pad)
+
+    def cells(self, backwards: NDArray[np.int32]) -> Cells:
+        """A path, goal first and flat, as cells, start first."""
+        flat = backwards[::-1]
+        return np.stack((flat % self.stride, flat // self.stride), axis=1) - np.int32(self._pad)
+
+    @contextmanager
+    def closing(self, cells: Iterable[Cell]) -> Iterator[None]:
+        """Some cells (of the map) closed for a while."""
+        indices = np.array([self.flat(c) for c in cells], dtype=np.int64)
+        indices = indices[self.free[indices] != 0]
+        self.free[indices] = 0
+        try:
+            yield
+        finally:
+            self.free[indices] = 1
+
+    def steps(self, r: Rules) -> tuple[_Ints, ...]:
+        """What every search reads of the rules: offset, via, across, dx, dy."""
+        jump = np.array([1, self.stride], dtype=np.int64)
+        at = [frozen(pairs @ jump) for pairs in (np.stack((r.dx, r.dy), axis=1), r.via, r.across)]
+        return (*at, r.dx, r.dy)
+
+
 class GridSearch:
     """The arrays of one map, searched as often as one likes.
 
@@ -189,20 +260,12 @@ class GridSearch:
     """
 
     def __init__(self, free: BoolGrid, moves: Moves, *, informed: bool) -> None:
-        height, width = free.shape
-        if free.size > MAX_CELLS or max(moves.costs) > PELL_P:
-            raise LimitError(
-                "LIMIT",
-                f"{free.size} cells with steps of {max(moves.costs)}",
-                allowed=f"at most {MAX_CELLS} cells and steps of {PELL_P}",
-            )
-        self._pad = moves.reach
-        self._stride = width + 2 * self._pad
-        n = self._stride * (height + 2 * self._pad)
+        check_limits(free, moves)
+        self._board = Board(free.shape, moves.reach)
+        n = self._board.size
         led, blind = rules_of(moves, informed), rules_of(moves, False)
         self._led, self._blind = self._arguments(led), self._arguments(blind)
         ends = max(led.queues, blind.queues)
-        self._free = np.zeros(n, dtype=np.uint8)
         self._after = np.empty(n + ends, dtype=np.int32)
         self._before = np.empty(n + ends, dtype=np.int32)
         self._f = np.zeros(n, dtype=np.int64)
@@ -213,32 +276,20 @@ class GridSearch:
         self.set_free(free)
 
     def _arguments(self, r: Rules) -> tuple[_Ints | int, ...]:
-        jump = np.array([1, self._stride], dtype=np.int64)
-        at = [frozen(pairs @ jump) for pairs in (np.stack((r.dx, r.dy), axis=1), r.via, r.across)]
-        return (*at, r.dx, r.dy, r.cost, r.first, r.follow, r.slope, r.slot, r.shift, r.queues)
+        return (*self._board.steps(r), r.cost, r.first, r.follow, r.slope, r.slot, r.shift, r.queues)
 
     def set_free(self, free: BoolGrid) -> None:
         """Take a whole new free space of the same shape."""
-        height, width = free.shape
-        p = self._pad
-        self._free.reshape(-1, self._stride)[p : p + height, p : p + width] = free
+        self._board.lay(free, self._board.free)
 
     def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
-        indices = np.array([self._flat(c) for c in closed], dtype=np.int64)
-        indices = indices[self._free[indices] != 0]
-        self._free[indices] = 0
-        try:
-            return self._run(self._led, self._flat(start), self._flat(goal), budget)
-        finally:
-            self._free[indices] = 1
+        with self._board.closing(closed):
+            return self._run(self._led, self._board.flat(start), self._board.flat(goal), budget)
 
     def region(self, cell: Cell, budget: int | None = None) -> Answer:
         """How many cells can be reached from a free cell, itself included: the expansions of the answer."""
-        return self._run(self._blind, self._flat(cell), -1, budget)
-
-    def _flat(self, cell: Cell) -> int:
-        return int((cell[1] + self._pad) * self._stride + cell[0] + self._pad)
+        return self._run(self._blind, self._board.flat(cell), -1, budget)
 
     def _run(self, rules: tuple[_Ints | int, ...], start: int, goal: int, budget: int | None) -> Answer:
         if self._base < -(2**63) + 2 * SPAN:
@@ -249,11 +300,9 @@ class GridSearch:
             search.compiled()
         limit = -1 if budget is None else budget
         scratch = (self._after, self._before, self._f, self._step, self._result)
-        search(self._free, self._stride, start, goal, limit, self._base, *rules, *scratch)
+        board = self._board
+        search(board.free, board.stride, start, goal, limit, self._base, *rules, *scratch)
         ending, expansions, length, _ = self._result.tolist()
         self._spent += expansions
-        cells = None
-        if ending == FOUND:
-            flat = self._after[:length][::-1]
-            cells = np.stack((flat % self._stride, flat // self._stride), axis=1) - np.int32(self._pad)
+        cells = board.cells(self._after[:length]) if ending == FOUND else None
         return Answer(ending, expansions, cells)

@@ -12,6 +12,7 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._graph import GridSearch
+from lampyris.planners._terrain_graph import TerrainSearch
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
 
@@ -29,10 +30,11 @@ class GraphSession:
     def __init__(self, scene: Scene, name: str, *, informed: bool) -> None:
         self._scene = scene
         self._name = name
+        self._informed = informed
         self._moves = moves_for(scene)
         self._robot = scene.start
         self._free = free_space(scene)
-        self._search = GridSearch(self._free, self._moves, informed=informed)
+        self._search = self._new_search()
 
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The cheapest way from where the robot is to the goal.
@@ -58,8 +60,21 @@ class GraphSession:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:
             self._scene = scene
+            self._moves = moves_for(scene)
             self._free = free_space(scene)
-            self._search.set_free(self._free)
+            terrain = scene.grid.terrain
+            if terrain is None and isinstance(self._search, GridSearch):
+                self._search.set_free(self._free)
+            elif terrain is not None and isinstance(self._search, TerrainSearch):
+                self._search.set_ground(self._free, terrain)
+            else:
+                self._search = self._new_search()
+
+    def _new_search(self) -> GridSearch | TerrainSearch:
+        terrain = self._scene.grid.terrain
+        if terrain is None:
+            return GridSearch(self._free, self._moves, informed=self._informed)
+        return TerrainSearch(self._free, terrain, self._moves, informed=self._informed)
 
     def _answer(self, change: Change, budget: int | None) -> Plan:
         start, goal = self._robot, self._scene.goal
@@ -71,7 +86,7 @@ class GraphSession:
         closed = sorted(c for c in change.obstacles if c not in (start, goal) and contains(c))
         answer = self._search.way(start, goal, budget, closed)
         if answer.cells is not None:
-            path = path_of(answer.cells, self._moves)
+            path = path_of(answer.cells, self._moves, self._scene.grid.terrain)
             return Plan(
                 Status.FOUND,
                 self._name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,6 +21,8 @@ from lampyris.typing import Cell
 
 _COSTS = {"dissertation": (10, 14, 0), "four": (1, 0, 0), "sixteen": (10, 14, 22)}
 """Straight, diagonal and knight's step, written down a second time; ``octile`` is asked to be sqrt 2."""
+_PLAIN_GROUND = 63
+"""What a cell of terrain 0 weighs on a map with terrain; one of terrain c weighs c more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +53,13 @@ def _steps_of(moves: Moves) -> _Steps:
             fault = f"({dx}, {dy}) costs {c}, others of its kind {paid[which]}"
         kind[(dx + reach) * side + dy + reach] = which
         cost[(dx + reach) * side + dy + reach] = c
-    if moves.name in _COSTS:
-        wrong = [k for k, c in paid.items() if c != _COSTS[moves.name][k]]
+    scale = moves.scale
+    if scale not in (1, _PLAIN_GROUND) or any(c % scale for c in moves.costs):
+        fault = fault or f"costs {paid} in units of 1/{scale}"
+    elif moves.name in _COSTS:
+        wrong = [k for k, c in paid.items() if c != scale * _COSTS[moves.name][k]]
         fault = fault or (f"{moves.name} steps cost {paid}" if wrong else "")
-    elif moves.name == "octile" and abs(paid[1] ** 2 - 2 * paid[0] ** 2) != 1:
+    elif moves.name == "octile" and abs(paid[1] ** 2 - 2 * paid[0] ** 2) != scale**2:
         # Straight q, diagonal p: p/q is a convergent of sqrt 2 exactly when this is 1.
         fault = fault or f"{paid[1]}/{paid[0]} is no convergent of sqrt 2"
     if paid.get(0, moves.unit) != moves.unit:
@@ -182,7 +187,7 @@ def check_path(
     path : judged.
     grid, robot : walls, and the size of the robot.
     moves : the step set that was asked for; the path's own may be a part of it (a wide robot has no knight's
-        steps).
+        steps), and counts in 63rds exactly where the map has terrain.
     start, goal : cells.
     """
     cells = path.cells
@@ -191,17 +196,30 @@ def check_path(
     for rule, cell, end in (("start", cells[0], start), ("goal", cells[-1], goal)):
         if (int(cell[0]), int(cell[1])) != tuple(end):
             return Violation(rule, "path", f"ends at ({cell[0]}, {cell[1]}); the {rule} is {tuple(end)}")
-    broken = moves_violation(path.moves, moves)
+    broken = moves_violation(path.moves, moves, grid)
     if broken is not None:
         return broken
     fault, code = walk_violation(cells, grid, robot, moves)
     if fault is not None:
         return Violation(fault.rule, f"node {fault.index}", fault.sentence)
-    return cost_violation(path, moves, code)
+    return cost_violation(path, moves, code, grid)
 
 
-def moves_violation(claimed: Moves, asked: Moves) -> Violation | None:
+def _in_units(moves: Moves, unit: int) -> Moves:
+    """The same moves with a plain step's cost times ``unit``."""
+    if moves.scale == unit:
+        return moves
+    costs = tuple(c // moves.scale * unit for c in moves.costs)
+    return replace(moves, costs=costs, unit=moves.unit // moves.scale * unit, scale=unit)
+
+
+def moves_violation(claimed: Moves, asked: Moves, grid: Grid) -> Violation | None:
+    """Whether a path was made with the moves that were asked for, in the costs of its map."""
     fault = _steps_of(asked).fault
+    asked = _in_units(asked, 1 if grid.terrain is None else _PLAIN_GROUND)
+    if not fault and claimed.scale != asked.scale:
+        ground = "without" if grid.terrain is None else "with"
+        fault = f"the path counts in units of 1/{claimed.scale} on a map {ground} terrain"
     if not fault and claimed is not asked and claimed != asked:
         paid = dict(zip(asked.offsets, asked.costs, strict=True))
         part = all(paid.get(o) == c for o, c in zip(claimed.offsets, claimed.costs, strict=True))
@@ -210,8 +228,9 @@ def moves_violation(claimed: Moves, asked: Moves) -> Violation | None:
     return Violation("moves", "path", fault) if fault else None
 
 
-def cost_violation(path: Path, moves: Moves, code: Ints) -> Violation | None:
-    """Count the steps and add up their costs again."""
+def cost_violation(path: Path, moves: Moves, code: Ints, grid: Grid) -> Violation | None:
+    """Count the steps and add up their costs again, each times what the cell it enters weighs."""
+    moves = _in_units(moves, 1)
     steps = _steps_of(moves)
     counted = np.bincount(steps.kind[code], minlength=3).tolist()
     told = [*path.steps, 0, 0, 0][:3]
@@ -221,13 +240,20 @@ def cost_violation(path: Path, moves: Moves, code: Ints) -> Violation | None:
             "path",
             f"claims {tuple(path.steps)} straights, diagonals and knight's steps; has {counted}",
         )
-    exact = int(steps.cost[code].sum())
+    if grid.terrain is None:
+        weight, ground = np.ones(len(code), dtype=np.int64), 1
+    else:
+        entered = path.cells[1:]
+        weight = _PLAIN_GROUND + grid.terrain[entered[:, 1], entered[:, 0]].astype(np.int64)
+        ground = _PLAIN_GROUND
+    exact = int((steps.cost[code] * weight).sum())
     if path.exact != exact:
         return Violation("cost", "path", f"claims the exact cost {path.exact}; its steps cost {exact}")
     if moves.name == "octile":
-        value = counted[0] + math.sqrt(2 * counted[1] ** 2)
+        n, m = (int(weight[steps.kind[code] == k].sum()) for k in (0, 1))
+        value = (n + math.sqrt(2 * m**2)) / ground
     else:
-        value = exact / moves.unit
+        value = exact / (moves.unit * ground)
     if not abs(path.cost - value) <= 1e-12 * value:
         return Violation("cost", "path", f"claims the cost {path.cost!r}; its steps cost {value!r}")
     return None

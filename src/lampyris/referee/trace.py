@@ -238,11 +238,11 @@ def _way(trace: Trace) -> Violation | None:
     else:
         if trace.path.cells.shape != cells.shape or (trace.path.cells != cells).any():
             return Violation("path", "trace", "the way told is not the robot's cells without repeats")
-        moves = trace.scene.moves
-        broken = moves_violation(trace.path.moves, moves)
+        moves, grid = trace.scene.moves, trace.scene.grid
+        broken = moves_violation(trace.path.moves, moves, grid)
         if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
-            _, code = walk_violation(cells, trace.scene.grid, trace.scene.robot, moves)
-            broken = cost_violation(trace.path, moves, code)
+            _, code = walk_violation(cells, grid, trace.scene.robot, moves)
+            broken = cost_violation(trace.path, moves, code, grid)
         if broken is not None:
             return broken
     if trace.waits != waited:

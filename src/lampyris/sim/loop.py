@@ -38,6 +38,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lampyris.errors import InternalFault, SettingError
+from lampyris.field.layers import moves_on
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -327,6 +328,8 @@ class Simulation:
         """What has happened so far; before the end its outcome is ``timeout``."""
         space = self.world.space
         driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
+        way = np.array([self._robot[0], *driven])
+        grid = self.scene.grid
         return Trace(
             scene=self.scene,
             planner=self.planner.name,
@@ -345,7 +348,7 @@ class Simulation:
             waits=self._waits,
             iterations=self._iterations,
             expansions=self._expansions,
-            path=path_of(np.array([self._robot[0], *driven]), self.scene.moves) if self._started else None,
+            path=path_of(way, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,
             detail=self.detail,
             timing={"total_s": self._total_s, "planning_s": self._planning_s},
             last_tick=self.last_tick,
