@@ -134,7 +134,10 @@ def test_pixels_that_runs_leave_out_are_unknown(tmp_path: Path) -> None:
     data = bmp(3, 1, 8, bytes([1, 9, 0, 1]), palette=greys, packing=1)
     found = load_map(put(tmp_path, data), values="costmap")
     assert facts(found) == ([".??"], [9, 0, 0])
-    assert found.notes[-1] == "2 pixels the picture leaves out read as unknown"
+    assert found.notes == (
+        "read as costmap values: 1 cell of terrain, all 9, 0 blocked, 2 unknown",
+        "2 pixels the picture leaves out read as unknown",
+    )
 
 
 @pytest.mark.parametrize(

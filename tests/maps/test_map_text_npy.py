@@ -35,7 +35,13 @@ def test_text(tmp_path: Path, start: bytes, end: bytes, line: bytes) -> None:
         (b"\n\n", "MAP_EMPTY", "line 1"),
         (b"hello\n", "MAP_CELL", "line 1 column 1: 'h'"),
         (b"SS\n", "START_TWICE", "(0, 0) and (1, 0)"),
-        (b"1,0\n0,1\n", "MAP_CELL", "line 1 column 1: '1'"),
+        (
+            b"1,0\n0,1\n",
+            "MAP_CELL",
+            "line 1 column 1: '1'; one of # . ? S G o; numbers, one a cell, are read",
+        ),
+        (b"-1 ; 0\n", "MAP_CELL", "a file called .csv"),
+        (b"0\n", "MAP_CELL", "a file called .csv"),
         (b"#.#\r#.#\r", "MAP_ROW", "line 1: 8 cells"),
     ],
 )

@@ -90,7 +90,7 @@ def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dt
 def _costs(cells: np.ndarray[Any, Any], source: Source) -> ByteGrid:
     if cells.dtype.kind == "b":
         raise source.error("NPY_TYPE", "bool has no costmap values", allowed="whole numbers")
-    wrong = (cells < (-1 if cells.dtype.kind == "i" else 0)) | (cells > NO_INFORMATION)
+    wrong = (cells < -1) | (cells > NO_INFORMATION)
     if wrong.any():
         x, y = first_bad(wrong)
         raise source.error("NPY_VALUE", str(cells[y, x]), f"cell ({x},{y})", f"{ALLOWED}, -1 unknown too")

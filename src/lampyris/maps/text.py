@@ -7,10 +7,13 @@ shift without a word.
 
 from __future__ import annotations
 
+import re
+
 from lampyris.maps.costmap import no_numbers
 from lampyris.maps.document import BLOCKED, BODY, FREE, GOAL, START, UNKNOWN, Reading, Source
 from lampyris.maps.rows import read_rows
 
+_NUMBERS = re.compile(rb"-?[0-9]{1,4}[ \t]{0,8}[-,;\t0-9\r\n]")
 MEANING = {"#": BLOCKED, ".": FREE, "?": UNKNOWN, "S": START, "G": GOAL, "o": BODY}
 
 
@@ -33,4 +36,7 @@ def read_text(source: Source) -> Reading:
     if width == 0 or not data.strip():
         raise source.error("MAP_EMPTY", "the first line is empty", "line 1", "one of " + " ".join(MEANING))
     source.check_size(width, height)
+    if _NUMBERS.match(data, start):
+        allowed, todo = "one of " + " ".join(MEANING), "numbers, one a cell, are read from a file called .csv"
+        raise source.error("MAP_CELL", repr(chr(data[start])), "line 1 column 1", allowed, todo)
     return Reading(read_rows(source, start, 1, width, height, MEANING))
