@@ -12,7 +12,7 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._graph import GridSearch
-from lampyris.planners._terrain_graph import TerrainSearch
+from lampyris.planners._terrain_graph import TerrainSearch, search_of
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
 
@@ -34,7 +34,7 @@ class GraphSession:
         self._moves = moves_for(scene)
         self._robot = scene.start
         self._free = free_space(scene)
-        self._search = self._new_search()
+        self._search = search_of(self._free, scene.grid.terrain, self._moves, informed=informed)
 
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The cheapest way from where the robot is to the goal.
@@ -68,13 +68,7 @@ class GraphSession:
             elif terrain is not None and isinstance(self._search, TerrainSearch):
                 self._search.set_ground(self._free, terrain)
             else:
-                self._search = self._new_search()
-
-    def _new_search(self) -> GridSearch | TerrainSearch:
-        terrain = self._scene.grid.terrain
-        if terrain is None:
-            return GridSearch(self._free, self._moves, informed=self._informed)
-        return TerrainSearch(self._free, terrain, self._moves, informed=self._informed)
+                self._search = search_of(self._free, terrain, self._moves, informed=self._informed)
 
     def _answer(self, change: Change, budget: int | None) -> Plan:
         start, goal = self._robot, self._scene.goal

@@ -16,6 +16,7 @@ from lampyris.planners._graph import (
     PLAIN_EXPANSIONS,
     Answer,
     Board,
+    GridSearch,
     Rules,
     check_limits,
     rules_of,
@@ -97,3 +98,12 @@ class TerrainSearch:
         self._spent += expansions
         cells = board.cells(self._heap[2][:length]) if ending == FOUND else None
         return Answer(ending, expansions, cells)
+
+
+def search_of(
+    free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, informed: bool
+) -> GridSearch | TerrainSearch:
+    """The search that suits a map: by queues over plain ground, by a heap over terrain."""
+    if terrain is None:
+        return GridSearch(free, moves, informed=informed)
+    return TerrainSearch(free, terrain, moves, informed=informed)
