@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any, NoReturn, TextIO
 
 from lampyris.errors import LampyrisError
 
@@ -21,6 +22,19 @@ def main() -> None:
     if sys.stdout is None:
         print("error[FILE_WRITE]: standard output is closed", file=sys.stderr)
         sys.exit(BAD_INPUT)
+    stdout = sys.stdout
+    sys.stdout = _Pipe(stdout)
+    try:
+        _run()
+    finally:
+        try:
+            # Here, where a reader that has left can still be told from a fault; not at the interpreter's end.
+            sys.stdout.flush()
+        finally:
+            sys.stdout = stdout
+
+
+def _run() -> None:
     try:
         from lampyris.cli.app import app
 
@@ -30,19 +44,15 @@ def main() -> None:
             print("interrupted", file=sys.stderr)  # typer has said nothing
         raise
     except LampyrisError as error:
-        print(error, file=sys.stderr)
+        print(error, *getattr(error, "__notes__", ()), sep="\n", file=sys.stderr)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)
-    except BrokenPipeError:
-        # The reader (`| head`) has left. Python would complain again when it flushes stdout at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(0)
     except OSError as error:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _to_nowhere(sys.stdout)
         print(f"error[FILE_WRITE]: {error.strerror or error}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     except Exception as error:
@@ -54,3 +64,39 @@ def main() -> None:
             file=sys.stderr,
         )
         sys.exit(INTERNAL_FAULT)
+
+
+class _Pipe:
+    """Standard output whose reader may leave (`| head`): then the work is done, exit code 0.
+
+    Caught where it happens, because typer and rich each turn a broken pipe into exit code 1 on the way up.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write, or leave."""
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            self._leave()
+
+    def flush(self) -> None:
+        """Flush, or leave."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            self._leave()
+
+    def _leave(self) -> NoReturn:
+        _to_nowhere(self._stream)
+        sys.exit(0)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def _to_nowhere(stream: TextIO) -> None:
+    """Let what is still to be written vanish: Python would complain again when it flushes at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

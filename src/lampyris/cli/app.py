@@ -83,6 +83,31 @@ Csv = Annotated[
     typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, s, a and cause a node."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+NoTiming = Annotated[
+    bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
+]
+Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
+]
+Save = Annotated[
+    Path | None,
+    typer.Option(
+        "--save-scenario", metavar="FILE", help="Write all of it to a file for `lampyris run` (.yaml, .json)."
+    ),
+]
+Values = Annotated[
+    str, typer.Option("--values", help="What grey and numbers of the map mean: occupancy or costmap.")
+]
+Colour = Annotated[
+    str, typer.Option("--colour", help="Colours out of the legend: legend refuses, luminance reads as grey.")
+]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
+]
+MaxCells = Annotated[
+    int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells (default 2^24).")
+]
 
 
 @app.command()
@@ -103,13 +128,17 @@ def plan(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
-    ] = False,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    explain: Explain = False,
     json_: Json = False,
+    no_timing: NoTiming = False,
     picture: Picture = None,
     layer: Layer = "luciferin",
     csv: Csv = None,
+    save: Save = None,
     force: Force = False,
 ) -> None:
     """Plan a path and a speed for every node of it."""
@@ -118,9 +147,10 @@ def plan(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells,
     )  # fmt: skip
-    raise typer.Exit(verbs.plan(request, explain, json_, picture, layer, csv, force))
+    out = verbs.Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
+    raise typer.Exit(verbs.plan(request, out))
 
 
 @app.command()
@@ -141,6 +171,10 @@ def simulate(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
     obstacles: Annotated[
         int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles.")
     ] = 10,
@@ -166,13 +200,13 @@ def simulate(
         typer.Option("--patience", metavar="N", help="Ticks in a row the robot waits before it gives up."),
     ] = None,
     json_: Json = False,
-    film: Annotated[
-        Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")
-    ] = None,
+    no_timing: NoTiming = False,
+    film: Film = None,
     csv: Annotated[
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, cause, event for every tick."),
     ] = None,
+    save: Save = None,
     force: Force = False,
 ) -> None:
     """Drive among moving obstacles and watch what happens."""
@@ -181,10 +215,45 @@ def simulate(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells,
     )  # fmt: skip
     traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
-    raise typer.Exit(verbs.simulate(request, traffic, ticks, patience, json_, film, csv, force))
+    out = verbs.Outputs(json_, not no_timing, csv, save, force, film=film)
+    raise typer.Exit(verbs.simulate(request, traffic, ticks, patience, out))
+
+
+@app.command()
+def run(
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario file (.yaml or .json).")],
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    json_: Json = False,
+    no_timing: NoTiming = False,
+    explain: Explain = False,
+    picture: Picture = None,
+    layer: Annotated[
+        str | None, typer.Option("--layer", help="Under the path in the picture: luciferin, cost or none.")
+    ] = None,
+    film: Film = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for every node or tick.")
+    ] = None,
+    save: Save = None,
+    force: Force = False,
+) -> None:
+    """Plan or simulate what a scenario file says."""
+    from lampyris.cli import verbs
+
+    out = verbs.Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film)
+    raise typer.Exit(verbs.run(scenario, allow_outside, max_cells, out))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scenario files."""
+    from lampyris.cli import verbs
+
+    raise typer.Exit(verbs.schema())
 
 
 @app.command()

@@ -1,11 +1,10 @@
-"""From the words of a call to the nouns of a scene."""
+"""From the words of a call to a scenario."""
 
 from __future__ import annotations
 
-import csv
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
@@ -13,19 +12,38 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import FileError, SettingError, UsageError
+from lampyris.errors import SettingError, UsageError, did_you_mean
 from lampyris.field.layers import moves_for
+from lampyris.maps import library
 from lampyris.maps.document import MapDocument
-from lampyris.maps.load import load_map
+from lampyris.maps.load import COLOURS, VALUES, load_map
+from lampyris.maps.make import MAX_CELLS
+from lampyris.maps.scenario import MAX_SEED, PRESETS, Bundled, MapFile, Scenario
+from lampyris.maps.tracks import read_track
 from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
 from lampyris.planners import registry
 from lampyris.typing import Cell
 
-PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
 MOBILITIES = ("random-walk", "patrol", "crossing", "mixed")
+
+
+def known(code: str, option: str, word: str, words: Iterable[str]) -> str:
+    """The word, if it is one of those an option takes.
+
+    Raises
+    ------
+    UsageError : it is not.
+    """
+    words = tuple(words)
+    if word not in words:
+        raise UsageError(
+            code, repr(word), where=option, allowed=", ".join(words), todo=did_you_mean(word, words)
+        )
+    return word
 
 
 @dataclass(frozen=True)
@@ -48,40 +66,46 @@ class Request:
     v_max: float
     a_max: float
     d_max: float
+    values: str = "occupancy"
+    colour: str = "legend"
+    allow_outside: bool = False
+    max_cells: int | None = None
 
     def load(self) -> MapDocument:
         """The map."""
-        return load_map(self.map_, resolution=self.resolution)
+        known("VALUES", "--values", self.values, VALUES)
+        known("COLOUR", "--colour", self.colour, COLOURS)
+        return load_map(
+            self.map_,
+            resolution=self.resolution,
+            max_cells=MAX_CELLS if self.max_cells is None else self.max_cells,
+            allow_outside=self.allow_outside,
+            values=self.values,
+            colour=self.colour,
+        )
 
     def preset_of(self) -> tuple[str, str]:
         """Moves and speed law: those given, or the preset's."""
-        if self.preset not in PRESETS:
-            raise UsageError("PRESET", f"no preset is called {self.preset!r}", allowed=", ".join(PRESETS))
-        moves, law = PRESETS[self.preset]
-        return self.moves or moves, self.law or law
+        moves, law = PRESETS[known("PRESET", "--preset", self.preset, PRESETS)]
+        return known("MOVES", "--moves", self.moves or moves, MOVES), self.law or law
 
-    def scene(self, document: MapDocument) -> Scene:
-        """The scene without traffic."""
-        moves, _ = self.preset_of()
-        return Scene(
+    def scenario(self) -> Scenario:
+        """What was asked for, without traffic: to be planned."""
+        moves, law = self.preset_of()
+        if not 0 <= self.seed <= MAX_SEED:
+            raise SettingError("SEED", f"seed {self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
+        settings = parse_settings(self.planner, self.settings)
+        document = self.load()
+        scene = Scene(
             document.grid,
             self._end("start", self.start, self.start_m, document),
             self._end("goal", self.goal, self.goal_m, document),
             moves=moves,  # type: ignore[arg-type]
             robot=Robot(self.radius, self.v_max, self.a_max, self.d_max),
         )
-
-    def about(self, scene: Scene) -> tuple[str, ...]:
-        """What a person should know of how the request is understood."""
-        if moves_for(scene) == scene.moves:
-            return ()
-        return (
-            f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",
-        )
-
-    def planner_settings(self) -> dict[str, Any]:
-        """The ``--set`` words, each read as its setting's type."""
-        return parse_settings(self.planner, self.settings)
+        bundled = self.map_ in library.names()
+        source = Bundled(self.map_) if bundled else MapFile(self.map_, self.values, self.colour)
+        return Scenario(scene, self.planner, settings, law, seed=self.seed, map=source, notes=document.notes)
 
     def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> Cell:
         if cell is not None and metres is not None:
@@ -104,6 +128,14 @@ class Request:
         return typing.cast(Cell, own)
 
 
+def about(scene: Scene) -> tuple[str, ...]:
+    """What a person should know of how a scene is understood."""
+    driven, asked = moves_for(scene), scene.moves
+    if (driven.offsets, driven.corner_cutting) == (asked.offsets, asked.corner_cutting):
+        return ()
+    return (f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",)
+
+
 @dataclass(frozen=True)
 class TrafficRequest:
     """The options that say what moves besides the robot."""
@@ -116,10 +148,7 @@ class TrafficRequest:
 
     def traffic(self, grid: Grid, seed: int) -> tuple[Traffic, ...]:
         """The specifications."""
-        if self.mobility not in MOBILITIES:
-            raise UsageError(
-                "MOBILITY", f"no mobility is called {self.mobility!r}", allowed=", ".join(MOBILITIES)
-            )
+        known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
             raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
         walk, patrol, crossing = {
@@ -144,6 +173,8 @@ class TrafficRequest:
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 0x9A7901))))
         region, _ = label(~grid.blocked, structure=np.ones((3, 3)))
         ys, xs = np.nonzero(region)
+        if not len(xs):
+            raise UsageError("OPTIONS", f"{count} patrols on a map without a free cell", allowed="0")
         made: list[Traffic] = []
         taken: set[Cell] = set()
         for _ in range(count * 200):
@@ -180,27 +211,30 @@ def parse_settings(planner: str, words: list[str]) -> dict[str, Any]:
 
     Raises
     ------
-    UsageError : a word without ``=``, or a value of the wrong type.
-    SettingError : a setting the planner does not have.
+    UsageError : a word without ``=``, a setting the planner does not have, a value of the wrong type.
     """
     kind = registry.planner_class(planner)
-    hints = typing.get_type_hints(kind)
-    known = {f.name: hints[f.name] for f in dataclass_fields(kind)}  # type: ignore[arg-type]
+    declared = typing.get_type_hints(kind)
+    hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}  # type: ignore[arg-type]
     given: dict[str, Any] = {}
     for word in words:
         key, equals, value = word.partition("=")
         key = key.strip().replace("-", "_")
         if not equals or not key:
             raise UsageError("SET", f"{word!r}", where="--set", allowed="KEY=VALUE")
-        given[key] = _value(planner, key, value.strip(), known)
+        given[key] = _value(planner, key, value.strip(), hints)
     return given
 
 
-def _value(planner: str, key: str, text: str, known: Mapping[str, Any]) -> Any:
-    if key not in known:
-        registry.make(planner, {key: None})  # raises, naming the settings there are
-        raise SettingError("SETTING", f"{planner} has no setting {key!r}")
-    options = _plain_types(known[key])
+def _value(planner: str, key: str, text: str, hints: Mapping[str, Any]) -> Any:
+    if key not in hints:
+        try:
+            registry.make(planner, {key: None})  # raises, naming the settings there are
+        except SettingError as unknown:
+            raise UsageError(
+                unknown.code, unknown.what, where="--set", allowed=unknown.allowed, todo=unknown.todo
+            ) from None
+    options = _plain_types(hints[key])
     if type(None) in options and text.lower() in ("none", "null"):
         return None
     if bool in options and text.lower() in ("true", "false"):
@@ -225,27 +259,3 @@ def _plain_types(hint: Any) -> set[type]:
     if origin in (typing.Union, types.UnionType):
         return set().union(*(_plain_types(h) for h in typing.get_args(hint)))
     return {hint} if isinstance(hint, type) else {str}
-
-
-def read_track(path: Path) -> tuple[Cell, ...]:
-    """A recorded track: a CSV with columns x and y, one row a tick.
-
-    Raises
-    ------
-    FileError : it cannot be read, has no such columns, or a row is not two whole numbers.
-    """
-    if not path.is_file():
-        raise FileError("FILE_MISSING", "no such track file", where=str(path))
-    try:
-        rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise FileError("TRACK", f"cannot be read: {error}", where=str(path)) from None
-    cells = []
-    for line, row in enumerate(rows, start=2):
-        try:
-            cells.append((int(row["x"]), int(row["y"])))
-        except (KeyError, TypeError, ValueError):
-            raise FileError(
-                "TRACK", f"{dict(row)}", where=f"{path}:{line}", allowed="columns x and y, whole numbers"
-            ) from None
-    return tuple(cells)

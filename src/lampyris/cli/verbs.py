@@ -7,123 +7,171 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lampyris.cli.request import Request, TrafficRequest
 from lampyris.errors import FileError, UsageError
 
+if TYPE_CHECKING:
+    from lampyris.cli.request import Request, TrafficRequest
+    from lampyris.maps.scenario import Scenario
+    from lampyris.model.plan import Plan
+    from lampyris.model.profile import Profile
+    from lampyris.model.trace import Trace
+
 NO_ANSWER = 4
+LAYERS = ("luciferin", "cost", "none")
 
 
-def plan(
-    request: Request,
-    explain: bool,
-    as_json: bool,
-    picture: Path | None,
-    layer: str,
-    csv: Path | None,
-    force: bool,
-) -> int:
+@dataclass(frozen=True)
+class Outputs:
+    """What is to be printed and written."""
+
+    json: bool = False
+    timing: bool = True
+    csv: Path | None = None
+    save: Path | None = None
+    force: bool = False
+    explain: bool = False
+    picture: Path | None = None
+    layer: str | None = None
+    film: Path | None = None
+
+    def check(self) -> None:
+        """Refuse at once what could not be done at the end."""
+        from lampyris.cli.request import known
+        from lampyris.maps.scenario_save import check_ending
+
+        check_outputs(self.force, self.picture, self.film, self.csv, self.save)
+        known("LAYER", "--layer", self.layer or LAYERS[0], LAYERS)
+        if self.save is not None:
+            check_ending(self.save)
+
+
+def plan(request: Request, out: Outputs) -> int:
     """``lampyris plan``. Returns the exit code."""
-    from lampyris import api
+    out.check()
+    return _plan(request.scenario(), out)
+
+
+def simulate(
+    request: Request, traffic: TrafficRequest, ticks: int | None, patience: int | None, out: Outputs
+) -> int:
+    """``lampyris simulate``. Returns the exit code."""
+    out.check()
+    scenario = request.scenario()
+    bodies = traffic.traffic(scenario.scene.grid, request.seed)
+    scene = replace(scenario.scene, traffic=bodies)
+    return _simulate(replace(scenario, scene=scene, simulated=True, ticks=ticks, patience=patience), out)
+
+
+def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) -> int:
+    """``lampyris run``. Returns the exit code."""
+    from lampyris.maps.make import MAX_CELLS
+    from lampyris.scenarios import load_scenario
+
+    out.check()
+    limit = MAX_CELLS if max_cells is None else max_cells
+    scenario = load_scenario(path, allow_outside=allow_outside, max_cells=limit)
+    of_plans = {"--explain": out.explain, "--picture": out.picture, "--layer": out.layer}
+    of_runs = {"--film": out.film}
+    for option, given in (of_plans if scenario.simulated else of_runs).items():
+        if given:
+            verb = "simulates" if scenario.simulated else "plans"
+            raise UsageError("OPTIONS", f"{option} with a scenario that {verb}", where=str(path))
+    return (_simulate if scenario.simulated else _plan)(scenario, out)
+
+
+def schema() -> int:
+    """``lampyris schema``. Returns the exit code."""
+    from lampyris.maps.scenario_file import json_schema
+
+    sys.stdout.write(json.dumps(json_schema(), indent=2) + "\n")
+    return 0
+
+
+def _plan(scenario: Scenario, out: Outputs) -> int:
+    from lampyris import scenarios
+    from lampyris.cli.request import about
     from lampyris.report.plain import plan_record
 
-    check_outputs(force, picture, csv)
-    if layer not in ("luciferin", "cost", "none"):
-        raise UsageError("LAYER", f"{layer!r}", where="--layer", allowed="luciferin, cost or none")
-    document = request.load()
-    remarks(document.notes)
-    scene = request.scene(document)
-    remarks(request.about(scene))
-    _, law = request.preset_of()
-    settings = request.planner_settings()
-    with _working(f"planning on {scene.grid.name or request.map_}", quiet=as_json):
-        found = api.plan(
-            scene, request.planner, request.seed, record=explain or picture is not None, **settings
-        )
-        profile = api.profile(found, scene, law) if found else None
-    if picture is not None:
-        from lampyris.field.solve import solve_field
-        from lampyris.report.picture import draw_plan
-
-        with _working("drawing", quiet=as_json):
-            # The field that the planner walked on, not the default one.
-            shares = {k: settings[k] for k in ("rho", "gamma") if k in settings}
-            gates = "close" if settings.get("gates") == "close" else "ignore"
-            field = solve_field(scene, gates=gates, **shares) if layer != "none" else None
-            draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=picture)
-    if csv is not None:
+    scene = scenario.scene
+    remarks((*scenario.notes, *about(scene)))
+    with _working(f"planning on {scene.grid.name or 'the map'}", quiet=out.json):
+        done: Any = scenarios.run(scenario, record=out.explain or out.picture is not None)
+    found: Plan = done.plan
+    profile: Profile | None = done.profile
+    if out.picture is not None:
+        _draw(scenario, found, profile, out, out.picture)
+    if out.csv is not None:
         if found.path is None or profile is None:
             remarks(("no path, so no CSV was written",))
         else:
             from lampyris.report.csv_out import write_plan_csv
 
-            write_plan_csv(csv, found, profile, scene.grid)
-    if as_json:
-        if not explain:
+            write_plan_csv(out.csv, found, profile, scene.grid)
+    if out.save is not None:
+        remarks(scenarios.save_scenario(scenario, out.save))
+    if out.json:
+        if not out.explain:
             # Whether a picture was drawn must not change the answer.
             found = replace(found, jumps=())
-        print_json(plan_record(found, scene, profile, seed=request.seed))
+        print_json(_timed(plan_record(found, scene, profile, seed=scenario.seed), out))
     else:
         from lampyris.cli import show
 
-        show.plan(found, scene, profile, explain=explain)
-        show.written(picture, csv)
+        show.plan(found, scene, profile, explain=out.explain)
+        show.written(out.picture, out.csv, out.save)
     return 0 if found else NO_ANSWER
 
 
-def simulate(
-    request: Request,
-    traffic: TrafficRequest,
-    ticks: int | None,
-    patience: int | None,
-    as_json: bool,
-    film: Path | None,
-    csv: Path | None,
-    force: bool,
-) -> int:
-    """``lampyris simulate``. Returns the exit code."""
-    from lampyris import api
+def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs, to: Path) -> None:
+    from lampyris.field.solve import solve_field
+    from lampyris.report.picture import draw_plan
+
+    layer, settings, scene = out.layer or LAYERS[0], scenario.settings, scenario.scene
+    with _working("drawing", quiet=out.json):
+        # The field that the planner walked on, not the default one.
+        shares = {k: settings[k] for k in ("rho", "gamma") if k in settings}
+        gates = "close" if settings.get("gates") == "close" else "ignore"
+        field = solve_field(scene, gates=gates, **shares) if layer != "none" else None
+        draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=to)
+
+
+def _simulate(scenario: Scenario, out: Outputs) -> int:
+    from lampyris import scenarios
+    from lampyris.cli.request import about
     from lampyris.report.plain import trace_record
 
-    check_outputs(force, film, csv)
-    document = request.load()
-    remarks(document.notes)
-    scene = request.scene(document)
-    remarks(request.about(scene))
-    _, law = request.preset_of()
-    settings = request.planner_settings()
-    with _counting("simulating", "ticks", quiet=as_json) as tick:
-        trace = api.simulate(
-            scene,
-            request.planner,
-            traffic.traffic(scene.grid, request.seed),
-            request.seed,
-            ticks=ticks,
-            law=law,
-            patience=patience,
-            progress=tick,
-            **settings,
-        )
-    if film is not None:
+    remarks((*scenario.notes, *about(scenario.scene)))
+    with _counting("simulating", "ticks", quiet=out.json) as tick:
+        done: Any = scenarios.run(scenario, progress=tick)
+    trace: Trace = done
+    if out.film is not None:
         from lampyris.report.animate import film as make_film
 
-        with _counting("filming", "frames", quiet=as_json) as frame:
-            make_film(trace, film, progress=frame)
-    if csv is not None:
+        with _counting("filming", "frames", quiet=out.json) as frame:
+            make_film(trace, out.film, progress=frame)
+    if out.csv is not None:
         from lampyris.report.csv_out import write_trace_csv
 
-        write_trace_csv(csv, trace)
-    if as_json:
-        print_json(trace_record(trace))
+        write_trace_csv(out.csv, trace)
+    if out.save is not None:
+        remarks(scenarios.save_scenario(scenarios.completed(scenario, trace), out.save))
+    if out.json:
+        print_json(_timed(trace_record(trace), out))
     else:
         from lampyris.cli import show
 
         show.trace(trace)
-        show.written(film, csv)
+        show.written(out.film, out.csv, out.save)
     return 0 if trace.arrived else NO_ANSWER
+
+
+def _timed(record: dict[str, Any], out: Outputs) -> dict[str, Any]:
+    """The record; without the seconds, if they are not wanted: then same call, same bytes."""
+    return record if out.timing else {**record, "timing": {}}
 
 
 def maps(name: str | None, as_json: bool) -> int:

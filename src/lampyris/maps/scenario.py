@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from lampyris.maps.scenario_faults import Document
 
 
+MAX_SEED = 2**63 - 1
+PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
+"""Moves and speed law by the name of the preset."""
+
+
 @dataclass(frozen=True, slots=True)
 class Bundled:
     """A bundled map, by its name."""

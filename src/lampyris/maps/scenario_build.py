@@ -17,7 +17,7 @@ from lampyris.maps.make import make as make_cells
 from lampyris.maps.make import recipe_named
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.ros_yaml import plain_path
-from lampyris.maps.scenario import Bundled, Made, MapFile, MapSource, Names, Scenario
+from lampyris.maps.scenario import PRESETS, Bundled, Made, MapFile, MapSource, Names, Scenario
 from lampyris.maps.scenario_faults import Document, in_order, raise_all, spot
 from lampyris.maps.text import read_text
 from lampyris.maps.tracks import MAX_BYTES, read_track
@@ -58,7 +58,7 @@ class _Build:
     def scenario(self) -> Scenario:
         """The scenario, or every mistake at once."""
         file, map_ = self.file, self.tried(("map",), self._map)
-        moves, default_law = form.PRESETS[file.preset]
+        moves, default_law = PRESETS[file.preset]
         planner, settings = _named(file.planner)
         law, law_settings = _named(file.law or default_law)
         self.tried(("planner",), self.names.planner, planner, settings)

@@ -14,17 +14,15 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field
 from pydantic_core import PydanticCustomError
 
 from lampyris.maps.load import COLOURS, VALUES
+from lampyris.maps.scenario import MAX_SEED, PRESETS
 from lampyris.maps.yaml_text import shown
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.traffic import MAX_BODIES
 
 VERSION = 1
-MAX_SEED = 2**63 - 1
 MAX_TICKS = 10**9
 MAX_SIDE = 2**24
 MAX_TEXT = 200
-PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
-"""Moves and speed law by the name of the preset."""
 
 
 @dataclass(frozen=True, slots=True)
