@@ -87,11 +87,11 @@ def _share(mask: BoolGrid, size: int) -> FloatGrid:
 
 
 def _mean(values: ByteGrid, where: BoolGrid, size: int) -> ByteGrid:
-    """The mean of the values in each block that count, rounded; 0 where none does."""
+    """The mean of each block over the cells that count, rounded; all others are 0."""
     if size == 1:
         return values
     count = _in_blocks(where, size, False).sum(axis=(1, 3), dtype=np.int64)
-    total = _in_blocks(np.where(where, values, 0), size, 0).sum(axis=(1, 3), dtype=np.int64)
+    total = _in_blocks(values, size, 0).sum(axis=(1, 3), dtype=np.int64)
     mean: ByteGrid = ((2 * total + count) // np.maximum(2 * count, 1)).astype(np.uint8)
     return mean
 
