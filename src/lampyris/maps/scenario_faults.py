@@ -28,6 +28,8 @@ _TYPES = {
     "model_type": "is not a table",
     "model_attributes_type": "is not a table",
 }
+_TAG_AT: Mapping[str | int, int] = {"map": 1, "start": 1, "goal": 1, "planner": 1, "law": 1, "obstacles": 2}
+"""Where in pydantic's place of a mistake the tag of a union stands, by the first step."""
 _NO_KIND = {"map": "MAP", "obstacles": "OBSTACLE_KIND"}
 
 
@@ -58,13 +60,13 @@ def spot(document: Document, way: Where) -> str:
     return f"{document.at(*way)}: {_short(pointer(way))}" if way else document.at()
 
 
-def raise_all(faults: Sequence[LampyrisError]) -> NoReturn:
-    """Raise the first; the others are its notes (``__notes__``), a line each."""
+def raise_all(faults: Sequence[LampyrisError], total: int = 0) -> NoReturn:
+    """Raise the first; the others are its notes (``__notes__``), a line each, those above 20 a number."""
     first = faults[0]
     for other in faults[1:MOST]:
         first.add_note(str(other))
-    if len(faults) > MOST:
-        first.add_note(f"and {plural(len(faults) - MOST, 'mistake')} more")
+    if (more := max(total, len(faults)) - MOST) > 0:
+        first.add_note(f"and {more:,} more")
     raise first
 
 
@@ -79,7 +81,7 @@ def in_order(document: Document, faults: Iterable[LampyrisError]) -> list[Lampyr
 
 
 def faults_of(document: Document, problem: ValidationError) -> list[LampyrisError]:
-    """Every mistake of a scenario as an error of ours, in the order of the file."""
+    """The mistakes of a scenario, the first hundred, as errors of ours in the order of the file."""
     found = problem.errors(include_url=False)
     return in_order(document, [_fault(document, one) for one in found[: 5 * MOST]])
 
@@ -120,8 +122,8 @@ def _resolve(loc: Iterable[str | int], data: Any) -> tuple[Where, type[Table], R
     table: type[Table] = ScenarioFile
     way: list[str | int] = []
     rule: Rule | None = None
-    for step in loc:
-        if step in TAGS:
+    for k, step in enumerate(loc):
+        if step in TAGS and k and k == _TAG_AT.get(way[0]):  # a key of the file may be called so, too
             table = TAGS[str(step)] or table
             continue
         way.append(step)
