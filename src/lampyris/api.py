@@ -16,7 +16,7 @@ import numpy as np
 from lampyris import referee
 from lampyris.errors import SettingError
 from lampyris.field.gates import find_gates
-from lampyris.field.layers import free_cells, free_space, moves_for
+from lampyris.field.layers import clearance, free_cells, free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
@@ -84,7 +84,8 @@ def plan(
     session = chosen.open(scene, np.random.default_rng(_seed(seed)), record=record)
     found = session.plan(None, budget)
     planned = time.perf_counter()
-    found = _told_of_size(assess(found, scene), scene)
+    found = assess(found, scene)
+    found = replace(found, detail=_of_size(found, scene))
     assessed = time.perf_counter()
     referee.demand(referee.check_plan(found, scene))
     ended = time.perf_counter()
@@ -125,11 +126,17 @@ def assess(found: Plan, scene: Scene) -> Plan:
     )
 
 
-def _told_of_size(found: Plan, scene: Scene) -> Plan:
-    """The same plan; a "no path" for a robot with a radius says that its size is part of the reason."""
-    if found.status is not Status.NO_PATH or scene.robot.radius == 0:
-        return found
-    return replace(found, detail=f"{found.sentence} The robot's radius is {scene.robot.radius:g} m.")
+def _of_size(found: Plan | Trace, scene: Scene) -> str:
+    """The sentence of an answer, with the robot's size where that is part of why there is no way."""
+    word, radius = (found.status if isinstance(found, Plan) else found.outcome).value, scene.robot.radius
+    for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):
+        if word == f"{what}-occupied" and not scene.grid.blocked[y, x]:
+            metres = float(clearance(scene.grid)[y, x])
+            where = f"({x}, {y}) is free, but {metres:.3g} m from a wall"
+            return f"The {what} {where}; the robot's radius is {radius:g} m."
+    if word == Status.NO_PATH.value and radius > 0:
+        return f"{found.sentence} The robot's radius is {radius:g} m."
+    return found.detail
 
 
 def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
@@ -205,7 +212,8 @@ def simulate(
     )
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
-    return replace(trace, timing={**trace.timing, "referee_s": time.perf_counter() - began})
+    timing = {**trace.timing, "referee_s": time.perf_counter() - began}
+    return replace(trace, detail=_of_size(trace, scene), timing=timing)
 
 
 def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
