@@ -16,15 +16,17 @@ Rules for kernel source
 * unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed; and
   numba turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write
   ``u64(1)``);
-* a kernel may call other kernels of its own file only: numba's disk cache notices a changed file, not a
-  changed callee elsewhere.
+* a kernel may call other kernels, of its own file or imported by name. numba's disk cache notices a changed
+  file, not a changed callee elsewhere; so what is kept on disk is named after the other files, too.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from types import FunctionType
 from typing import Any
 
@@ -127,7 +129,25 @@ def _compile(k: Kernel) -> Callable[..., Any]:
 
     # The compiled form must see compiled callees, a real u64 and a real fetch.
     twin = _twin(k, lambda callee: callee.compiled(), {u64: np.uint64, fetch: _prefetch()})
-    return numba.njit(cache=_cache_works(k), nogil=True, fastmath=False)(twin)
+    keep = _cache_works(k)
+    elsewhere = {callee.plain.__code__.co_filename for callee in _callees(k)} - {k.plain.__code__.co_filename}
+    if keep and elsewhere:
+        content = b"".join(Path(name).read_bytes() for name in sorted(elsewhere))
+        twin.__qualname__ += f"_{hashlib.sha256(content).hexdigest()[:16]}"
+    return numba.njit(cache=keep, nogil=True, fastmath=False)(twin)
+
+
+def _callees(k: Kernel) -> set[Kernel]:
+    """The kernels that a kernel calls, and those that they call."""
+    found: set[Kernel] = set()
+    ahead = [k]
+    while ahead:
+        plain = ahead.pop().plain
+        known = plain.__globals__
+        fresh = {c for name in plain.__code__.co_names if isinstance(c := known.get(name), Kernel)} - found
+        found |= fresh
+        ahead += fresh
+    return found
 
 
 @cache
