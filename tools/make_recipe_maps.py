@@ -233,7 +233,7 @@ def measured(entry: dict[str, Any], grid: Grid, name: str) -> dict[str, Any]:
     }
     if grid.terrain is not None:
         used = grid.terrain[grid.terrain > 0]
-        facts["terrain"] = {"cells": len(used), "least": int(used.min()), "most": int(used.max())}
+        facts["terrain"] = {"cells": len(used), "lowest": int(used.min()), "highest": int(used.max())}
     head = {k: entry[k] for k in ("file", "title", "description")}
     return {**head, **facts, "recipe": entry["recipe"], "queries": queries}
 

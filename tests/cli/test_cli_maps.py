@@ -62,6 +62,18 @@ def test_a_name_is_shown_with_or_without_the_word() -> None:
     assert len(one["queries"][0]["octile"]) == 2
 
 
+def test_terrain_is_told() -> None:
+    line = next(line for line in run().stdout.splitlines() if line.startswith(" hills-100 "))
+    assert "62%, 5x" in line
+    plain = run("hills-100").stdout
+    assert "62.2% of the free cells, 1.8 to 5 times as dear as plain ground" in plain
+    one = record("hills-100")
+    assert one["terrain"] == {"cells": 5623, "lowest": 50, "highest": 252}
+    straights, diagonals = one["queries"][0]["weighed"]
+    assert f" {(straights + diagonals * 2**0.5) / 63:.2f} " in plain
+    assert record("guide")["terrain"] is None
+
+
 def test_recipes_are_listed_with_ranges() -> None:
     listed = {r["name"]: r for r in record("recipes")["recipes"]}
     assert set(listed) == set(RECIPES)

@@ -104,8 +104,8 @@ def test_described_as_it_is(name: str) -> None:
     assert info.gates == gate.sum()
     if (terrain := found.grid.terrain) is not None:
         assert info.terrain is not None
-        assert info.terrain.share == (terrain > 0).sum() / (~blocked).sum()
-        assert (info.terrain.least, info.terrain.most) == (terrain[terrain > 0].min(), terrain.max())
+        assert info.terrain.cells == (terrain > 0).sum()
+        assert (info.terrain.lowest, info.terrain.highest) == (terrain[terrain > 0].min(), terrain.max())
     assert found.queries == info.queries
     assert found.notes == ()
     assert (found.start, found.goal) == (info.queries[0].start, info.queries[0].goal)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from rich.text import Text
 
 from lampyris.maps.library import MapInfo
 from lampyris.maps.recipes.recipe import Recipe
+from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
@@ -144,14 +144,26 @@ def trace(run: Trace) -> None:
 def maps(rows: Sequence[MapInfo]) -> None:
     """The bundled maps, a line each."""
     table = Table(title="bundled maps", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for name in ("name", "size", "free", "gates", "queries", "what it is"):
-        right = name in ("size", "free", "gates", "queries")
+    for name in ("name", "size", "free", "terrain", "gates", "what it is"):
+        right = name in ("size", "free", "terrain", "gates")
         table.add_column(name, justify="right" if right else "left", no_wrap=name != "what it is")
     for r in rows:
         size = f"{r.width} x {r.height}"
-        table.add_row(r.name, size, f"{r.free:.0%}", str(r.gates), str(len(r.queries)), r.title)
+        table.add_row(r.name, size, f"{r.free:.0%}", _terrain(r)[0], str(r.gates), r.title)
     _console().print(table)
     _console().print(Text("lampyris maps NAME says more of one; lampyris maps make RECIPE makes others."))
+
+
+def _terrain(row: MapInfo) -> tuple[str, str]:
+    """What there is to say of a map's terrain, shortly and in full: how much there is, what it costs."""
+    if row.terrain is None:
+        return "", ""
+    share = row.terrain.cells / (row.width * row.height * row.free)
+    low, high = (
+        f"{(TERRAIN_UNIT + c) / TERRAIN_UNIT:.2g}" for c in (row.terrain.lowest, row.terrain.highest)
+    )
+    full = f"{share:.1%} of the free cells, {low} to {high} times as dear as plain ground"
+    return f"{share:.0%}, {high}x", full
 
 
 def map_(row: MapInfo) -> None:
@@ -166,13 +178,15 @@ def map_(row: MapInfo) -> None:
     ]
     if row.recipe:
         rows.insert(-1, ("recipe", row.recipe))
+    if row.terrain is not None:
+        rows.insert(2, ("terrain", _terrain(row)[1]))
     console.print(_facts(row.name, rows))
     table = Table(title="stored queries", title_justify="left")
-    for name in ("start", "goal", "shortest, octile", "gates on every optimal way"):
+    for name in ("start", "goal", "best cost, octile", "gates on every optimal way"):
         table.add_column(name)
     for q in row.queries:
-        length = "-" if q.octile is None else f"{q.octile[0] + q.octile[1] * math.sqrt(2):.2f}"
-        table.add_row(str(q.start), str(q.goal), length, "-" if q.gates is None else str(q.gates))
+        cost = "-" if q.cost is None else f"{q.cost:.2f}"
+        table.add_row(str(q.start), str(q.goal), cost, "-" if q.gates is None else str(q.gates))
     console.print(table)
 
 

@@ -31,13 +31,13 @@ class TerrainInfo:
 
     Parameters
     ----------
-    share : of the free cells that are not plain ground, 0 to 1.
-    least, most : the lowest and the highest value among them, 1 to 252.
+    cells : how many free cells are not plain ground.
+    lowest, highest : values among them, 1 to 252.
     """
 
-    share: float
-    least: int
-    most: int
+    cells: int
+    lowest: int
+    highest: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +103,6 @@ def describe(name: str) -> MapInfo:
     entry = _entry(name)
     cells = entry["width"] * entry["height"]
     terrain = entry.get("terrain")
-    if terrain is not None:
-        share = terrain["cells"] / (cells - entry["blocked"])
-        terrain = TerrainInfo(share, terrain["least"], terrain["most"])
     return MapInfo(
         name,
         entry["title"],
@@ -117,7 +114,7 @@ def describe(name: str) -> MapInfo:
         _queries(entry),
         _recipe_words(entry["recipe"]),
         entry["hash"],
-        terrain,
+        None if terrain is None else TerrainInfo(**terrain),
     )
 
 
