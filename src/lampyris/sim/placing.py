@@ -34,6 +34,7 @@ class Placing:
         ]
         self._shapes: dict[float, Shape] = {}
         self._regions: dict[float, BoolGrid] = {}
+        self._held: list[int] = []
         kept_clear = np.zeros((scene.grid.height, scene.grid.width), dtype=np.bool_)
         for end in (scene.start, scene.goal):
             for c in world.robot_shape.cover(world.space.number(end)):
@@ -57,9 +58,10 @@ class Placing:
             self._shapes[radius] = body_shape(self.scene, self.space, radius, self._kept_clear)
         return self._shapes[radius]
 
-    def hold(self, shape: Shape, number: int) -> None:
-        """Keep a place."""
+    def hold(self, k: int, shape: Shape, number: int) -> None:
+        """Keep a place for specification k."""
         self.trial.add(shape, number)
+        self._held.append(k)
 
     def patrol(self, k: int, spec: Patrol) -> list[int]:
         """The route of a patrol through all its waypoints."""
@@ -89,13 +91,14 @@ class Placing:
         cover = shape.cover(route[0])
         if self.trial.robot_cover.intersection(cover):
             raise SceneError("OBSTACLE_START", f"obstacle {k} is on the robot at t = 0, {spec.waypoints[0]}")
-        if any(c in self.trial.taken for c in cover):
+        other = next((self.trial.taken[c] for c in cover if c in self.trial.taken), None)
+        if other is not None:
             raise SceneError(
                 "OBSTACLE_OVERLAP",
-                f"obstacle {k} meets another at {spec.waypoints[0]}, t = 0",
+                f"obstacles {self._held[other]} and {k} are in one cell at {spec.waypoints[0]}, t = 0",
                 allowed="first waypoints that are apart",
             )
-        self.hold(shape, route[0])
+        self.hold(k, shape, route[0])
         return route
 
     def crossing(self, k: int, spec: Crossing) -> list[list[int]]:
@@ -111,7 +114,7 @@ class Placing:
             route = self._draw_route(shape, sides, rng)
             if route is None:
                 raise self._full(k, "crossing obstacles", len(routes), spec.count)
-            self.hold(shape, route[0])
+            self.hold(k, shape, route[0])
             routes.append(route)
         return routes
 
@@ -143,7 +146,7 @@ class Placing:
                 break
             number = int(each)
             if self.trial.fits(shape, number):
-                self.hold(shape, number)
+                self.hold(k, shape, number)
                 found.append(number)
         if len(found) < spec.count:
             raise self._full(k, "random walkers", len(found), spec.count)

@@ -201,7 +201,7 @@ def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
     for k, spec in enumerate(specs):
         if isinstance(spec, Recorded):
             places[k] = [[world.space.number(spec.track[0])]]
-            plans.hold(plans.shape(spec.radius), places[k][0][0])
+            plans.hold(k, plans.shape(spec.radius), places[k][0][0])
     for k, spec in enumerate(specs):
         if isinstance(spec, Patrol):
             places[k] = [plans.patrol(k, spec)]
