@@ -173,7 +173,7 @@ def read_scenario(
     try:
         file = ScenarioFile.model_validate(said.data)
     except ValidationError as problem:
-        raise_all(faults_of(said, problem))
+        raise_all(faults_of(said, problem), problem.error_count())
     return build(said, file, names, allow_outside, max_cells)
 
 

@@ -51,7 +51,7 @@ class _Build:
     ) -> None:
         self.said, self.file, self.names = said, file, names
         self.allow_outside, self.max_cells = allow_outside, max_cells
-        self.folder = os.path.dirname(said.where) or "."
+        self.folder = os.path.dirname(said.where)
         self.faults: list[LampyrisError] = []
         self.notes: list[str] = []
 
@@ -159,7 +159,7 @@ class _Build:
                 allowed="a path with / between its parts; no address, drive, pipe or share",
             )
         path = os.path.join(self.folder, os.path.normpath(name))
-        inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder))
+        inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder or "."))
         if not (inside or self.allow_outside):
             raise FileError(
                 "PATH_OUTSIDE",
@@ -196,7 +196,8 @@ class _Build:
     def _traffic(self, grid: Grid | None, robot: Robot) -> tuple[Traffic, ...]:
         made: list[Traffic] = []
         for k, spec in enumerate(self.file.obstacles):
-            for one in self.tried(("obstacles", k), self._obstacle, spec, k, grid, robot) or ():
+            # One that cannot be made keeps its place, so that the others are called by theirs.
+            for one in self.tried(("obstacles", k), self._obstacle, spec, k, grid, robot) or (RandomWalk(0),):
                 if grid is not None:
                     self.tried(("obstacles", k), check_obstacle, grid, len(made), one)
                 made.append(one)
