@@ -381,5 +381,19 @@ TABLES: dict[str, type[Table]] = {"robot": RobotTable, "simulate": SimulateTable
 
 def json_schema() -> dict[str, Any]:
     """The JSON Schema of scenario files."""
-    made = ScenarioFile.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made, "title": "lampyris scenario"}
+    made = _untitled(ScenarioFile.model_json_schema())
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "lampyris scenario",
+        "description": made.pop("description"),
+        **made,
+    }
+
+
+def _untitled(schema: Any) -> Any:
+    """A schema without the titles that pydantic makes of the names of fields and classes."""
+    if isinstance(schema, list):
+        return [_untitled(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {k: _untitled(v) for k, v in schema.items() if not (k == "title" and isinstance(v, str))}
