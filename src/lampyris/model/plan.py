@@ -78,6 +78,8 @@ class Plan:
     expansions : cells it expanded.
     commit : steps to drive before asking again (None: the whole path). AD-GSO decides at each jump.
     jumps : AD-GSO's record, when asked for.
+    best_by_iteration : a swarm's record, when asked for: the fitness of its best answer so far, in cells,
+        after each iteration (infinity before there is one); it never rises.
     gates_met : cells at which the ``replan`` gate policy sealed a gate and planned anew.
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
@@ -95,6 +97,7 @@ class Plan:
     expansions: int = 0
     commit: int | None = None
     jumps: tuple[Jump, ...] = ()
+    best_by_iteration: tuple[float, ...] = ()
     gates_met: tuple[Cell, ...] = ()
     optimal_exact: int | None = None
     sum_cost_to_go: float | None = None

@@ -1,0 +1,199 @@
+"""MMAS-D*: a max-min ant system led by the exact cost-to-go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lampyris.errors import LimitError
+from lampyris.planners import swarm_settings as check
+from lampyris.planners.swarm_ground import Ground, Ints
+from lampyris.planners.swarm_session import Decode, SwarmPlanner, Task
+from lampyris.planners.swarm_ways import Ways
+from lampyris.swarm.box import Values
+from lampyris.swarm.glowworm import roulette
+from lampyris.swarm.loop import Swarm
+
+MAX_TRAILS = 2**25
+"""Steps a map may have: pheromone takes 8 bytes each."""
+
+
+@dataclass(frozen=True, slots=True)
+class MmasDstar(SwarmPlanner):
+    """Max-min ant system over the steps of the map, with D*'s cost-to-go as heuristic.
+
+    Each ant walks from the start, never to a cell where it has been, until it reaches the goal or is stuck.
+    From a cell it takes step k with probability in proportion to ``tau_k eta_k^beta``.
+
+    Published (Stuetzle and Hoos, "MAX-MIN ant system", FGCS 16(8), 2000): after each round all pheromone
+    ``tau`` shrinks by ``rho``, the best ant alone adds ``1/C``, C its fitness, and tau is kept between
+    ``tau_min = tau_max / spread`` and ``tau_max = 1 / (rho C_best)``; it begins at tau_max and goes back
+    there after ``patience`` rounds without a better way. That D*'s costs lead the ants is Hasan's (Res. J.
+    Appl. Sci. 11(10), 2016), whose formulas could not be found.
+
+    Ours: ``eta = 1 / (1 + rise)``, where the rise of a step, in cells, is its cost plus the cost-to-go at its
+    end minus that at its beginning: 0 on a cheapest way. With ``guide = "cost"`` it is 1 / (1 + cost-to-go at
+    its end), which hardly tells far cells apart. Every other round the best ant of all adds, not that of the
+    round. The number of ants is ``swarm``.
+
+    Parameters
+    ----------
+    rho : evaporation, > 0 to 1.
+    beta : weight of the heuristic, 0 to 20.
+    spread : tau_max / tau_min, 1 to 1e6.
+    patience : rounds without a better way after which pheromone begins anew, 1 to 100,000.
+    guide : ``rise`` or ``cost``.
+    """
+
+    rho: float = 0.1
+    beta: int = 3
+    spread: float = 50.0
+    patience: int = 15
+    guide: str = "rise"
+
+    name: ClassVar[str] = "mmas-dstar"
+    summary: ClassVar[str] = "Max-min ant system led by D*'s cost-to-go"
+    source: ClassVar[str] = (
+        "Stuetzle and Hoos 2000: MMAS. D* costs as the ants' guide after Hasan 2016, formulas not found: the "
+        "heuristic by rise is ours."
+    )
+
+    def __post_init__(self) -> None:
+        SwarmPlanner.__post_init__(self)
+        check.number(self.name, "rho", self.rho, 1e-6, 1.0)
+        check.whole(self.name, "beta", self.beta, 0, 20)
+        check.number(self.name, "spread", self.spread, 1.0, 1e6)
+        check.whole(self.name, "patience", self.patience, 1, 100_000)
+        check.one_of(self.name, "guide", self.guide, ("rise", "cost"))
+
+    def begin(self, task: Task, rng: np.random.Generator) -> tuple[Swarm[Any], Decode]:
+        """See :meth:`SwarmPlanner.begin`.
+
+        Raises
+        ------
+        LimitError : a map whose pheromone would not fit into memory.
+        """
+        trails = task.ground.free.size * len(task.ground.jump)
+        if trails > MAX_TRAILS:
+            raise LimitError("LIMIT", f"{trails} steps with pheromone", allowed=f"at most {MAX_TRAILS}")
+        return _Ants(self, task, rng), lambda ways: ways
+
+
+class _Ants:
+    """One run of the ant system: asked, it says whole ways."""
+
+    def __init__(self, settings: MmasDstar, task: Task, rng: np.random.Generator) -> None:
+        ground = task.ground
+        self._settings = settings
+        self._ground = ground
+        self._rng = rng
+        self._start = int(ground.flat(task.start))
+        self._goal = int(ground.flat(np.array(ground.scene.goal)))
+        self._steps = len(ground.jump)
+        self._tau = np.ones(ground.free.size * self._steps)
+        self._seen = np.zeros((settings.swarm, ground.free.size), dtype=np.bool_)
+        unit = float(ground.moves.unit)
+        self._scale = unit
+        self._longest = 3 * int(task.best_possible / min(ground.moves.costs)) + 20
+        self._best: tuple[float, Ints] | None = None
+        self._seed = None if task.seed is None else self._written(ground, ground.flat(task.seed))
+        self._asked: Ways
+        self._stale = self._round = 0
+
+    @staticmethod
+    def _written(ground: Ground, flat: Ints) -> tuple[Ints, Ints]:
+        """A way, given as flat cells, as the cells left and the steps taken."""
+        number = {int(j): k for k, j in enumerate(ground.jump)}
+        return flat[:-1], np.array([number[int(j)] for j in np.diff(flat)], dtype=np.int64)
+
+    def ask(self) -> Ways:
+        """The ways of all ants, that of ant 0 being the seed in the first round."""
+        walks = self._walk()
+        if self._round == 0 and self._seed is not None:
+            walks[0] = (*self._seed, 0)
+        many = [len(at) for at, _, _ in walks]
+        at, step = (np.concatenate([w[i] for w in walks]).astype(np.int64) for i in (0, 1))
+        first = np.concatenate(([0], np.cumsum(many))).astype(np.int64)
+        missing = np.array([w[2] for w in walks], dtype=np.int64)
+        self._asked = Ways(first, at, step, np.ones(at.size, dtype=np.bool_), missing)
+        return self._asked
+
+    def tell(self, values: Values) -> None:
+        """Take in minus the fitness of each way; evaporate, let the best ant add, keep within the limits."""
+        s, ways = self._settings, self._asked
+        self._round += 1
+        self._stale += 1
+        arrived = np.flatnonzero(ways.missing == 0)
+        if not arrived.size:
+            return
+        k = int(arrived[values[arrived].argmax()])
+        way = ways[k]
+        now = (-float(values[k]), way.at * self._steps + way.step)
+        anew = self._best is None or self._stale > s.patience
+        if self._best is None or now[0] < self._best[0]:
+            self._best, self._stale = now, 0
+        most = 1.0 / (s.rho * self._best[0])
+        if anew:
+            self._tau.fill(most)
+            self._stale = 0
+        cost, trail = self._best if self._round % 2 == 0 else now
+        self._tau *= 1.0 - s.rho
+        self._tau[trail] += 1.0 / cost
+        np.minimum(np.maximum(self._tau, most / s.spread, out=self._tau), most, out=self._tau)
+
+    def _walk(self) -> list[tuple[Ints, Ints, int]]:
+        """Every ant's walk: cells left, steps taken, and how many steps it falls short of the goal."""
+        ants, ground = self._settings.swarm, self._ground
+        here = np.full(ants, self._start, dtype=np.int64)
+        on_way = np.arange(ants)
+        self._seen[:, self._start] = True
+        left: list[Ints] = []
+        taken: list[Ints] = []
+        who: list[Ints] = []
+        for _ in range(self._longest):
+            weights = self._weights(on_way, here[on_way])
+            chosen = roulette(weights, self._rng.random(on_way.size))
+            goes = weights[np.arange(on_way.size), chosen] > 0.0
+            on_way, step = on_way[goes], chosen[goes].astype(np.int64)
+            left.append(here[on_way])
+            taken.append(step)
+            who.append(on_way)
+            here[on_way] = here[on_way] + ground.jump[step]
+            self._seen[on_way, here[on_way]] = True
+            on_way = on_way[here[on_way] != self._goal]
+            if not on_way.size:
+                break
+        return self._gathered(here, np.concatenate(left), np.concatenate(taken), np.concatenate(who))
+
+    def _weights(self, ants: Ints, here: Ints) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """tau eta^beta of every step of some ants, (n, steps); 0 where it may not be made."""
+        ground, s = self._ground, self._settings
+        at = np.repeat(here[:, np.newaxis], self._steps, axis=1)
+        step = np.broadcast_to(np.arange(self._steps), at.shape)
+        there = at + ground.jump
+        may = ground.legal(at, step) & ~self._seen[ants[:, np.newaxis], there]
+        cost = ground.to_go[there]
+        if s.guide == "rise":
+            cost = cost + ground.plain(step) + ground.toll(at, step) - ground.to_go[at]
+        eta = 1.0 / (1.0 + np.where(may, cost, 0) / self._scale)
+        weights = np.where(may, self._tau[at * self._steps + step], 0.0)
+        for _ in range(s.beta):
+            weights = weights * eta
+        return weights
+
+    def _gathered(self, last: Ints, left: Ints, taken: Ints, who: Ints) -> list[tuple[Ints, Ints, int]]:
+        """The walks ant by ant; the cells they saw are forgotten."""
+        ground, walks = self._ground, []
+        self._seen[:, self._start] = False
+        self._seen[who, left + ground.jump[taken]] = False
+        order = np.argsort(who, kind="stable")
+        left, taken = left[order], taken[order]
+        ends = np.searchsorted(who[order], np.arange(self._settings.swarm + 1))
+        for k in range(self._settings.swarm):
+            own = slice(ends[k], ends[k + 1])
+            short = int(ground.to_go[last[k]]) // int(self._scale)
+            arrived = int(last[k]) == self._goal
+            walks.append((left[own], taken[own], 0 if arrived else max(short, 1)))
+        return walks

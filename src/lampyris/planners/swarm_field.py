@@ -1,0 +1,59 @@
+"""The artificial potential field over a ground, as a push on waypoints."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.planners.swarm_ground import Ground
+from lampyris.planners.swarm_session import Task
+from lampyris.planners.swarm_ways import Encoding
+from lampyris.swarm.box import Points
+from lampyris.swarm.particle import Push
+
+NEAREST = 0.25
+"""Distance to a wall, in cells, below which the potential rises no more: that of a blocked cell."""
+
+
+def push_of(task: Task, encoding: Encoding, attract: float, repel: float, reach: float) -> Push:
+    """What the field adds to the speeds of particles.
+
+    Parameters
+    ----------
+    attract : share of the way to the middle of its two neighbours.
+    repel, reach : eta and d0 of the repulsion, cells.
+    """
+    away = repulsion(task.ground, repel, reach).reshape(-1, 2)
+    width = int(encoding.size[0])
+    ends = np.stack((task.start, np.array(task.ground.scene.goal))) + 0.5
+
+    def push(particles: Points) -> Points:
+        at = encoding.places(particles)
+        n, k = at.shape[:2]
+        row = np.empty((n, k + 2, 2))
+        row[:, 0], row[:, 1:-1], row[:, -1] = ends[0], at, ends[1]
+        force = attract * (0.5 * (row[:, :-2] + row[:, 2:]) - at)
+        cell = np.minimum(np.floor(at).astype(np.int64), encoding.size - 1)
+        force = force + away[cell[..., 1] * width + cell[..., 0]]
+        return encoding.spread(force)
+
+    return push
+
+
+def repulsion(ground: Ground, eta: float, reach: float) -> NDArray[np.float64]:
+    """Push from walls at each cell, float64 (height, width, 2), cells an iteration; none exceeds one cell.
+
+    It is minus the central difference of ``U = eta / 2 (1/d - 1/d0)^2``, d the distance to the nearest wall.
+    In a blocked cell, where U is flat, it leads to the nearest cell from which the goal can be reached.
+    """
+    grid = ground.scene.grid
+    d = np.maximum(np.minimum(ground.room, reach), NEAREST)
+    rise = 1.0 / d - 1.0 / reach
+    potential = np.pad(0.5 * eta * rise * rise, 1, mode="edge")
+    force = np.empty((*grid.blocked.shape, 2))
+    force[..., 0] = 0.5 * (potential[1:-1, :-2] - potential[1:-1, 2:])
+    force[..., 1] = 0.5 * (potential[:-2, 1:-1] - potential[2:, 1:-1])
+    ys, xs = np.nonzero(grid.blocked)
+    here = np.stack((xs, ys), axis=1)
+    force[ys, xs] = ground.cells(ground.nearest[ground.flat(here)]) - here
+    return np.minimum(np.maximum(force, -1.0), 1.0)
