@@ -238,18 +238,18 @@ def solve_all(name: str, planners: dict[str, dict[str, str]], count: int | None 
         assert api.plan(scene, next(iter(planners)), record=False).path is not None, query
 
 
-@pytest.mark.parametrize("name", [n for n in SMALL if n not in WEIGHTED])
+@pytest.mark.parametrize("name", SMALL)
 def test_every_query_of_the_small_maps_by_every_planner(name: str) -> None:
     solve_all(name, {"astar": {}, "dijkstra": {}, "ad-gso": {"choice": "exact"}})
 
 
-@pytest.mark.parametrize("name", [n for n in LARGE if n not in WEIGHTED])
+@pytest.mark.parametrize("name", LARGE)
 def test_the_first_query_of_the_large_maps(name: str) -> None:
     solve_all(name, {"astar": {}}, 1)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", [n for n in LARGE if n not in WEIGHTED])
+@pytest.mark.parametrize("name", LARGE)
 def test_every_query_of_the_large_maps_by_every_planner(name: str) -> None:
     solve_all(name, {"astar": {}, "dijkstra": {}, "ad-gso": {"choice": "exact"}})
 
