@@ -70,6 +70,13 @@ class Frame:
         p = self.pad
         return frozen(flat.reshape(self.rows, self.width)[p : self.rows - p, p : self.width - p])
 
+    def lay(self, values: NDArray[Any], dtype: Any) -> NDArray[Any]:
+        """A map copied into the frame, flat, with zeros around it."""
+        flat = np.zeros(self.size, dtype=dtype)
+        p = self.pad
+        flat.reshape(self.rows, self.width)[p : self.rows - p, p : self.width - p] = values
+        return flat
+
     def table(self, moves: Moves) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Index offsets of each step's end and of the two cells that must be free besides."""
         return _table(moves.offsets, moves.corner_cutting, self.width)

@@ -25,6 +25,26 @@ def edited(scene: Scene, change: Change) -> Scene:
     SceneError : the robot or a changed cell is outside the map.
     """
     grid = scene.grid
+    require_inside(grid, change)
+    if not (change.blocked or change.freed or change.terrain):
+        return scene
+    walls = grid.blocked.copy()
+    unknown = None if grid.unknown is None else grid.unknown.copy()
+    for cells, blocked in ((change.freed, False), (change.blocked, True)):
+        for x, y in cells:
+            walls[y, x] = blocked
+            if unknown is not None:
+                unknown[y, x] = False
+    return replace(scene, grid=replace(grid, blocked=walls, unknown=unknown, terrain=_graded(grid, change)))
+
+
+def require_inside(grid: Grid, change: Change) -> None:
+    """Refuse a Change that names cells outside the map.
+
+    Raises
+    ------
+    SceneError : the robot or a changed cell is outside the map.
+    """
     robot = () if change.robot is None else (change.robot,)
     graded = tuple(cell for cell, _ in change.terrain)
     given = (("robot", robot), ("blocked", change.blocked), ("freed", change.freed), ("terrain", graded))
@@ -37,16 +57,6 @@ def edited(scene: Scene, change: Change) -> Scene:
                     where=f"change.{what}",
                     allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
                 )
-    if not (change.blocked or change.freed or change.terrain):
-        return scene
-    walls = grid.blocked.copy()
-    unknown = None if grid.unknown is None else grid.unknown.copy()
-    for cells, blocked in ((change.freed, False), (change.blocked, True)):
-        for x, y in cells:
-            walls[y, x] = blocked
-            if unknown is not None:
-                unknown[y, x] = False
-    return replace(scene, grid=replace(grid, blocked=walls, unknown=unknown, terrain=_graded(grid, change)))
 
 
 def _graded(grid: Grid, change: Change) -> ByteGrid | None:
