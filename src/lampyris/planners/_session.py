@@ -6,13 +6,14 @@ import time
 from dataclasses import replace
 
 from lampyris.field.layers import free_space, moves_for
-from lampyris.kernels.search import EXHAUSTED, FOUND, LIMIT
+from lampyris.kernels.search import LIMIT
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._graph import GridSearch
 from lampyris.planners._terrain_graph import TerrainSearch, search_of
+from lampyris.planners._why_not import why_not
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
 
@@ -90,31 +91,13 @@ class GraphSession:
                 optimal_exact=None if change.obstacles else path.exact,
             )
         if answer.ending == LIMIT:
-            return self._failed(Status.LIMIT, answer.expansions)
-        return self._why_not(answer.expansions, budget, bool(closed))
-
-    def _why_not(self, spent: int, budget: int | None, among_obstacles: bool) -> Plan:
-        """Whether walls or moving obstacles close the way, and how much is left on either side."""
-        start, goal = self._robot, self._scene.goal
-
-        def left() -> int | None:
-            return None if budget is None else budget - spent
-
-        here = spent
-        if among_obstacles:
-            static = self._search.way(start, goal, left())
-            spent += static.expansions
-            if static.ending == LIMIT:
-                return self._failed(Status.LIMIT, spent)
-            if static.ending == FOUND:
-                why = "No path for now: walls leave a way, moving obstacles close it."
-                return self._failed(Status.HEMMED_IN, spent, why)
-            here = static.expansions
-        there = self._search.region(goal, left())
-        spent += there.expansions
-        size = f"{there.expansions}" if there.ending == EXHAUSTED else f"over {there.expansions}"
-        regions = f"start region {here} cells, goal region {size} cells"
-        return self._failed(Status.NO_PATH, spent, f"{Status.NO_PATH.sentence[:-1]} ({regions}).")
-
-    def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
-        return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)
+            return Plan(Status.LIMIT, self._name, iterations=1, expansions=answer.expansions)
+        return why_not(
+            self._name,
+            self._search,
+            start,
+            goal,
+            spent=answer.expansions,
+            budget=budget,
+            here=None if closed else answer.expansions,
+        )
