@@ -22,6 +22,8 @@ FloatGrid: TypeAlias = NDArray[np.float64]
 """float64, (height, width)."""
 Cells: TypeAlias = NDArray[np.int32]
 """int32, (n, 2): x (column), y (row)."""
+Ticks: TypeAlias = NDArray[np.int64]
+"""int64, (n,): ticks of the simulation."""
 Floats: TypeAlias = NDArray[np.float64]
 """float64, (n,)."""
 Cell: TypeAlias = tuple[int, int]

@@ -8,6 +8,27 @@ from lampyris.typing import Cell
 
 
 @dataclass(frozen=True, slots=True)
+class Seen:
+    """A moving obstacle with all that is known of where it was and will be.
+
+    Parameters
+    ----------
+    body : its number; the same obstacle keeps it.
+    track : its cells at the ticks ``since``, ``since + 1``, ...; at least one.
+    since : the tick of the first.
+    period : what comes after the track's end: None, nothing is known; n, its last n cells again and again (1:
+        it stays for ever).
+    footprint : offsets (dx, dy) of the cells it covers around its own.
+    """
+
+    body: int
+    track: tuple[Cell, ...]
+    since: int = 0
+    period: int | None = None
+    footprint: tuple[Cell, ...] = ((0, 0),)
+
+
+@dataclass(frozen=True, slots=True)
 class Change:
     """What is new since the planner was last asked.
 
@@ -17,6 +38,10 @@ class Change:
     obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
         too narrow).
+    tick : when the robot stands there: its next step ends at ``tick + 1``.
+    bodies : the moving obstacles, for planners that see traffic; None: not told, then ``obstacles`` is all
+        that is known. The two say the same of ``tick``, or of ``tick + 1`` where the obstacles have made
+        their step and the robot has not.
     terrain : cells whose terrain value changed, with the new value, 0 to 252
         (:attr:`lampyris.model.grid.Grid.terrain`). Those that are blocked are passed over.
     """
@@ -26,3 +51,5 @@ class Change:
     blocked: tuple[Cell, ...] = ()
     freed: tuple[Cell, ...] = ()
     terrain: tuple[tuple[Cell, int], ...] = ()
+    tick: int = 0
+    bodies: tuple[Seen, ...] | None = None

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from lampyris.model.field import Gate
 from lampyris.model.path import Path
-from lampyris.typing import Cell, Cells
+from lampyris.typing import Cell, Cells, Ticks
 
 
 class Status(StrEnum):
@@ -86,6 +86,9 @@ class Plan:
         baselines' "path cost".
     mended : whether moving obstacles count as walls in it: there was no other way to go on.
     gates_on_path, gates_in_map : openings too narrow for the robot.
+    schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
+        where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
+        where there is a schedule.
     timing : seconds by stage; the only part that differs from run to run.
     detail : why, in words, where there is more to say than the status's own sentence.
     """
@@ -106,6 +109,7 @@ class Plan:
     gates_in_map: tuple[Gate, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict)
     detail: str = ""
+    schedule: Ticks | None = None
 
     def __post_init__(self) -> None:
         if (self.path is not None) != (self.status is Status.FOUND):

@@ -74,6 +74,7 @@ class Trace:
     speed, cause : the robot's speed at each tick and what bound it; ``law`` and ``units`` say by which rule.
     events : in order of time.
     replans, waits : how often.
+    flips : how often a new plan left the way of the old one although its next step could be made.
     iterations : the planner's rounds that were driven.
     expansions : cells expanded, all plannings together.
     path : the way really driven, waits left out; None when the robot never could start.
@@ -103,6 +104,7 @@ class Trace:
     detail: str = ""
     timing: Mapping[str, float] = field(default_factory=dict)
     last_tick: int | None = None
+    flips: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", frozen(np.array(self.robot, dtype=np.int32).reshape(-1, 2)))

@@ -8,7 +8,7 @@ From tick t to t + 1, in this order:
 2. **The robot senses** all places, and each obstacle's last step.
 3. **The robot steps** to the next cell of its plan if that is legal now; otherwise it asks its planner
    again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
-   asks again in the next tick.
+   asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
 4. **The tick is recorded**, with the robot's speed and what bound it.
 
 Legal, for every two bodies: never two in one cell, never a swap, never both diagonals of one 2x2 block in
@@ -17,7 +17,8 @@ it too. One step takes one tick, a knight's step as well.
 
 The planner is asked at tick 0, whenever the steps that its plan commits to have been driven (not a replan),
 and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
-plan reports as met is a replan too.
+plan reports as met is a replan too. Where the old plan's next step was legal and the new plan goes another
+way, the robot changed its mind, a *flip*: many of them are what people call dithering.
 
 Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
 obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
@@ -37,7 +38,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lampyris.errors import InternalFault, SettingError
+from lampyris.errors import SettingError
 from lampyris.field.layers import moves_on
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
@@ -45,8 +46,9 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.planners.base import Planner
+from lampyris.sim.following import Following, follow
 from lampyris.sim.pace import Pace, SpeedLaw
-from lampyris.sim.sense import seen_cells, sense
+from lampyris.sim.sense import seen_bodies, seen_cells, sense
 from lampyris.sim.space import Space, Step, robot_shape
 from lampyris.sim.traffic import open_traffic
 from lampyris.sim.world import World
@@ -57,6 +59,9 @@ PATIENCE = 50
 
 The dissertation's own would be 1: wait one step, mend, then fail.
 """
+
+HOLD: Step = (-1, 0, 0)
+"""In place of a step: stay, because the plan says so."""
 
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,
@@ -139,17 +144,15 @@ class Simulation:
         self.crowd = open_traffic(scene, self.world, self.seed)
         self.session = planner.open(scene, self._stream())
         self.plan: Plan
-        self._way: list[Cell] = []
-        self._at = self._until = 0
-        self._counted = True
-        self._patient = 0
+        self._on = Following(counted=True)
+        self._patient = self._held = 0
         self._robot: list[Cell] = [scene.start]
         self._tracks: list[list[int]] = [[n] for n in self.world.where]
         self._speed, self._cause = [0.0], ["start"]
         self._events: list[Event] = []
         self._gates: set[Cell] = set()
         self._mended = False
-        self._replans = self._waits = self._iterations = self._expansions = 0
+        self._replans = self._waits = self._flips = self._iterations = self._expansions = 0
         self._planning_s = self._total_s = 0.0
         self._begin()
         self._total_s += time.perf_counter() - began
@@ -162,10 +165,11 @@ class Simulation:
     def _begin(self) -> None:
         """The first plan, and whether there is anything to drive at all."""
         scene = self.scene
-        self._ask(sense(self.world))
+        self._ask(self._sense())
         self._started = True
         if self.last_tick is None:
-            self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * max(len(self._way) - 1, 0)
+            steps = max(len(self._on.way) - 1, 0)
+            self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
         if not self.plan:
             verdict = self._without_traffic() if self.crowd.bodies else self.plan
             if verdict.status in _NEVER:
@@ -183,9 +187,15 @@ class Simulation:
         self._expansions += plan.expansions
         return plan
 
+    def _sense(self) -> Change:
+        tick = max(self.now - 1, 0)  # obstacles have made the step of this tick, the robot has not
+        told = seen_bodies(self.crowd, self.now) if self.planner.traits.sees_traffic else None
+        return sense(self.world, tick=tick, bodies=told)
+
     def _ask(self, change: Change) -> None:
         began = time.perf_counter()
         mended = self._mended
+        ahead = self._ahead()
         plan = self.plan = self.session.plan(change)
         self._mended = plan.mended
         if plan.mended and not mended:
@@ -201,25 +211,25 @@ class Simulation:
             self._gates.add(gate)
             self._replans += 1
             self._tell("gate", gate, "A gate on the way proved too narrow; planned anew.")
-        self._way, self._at, self._until, self._counted = [], 0, 0, False
-        if plan.path is None:
-            return
-        cells = plan.path.cells
-        if tuple(cells[0].tolist()) != self._robot[-1]:
-            raise InternalFault(
-                "PLAN_START",
-                f"{plan.planner} planned from {tuple(cells[0].tolist())}, the robot is at {self._robot[-1]}",
-            )
-        self._way = [(x, y) for x, y in cells.tolist()]
-        steps = len(self._way) - 1
-        self._until = steps if plan.commit is None else max(min(plan.commit, steps), min(steps, 1))
+        self._on = follow(plan, self._robot[-1])
+        if ahead is not None and self._on.ahead not in (None, ahead):
+            self._flips += 1
+
+    def _ahead(self) -> Cell | None:
+        """The next cell of the present plan if it can be entered now, committed to or not."""
+        cell = self._on.ahead
+        return cell if cell is not None and self._step_to(cell) is not None else None
 
     def _planned(self) -> Step | None:
-        """The next step of the plan if it is legal now."""
-        if self._at >= self._until:
-            return None
-        x, y = self._way[self._at + 1]
-        number = self.world.space.number((x, y))
+        """The next step of the plan if it is legal now; HOLD if the plan says to wait and that is safe."""
+        if self._on.waits(self.now):
+            return None if self.world.robot_is_met() else HOLD
+        cell = self._on.ahead
+        return self._step_to(cell) if self._on.to_be_driven and cell is not None else None
+
+    def _step_to(self, cell: Cell) -> Step | None:
+        """The step into a neighbour, if it is legal now."""
+        number = self.world.space.number(cell)
         for step in self.world.robot_shape.steps(self.world.robot):
             if step[0] == number:
                 return step if self.world.robot_may(step) else None
@@ -241,6 +251,8 @@ class Simulation:
         step = self._choose()
         if step is None:
             self._stay()
+        elif step is HOLD:
+            self._hold()
         else:
             self._drive(step)
         if self.outcome is None and self.now == self.last_tick:
@@ -251,10 +263,10 @@ class Simulation:
         step = self._planned()
         if step is not None:
             return step
-        if self._at < self._until or self._patient or not self._way:
+        if self._on.to_be_driven or self._patient or not self._on.way:
             self._replans += 1
             self._tell("replan", self._robot[-1], self._why())
-        change = sense(self.world)
+        change = self._sense()
         self._ask(change)
         step = self._planned()
         if step is None and self.world.robot_is_met():
@@ -266,36 +278,50 @@ class Simulation:
         return step
 
     def _why(self) -> str:
-        if self._patient or not self._way:
+        if self._patient or not self._on.way:
             return "Asked again after waiting."
-        return f"The next cell, {self._way[self._at + 1]}, cannot be entered now; chose anew."
+        return f"The next cell, {self._on.ahead}, cannot be entered now; chose anew."
 
     def _drive(self, step: Step) -> None:
         came = self._robot[-1]
         self.world.put_robot(step[0])
-        self._at += 1
-        here = self._way[self._at]
+        on = self._on
+        on.at += 1
+        here = on.way[on.at]
         self._robot.append(here)
-        self._patient = 0
-        if not self._counted:
+        self._patient = self._held = 0
+        if not on.counted:
             self._iterations += self.plan.iterations if self.plan.commit is None else 1
-            self._counted = True
+            on.counted = True
         if here == self.scene.goal:
             self._speed.append(0.0)
             self._cause.append("goal")
             self._arrive()
             return
-        speed, cause = self.pace.drive([came, *self._way[self._at :]], seen_cells(self.world))
+        speed, cause = self.pace.drive([came, *on.way[on.at :]], seen_cells(self.world))
         self._speed.append(speed)
         self._cause.append(cause)
 
-    def _stay(self) -> None:
-        here = self._robot[-1]
-        self._robot.append(here)
+    def _hold(self) -> None:
+        """Wait because the plan says so."""
+        self._stay_here()
+        self._tell("wait", self._robot[-1], "The plan waits here for the way to be clear.")
+        if self.plan.commit is None:
+            return
+        self._held += 1
+        if self._held > self.patience:
+            self._give_up(self._held)
+
+    def _stay_here(self) -> None:
+        self._robot.append(self._robot[-1])
         self.pace.stop()
         self._speed.append(0.0)
         self._cause.append("waiting")
         self._waits += 1
+
+    def _stay(self) -> None:
+        here = self._robot[-1]
+        self._stay_here()
         self._patient += 1
         if self.world.robot_is_met():
             self._tell("hit", here, Outcome.HIT.sentence)
@@ -308,9 +334,13 @@ class Simulation:
             "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
         )
         if self._patient > self.patience:
-            why = "" if self.plan else f" The planner's last word: {self.plan.sentence}"
-            waited = "1 tick" if self._patient == 1 else f"{self._patient} ticks in a row"
-            self._end(Outcome.BLOCKED, f"Waited {waited} at {here}; the patience is {self.patience}.{why}")
+            self._give_up(self._patient)
+
+    def _give_up(self, ticks: int) -> None:
+        why = "" if self.plan else f" The planner's last word: {self.plan.sentence}"
+        waited = "1 tick" if ticks == 1 else f"{ticks} ticks in a row"
+        here = self._robot[-1]
+        self._end(Outcome.BLOCKED, f"Waited {waited} at {here}; the patience is {self.patience}.{why}")
 
     # ---- the story --------------------
 
@@ -346,6 +376,7 @@ class Simulation:
             events=tuple(self._events),
             replans=self._replans,
             waits=self._waits,
+            flips=self._flips,
             iterations=self._iterations,
             expansions=self._expansions,
             path=path_of(way, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,

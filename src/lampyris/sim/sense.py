@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lampyris.model.change import Change
+from lampyris.model.change import Change, Seen
+from lampyris.sim.traffic import Crowd
 from lampyris.sim.world import World
 from lampyris.typing import Cell
 
@@ -32,8 +33,38 @@ def closed_cells(world: World) -> set[Cell]:
     return cells
 
 
-def sense(world: World) -> Change:
+def seen_bodies(crowd: Crowd, now: int) -> tuple[Seen, ...]:
+    """Every moving obstacle with what is known of it: its last step and place; a recorded track whole.
+
+    Parameters
+    ----------
+    crowd : all bodies, at tick ``now``.
+    now : the tick of their places.
+    """
+    world = crowd.world
+    recorded = {} if crowd.recording is None else dict(crowd.recording.tracks)
+    seen = []
+    for body, number in enumerate(world.where):
+        cells = crowd.bodies[body].footprint
+        if body in recorded:
+            seen.append(Seen(body, recorded[body].track, 0, 1, cells))
+            continue
+        x, y = world.space.cell(number)
+        dx, dy = world.step[body]
+        # One that has just appeared was nowhere a tick ago.
+        new = crowd.appears[body] == now
+        track = ((x, y),) if new else ((x - dx, y - dy), (x, y))
+        seen.append(Seen(body, track, now if new else now - 1, None, cells))
+    return tuple(seen)
+
+
+def sense(world: World, *, tick: int = 0, bodies: tuple[Seen, ...] | None = None) -> Change:
     """What the robot tells its planner: where it stands, and every cell that is closed to its next step.
+
+    Parameters
+    ----------
+    tick : when the robot stands there.
+    bodies : for planners that see traffic.
 
     To the closed cells come those neighbours which nobody covers but which the robot could not enter in
     this tick without swapping places or crossing (an obstacle has just come from there). A planner that is
@@ -44,4 +75,5 @@ def sense(world: World) -> Change:
     for step in world.robot_steps():
         if not world.robot_may(step):
             cells.add(world.space.cell(step[0]))
-    return Change(robot=world.space.cell(world.robot), obstacles=frozenset(cells))
+    robot = world.space.cell(world.robot)
+    return Change(robot=robot, obstacles=frozenset(cells), tick=tick, bodies=bodies)

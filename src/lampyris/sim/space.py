@@ -8,12 +8,12 @@ long.
 
 from __future__ import annotations
 
-import math
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.field.footprint import footprint
 from lampyris.field.layers import free_cells, moves_for
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
@@ -24,27 +24,6 @@ Step: TypeAlias = tuple[int, int, int]
 
 EIGHT: tuple[Cell, ...] = ((-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1))
 """Steps of an obstacle, row by row. The order decides which option a draw means, so it must never change."""
-
-_FORGIVEN = 1e-9
-"""Share of the squared radius that decimal rounding may eat; the same as in the field's clearance."""
-
-
-def footprint(radius: float, resolution: float) -> tuple[Cell, ...]:
-    """The cells a disc covers, as offsets from its own cell, row by row.
-
-    A cell is covered if some point of its square lies nearer to the centre of the disc's own cell than
-    ``radius`` (metres; strictly nearer). The own cell is always covered. Distances are compared as whole
-    half cells, as the field does, so that a disc which touches a cell's border does not cover that cell on
-    any machine.
-    """
-    reach = 2.0 * radius / resolution
-    if reach <= 1.0 + _FORGIVEN:
-        return ((0, 0),)
-    need = math.ceil(reach * reach * (1.0 - _FORGIVEN))
-    far = math.ceil(reach / 2.0) + 1
-    span = range(-far, far + 1)
-    gap = {d: max(2 * abs(d) - 1, 0) ** 2 for d in span}
-    return tuple((dx, dy) for dy in span for dx in span if gap[dx] + gap[dy] < need)
 
 
 def dilated(mask: BoolGrid, offsets: tuple[Cell, ...]) -> BoolGrid:

@@ -1,0 +1,250 @@
+"""The session of a planner that sees traffic: forecast, search, and whether a new way is worth the change."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import SettingError
+from lampyris.field.footprint import footprint
+from lampyris.field.layers import free_cells, free_space, moves_for
+from lampyris.model.change import Change, Seen
+from lampyris.model.moves import Moves
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Recorded
+from lampyris.planners._timed_search import LIMIT, Route, TimedSearch, Timetable
+from lampyris.planners.base import Budget
+from lampyris.planners.edits import edited
+from lampyris.planners.forecast import Forbidden, Forecaster
+from lampyris.typing import BoolGrid, Cell
+
+GUESSES = ("velocity", "reach", "still")
+TRACKS = ("known", "hidden")
+MAX_HORIZON = 1000
+MOST_UNROLLED = 1 << 17
+"""Ticks for which tracks that repeat themselves are written out at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timed:
+    """What planners that see traffic have in common; their settings.
+
+    Parameters
+    ----------
+    forecast : what an obstacle does whose future is not known: ``velocity``, it goes on as in its last step;
+        ``reach``, it may be wherever it could have walked to; ``still``, it stays.
+    horizon : for how many ticks that is believed, 0 to 1000. Beyond it nothing is said of such an obstacle.
+        If no way can be found, half as many are believed, and so on down to none.
+    growth : cells a tick by which the disc around a ``velocity`` forecast grows, 0 to 10.
+    margin : ticks that a new way must save before the robot leaves one that is still good, 0 to 1000. With 0
+        it turns for any gain, and among obstacles that wander it turns often.
+    tracks : ``known``: recorded obstacles' tracks are planned with to their ends; ``hidden``: they are
+        guessed like the others.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    forecast: str = "velocity"
+    horizon: int = 4
+    growth: float = 0.0
+    margin: int = 1
+    tracks: str = "known"
+
+    def __post_init__(self) -> None:
+        for what, word, known in (("forecast", self.forecast, GUESSES), ("tracks", self.tracks, TRACKS)):
+            if not isinstance(word, str) or word not in known:
+                raise SettingError(what.upper(), f"{what} {word!r}", allowed=", ".join(known))
+        for what, n in (("horizon", self.horizon), ("margin", self.margin)):
+            if not isinstance(n, int) or isinstance(n, bool) or not 0 <= n <= MAX_HORIZON:
+                raise SettingError(
+                    what.upper(), f"{what} {n!r}", allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
+                )
+        g: Any = self.growth
+        if not isinstance(g, int | float) or isinstance(g, bool) or not 0 <= g <= 10:
+            raise SettingError("GROWTH", f"growth {g!r}", allowed="0 to 10 cells a tick")
+
+
+class TimedSession:
+    """A session that knows the tick, remembers the way it is on, and keeps to it where that is as good.
+
+    Parameters
+    ----------
+    scene : what to plan in. Its recorded obstacles are known to a call that is not told of any.
+    name : the planner's name.
+    settings : see :class:`Timed`.
+    by_ticks : whether cells and ticks are searched one by one; else safe intervals.
+    """
+
+    def __init__(self, scene: Scene, name: str, settings: Timed, *, by_ticks: bool) -> None:
+        self._name = name
+        self._settings = settings
+        self._by_ticks = by_ticks
+        self._robot = scene.start
+        self._way: Route | None = None
+        self._lay(scene)
+
+    def _lay(self, scene: Scene) -> None:
+        self._scene = scene
+        self._free: BoolGrid = free_space(scene)
+        self._moves = _single(moves_for(scene))
+        self._search: TimedSearch | None = None
+        own = footprint(scene.robot.radius, scene.grid.resolution)
+        walkable = free_cells(scene.grid, 0.0)
+        guess, growth = self._settings.forecast, self._settings.growth
+        self._forecaster = Forecaster(walkable, own, guess=guess, growth=growth)
+
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """The earliest arrival among what is known and guessed of the obstacles.
+
+        ``change.bodies`` says what is known; without it the cells of ``change.obstacles`` count as taken for
+        ever, save the robot's own and the goal; without either, the scene's recorded obstacles are known.
+
+        Raises
+        ------
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        """
+        began = time.perf_counter()
+        change = change or Change()
+        scene = edited(self._scene, change)
+        if change.robot is not None:
+            self._robot = (int(change.robot[0]), int(change.robot[1]))
+        if scene is not self._scene:
+            self._lay(scene)
+            self._way = None
+        made = self._answer(change, None if budget is None else budget.expansions)
+        return replace(made, timing={"search_s": time.perf_counter() - began})
+
+    # ---- the answer --------------------
+
+    def _answer(self, change: Change, budget: int | None) -> Plan:
+        start, goal = self._robot, self._scene.goal
+        if not self._free[start[1], start[0]]:
+            return Plan(Status.START_OCCUPIED, self._name)
+        if not self._free[goal[1], goal[0]]:
+            return Plan(Status.GOAL_OCCUPIED, self._name)
+        if self._search is None:
+            self._search = TimedSearch(self._free, self._moves, goal, self._scene.grid.terrain)
+        if self._search.steps_left(start) < 0:
+            return Plan(Status.NO_PATH, self._name, iterations=1)
+        bodies, closed = self._told(change)
+        spent = 0
+        believed = self._settings.horizon if any(s.period is None for s in bodies) else 0
+        while True:
+            left = None if budget is None else budget - spent
+            if left is not None and left < 1:
+                return self._failed(Status.LIMIT, spent)
+            table, route = self._route(bodies, closed, change.tick, believed, left)
+            spent += route.expansions
+            if route.cells is not None:
+                break
+            if route.ending == LIMIT:
+                return self._failed(Status.LIMIT, spent)
+            if believed == 0:
+                why = "No way at any time: walls leave one, moving obstacles close it."
+                return self._failed(Status.HEMMED_IN, spent, why)
+            believed //= 2
+        route = self._chosen(table, route, change.tick)
+        assert route.cells is not None
+        self._way = route
+        settled = change.bodies is None or (bool(bodies) and all(s.period is not None for s in bodies))
+        return Plan(
+            Status.FOUND,
+            self._name,
+            path_of(route.cells, self._moves, self._scene.grid.terrain),
+            iterations=1,
+            expansions=spent,
+            commit=None if settled else 1,
+            schedule=route.ticks,
+        )
+
+    def _told(self, change: Change) -> tuple[list[Seen], list[Cell]]:
+        """The obstacles of this call, and cells that count as taken for ever."""
+        if change.bodies is None:
+            if change.obstacles:
+                contains, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
+                return [], sorted(c for c in change.obstacles if c not in ends and contains(c))
+            resolution = self._scene.grid.resolution
+            seen = [
+                Seen(k, one.track, 0, 1, footprint(one.radius, resolution))
+                for k, one in enumerate(self._scene.traffic)
+                if isinstance(one, Recorded)
+            ]
+        else:
+            seen = list(change.bodies)
+        if self._settings.tracks == "hidden":
+            now = change.tick + (change.bodies is not None and change.tick > 0)
+            seen = [
+                replace(s, track=s.track[: max(now - s.since, 0) + 1], period=None) if s.period else s
+                for s in seen
+            ]
+        return seen, []
+
+    def _route(
+        self, bodies: list[Seen], closed: list[Cell], tick: int, believed: int, budget: int | None
+    ) -> tuple[Timetable, Route]:
+        """The earliest arrival; tracks without end are written out for as long as it takes."""
+        search = self._search
+        assert search is not None
+        unrolled = 64 + 4 * search.steps_left(self._robot)
+        periods = math.lcm(*(s.period for s in bodies if s.period)) if bodies else 1
+        most = min(
+            int(np.count_nonzero(self._free)) * periods + max((len(s.track) for s in bodies), default=0),
+            MOST_UNROLLED,
+        )
+        spent = 0
+        while True:
+            forbidden = self._forecaster.forbidden(bodies, tick, believed, min(unrolled, most))
+            if closed:
+                forbidden = _closing(forbidden, closed, tick, self._scene.grid.width)
+            table = search.timetable(forbidden)
+            find = search.by_ticks if self._by_ticks else search.by_intervals
+            route = find(table, self._robot, tick, None if budget is None else max(budget - spent, 0))
+            spent += route.expansions
+            if route.cells is not None or not route.cut or unrolled >= most or route.ending == LIMIT:
+                return table, replace(route, expansions=spent)
+            unrolled *= 4
+
+    def _chosen(self, table: Timetable, found: Route, tick: int) -> Route:
+        """The new way, or the one the robot is on if that is still good and the new one saves too little."""
+        old = self._way
+        search = self._search
+        if old is None or old.cells is None or old.ticks is None or search is None:
+            return found
+        assert found.ticks is not None
+        # The robot is on the last cell of the old way that it has entered by now.
+        at = int(np.searchsorted(old.ticks, tick, side="right")) - 1
+        if at < 0 or (int(old.cells[at, 0]), int(old.cells[at, 1])) != self._robot:
+            return found
+        cells, ticks = old.cells[at:], old.ticks[at:].copy()
+        ticks[0] = tick
+        saved = int(ticks[-1] - found.ticks[-1])
+        if saved > self._settings.margin or not search.still_good(table, cells, ticks):
+            return found
+        return replace(found, cells=cells, ticks=ticks)
+
+    def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
+        self._way = None
+        return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)
+
+
+def _single(moves: Moves) -> Moves:
+    """The steps of one cell: in a tick a robot moves no farther than an obstacle does."""
+    kept = [k for k, (dx, dy) in enumerate(moves.offsets) if max(abs(dx), abs(dy)) == 1]
+    if len(kept) == len(moves.offsets):
+        return moves
+    offsets = tuple(moves.offsets[k] for k in kept)
+    return replace(moves, offsets=offsets, costs=tuple(moves.costs[k] for k in kept))
+
+
+def _closing(forbidden: Forbidden, cells: list[Cell], tick: int, width: int) -> Forbidden:
+    """The same with these cells taken for ever."""
+    rows = np.array([(y * width + x, tick) for x, y in cells], dtype=np.int64).reshape(-1, 2)
+    return replace(forbidden, forever=np.concatenate((forbidden.forever, rows)))
