@@ -91,6 +91,9 @@ def read_json(
         raise LimitError(
             "JSON_SIZE", f"{len(text):,} bytes", where=where, allowed=f"at most {max_bytes:,} bytes"
         )
+    if text.count(b",") >= max_values:
+        # Before anything is made of them. Commas in texts count as well; no text has half a million.
+        raise LimitError("JSON_SIZE", "too many values", where=where, allowed=f"at most {max_values:,}")
     return _Reader(_decoded(text, where), where, max_depth, max_values).document()
 
 
