@@ -20,7 +20,7 @@ from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.scenario import PRESETS, Bundled, Made, MapFile, MapSource, Names, Scenario
 from lampyris.maps.scenario_faults import Document, in_order, raise_all, spot
 from lampyris.maps.text import read_text
-from lampyris.maps.tracks import MAX_BYTES, read_track
+from lampyris.maps.tracks import MAX_BYTES, MAX_TICKS, read_track
 from lampyris.maps.yaml_text import Where, shown
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
@@ -54,6 +54,7 @@ class _Build:
         self.folder = os.path.dirname(said.where)
         self.faults: list[LampyrisError] = []
         self.notes: list[str] = []
+        self.room = 2 * MAX_TICKS
 
     def scenario(self) -> Scenario:
         """The scenario, or every mistake at once."""
@@ -216,14 +217,24 @@ class _Build:
             return (Patrol(_cells(spec.waypoints), spec.radius),)
         if isinstance(spec, form.TrackTable):
             return (Recorded(_cells(spec.track), spec.radius),)
+        if self.room < 0:
+            return ()
         path = self.path(spec.file, ("obstacles", k, "file"))
         data = read_regular(path, MAX_BYTES)
         if not dob.looks_like(data):
             self._csv_only(spec, k)
-            return (Recorded(read_track(path), spec.radius or 0.0),)
+            made = (Recorded(read_track(path), spec.radius or 0.0),)
+            self._count(made[0])
+            return made
         if grid is None:
             return ()
         return self._from_dob(spec, k, dob.read_dob(data, path), grid, robot)
+
+    def _count(self, one: Recorded) -> None:
+        """Refuse more tracks than memory should be spent on: one file may be named ten thousand times."""
+        self.room -= len(one.track)
+        if self.room < 0:
+            raise LimitError("LIMIT", "longer tracks", allowed=f"{2 * MAX_TICKS:,} ticks in all files")
 
     def _csv_only(self, spec: form.TrackFileTable, k: int) -> None:
         for key in ("id", "tick_s"):
@@ -241,6 +252,7 @@ class _Build:
         made: list[Traffic] = []
         for number in range(len(found)) if spec.id is None else (spec.id,):
             one, notes = dob.recorded(found[number], number, grid, tick_s, spec.file)
+            self._count(one)
             made.append(one if spec.radius is None else Recorded(one.track, spec.radius))
             self.notes += notes
         return tuple(made)

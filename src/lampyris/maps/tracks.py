@@ -7,11 +7,12 @@ import os
 import re
 from collections.abc import Iterator
 
-from lampyris.errors import FileError
+from lampyris.errors import FileError, LimitError
 from lampyris.maps.document import read_regular
 from lampyris.typing import Cell
 
 MAX_BYTES = 2**24
+MAX_TICKS = 1_000_000
 _WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
 
 
@@ -26,7 +27,7 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
     ------
     FileError : FILE_MISSING, FILE_KIND; TRACK, with line and value: no such columns, not whole numbers;
         OBSTACLE_TIME: no row at all, or ticks that do not rise from 0.
-    LimitError : FILE_TOO_LARGE, more than 16 MiB.
+    LimitError : FILE_TOO_LARGE, more than 16 MiB; LIMIT, more than 1,000,000 ticks.
     """
     name = os.fspath(path)
     rows = _rows(read_regular(name, MAX_BYTES), name)
@@ -50,10 +51,12 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
                 raise FileError(
                     "OBSTACLE_TIME", f"tick {tick[0]}", where=f"{name}:{line}", allowed=f"{least}: ticks rise"
                 )
-            if tick[0] >= MAX_BYTES:
-                raise FileError("OBSTACLE_TIME", f"tick {tick[0]}", where=f"{name}:{line}", allowed="2^24")
-            cells += cells[-1:] * (tick[0] - len(cells))
+            cells += cells[-1:] * min(tick[0] - len(cells), MAX_TICKS)
         cells.append((x, y))
+        if len(cells) > MAX_TICKS:
+            raise LimitError(
+                "LIMIT", "a longer track", where=f"{name}:{line}", allowed=f"{MAX_TICKS:,} ticks"
+            )
     if not cells:
         raise FileError("OBSTACLE_TIME", "empty track", where=name, allowed="at least one row")
     return tuple(cells)
