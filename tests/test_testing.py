@@ -21,6 +21,7 @@ from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
 from lampyris.planners.base import Budget, Session, Traits
 from lampyris.testing import cheapest, check_planner
+from reference import terrain_twin
 from reference.search_twin import distances
 
 
@@ -52,6 +53,22 @@ def test_its_search_agrees_with_the_twin(name: str) -> None:
             assert (cost is None) == ((x, y) not in known)
             if cost is not None:
                 assert cost == MOVES[name].exact(known[x, y])
+
+
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_its_search_over_terrain_agrees_with_the_twin(name: str) -> None:
+    rng = np.random.default_rng(4)
+    moves = MOVES[name].weighed()
+    for _ in range(6):
+        free = rng.random((7, 8)) >= 0.3
+        free[3, 3] = True
+        terrain = rng.integers(0, 253, (7, 8)).astype(np.uint8)
+        known, _ = terrain_twin.field(free.tolist(), terrain.tolist(), name, (3, 3))
+        for y, x in np.argwhere(free).tolist():
+            cost = cheapest(free, moves, (x, y), (3, 3), terrain)
+            assert (cost is None) == ((x, y) not in known)
+            if cost is not None:
+                assert moves.value(cost) == pytest.approx(float(known[x, y]), rel=1e-14)
 
 
 # ---- wrong on purpose ------------------------------------------------------------------------------------
@@ -159,6 +176,32 @@ def forgets_edits(wrong: _WrongSession, inner: Session, change: Change | None, b
     return plan
 
 
+def forgets_walls(wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None) -> Plan:
+    plan = inner.plan(change, budget)
+    if change is not None and change.blocked:
+        forgets_edits(wrong, inner, None, budget)
+    return plan
+
+
+def on_plain_ground(scene: Scene) -> Scene:
+    return replace(scene, grid=replace(scene.grid, terrain=None))
+
+
+def pays_for_what_it_leaves(
+    wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None
+) -> Plan:
+    """What is cheapest if each step pays for the cell it leaves: the way from the goal, backwards."""
+    plan = inner.plan(change, budget)
+    if plan.path is None or (change and (change.obstacles or change.blocked or change.freed)):
+        return plan
+    ends = tuple(map(int, plan.path.cells[0])), tuple(map(int, plan.path.cells[-1]))
+    scene = wrong.inner._scene  # type: ignore[attr-defined]
+    back = AStar().open(replace(scene, start=ends[1], goal=ends[0]), wrong.rng).plan()
+    assert back.path is not None
+    path = path_of(back.path.cells[::-1], plan.path.moves, scene.grid.terrain)
+    return replace(plan, path=path, optimal_exact=None)
+
+
 def keeps_obstacles(
     wrong: _WrongSession, inner: Session, change: Change | None, budget: Budget | None
 ) -> Plan:
@@ -237,7 +280,11 @@ DEFECTS = {
     "asked: seed 0, octile moves, case 0, with obstacles": Wrong(deaf(obstacles=frozenset())),
     "a wall built": Wrong(deaf(blocked=()), SLOPPY),
     "case 0, the robot back at the start": Wrong(deaf(freed=())),
-    "the wall still there": Wrong(forgets_edits),  # type: ignore[arg-type]
+    "the wall still there": Wrong(forgets_walls),  # type: ignore[arg-type]
+    "the ground as before": Wrong(forgets_edits),  # type: ignore[arg-type]
+    "other ground": Wrong(deaf(terrain=())),
+    "units of 1/1 on a map with terrain": Wrong(of_a_map(on_plain_ground)),
+    "terrain: [[": Wrong(pays_for_what_it_leaves),  # type: ignore[arg-type]
     "the obstacles gone": Wrong(keeps_obstacles),  # type: ignore[arg-type]
     "should be no-path, is goal-occupied": Wrong(instead(Status.NO_PATH, Status.GOAL_OCCUPIED)),
     "should be hemmed-in, is no-path": Wrong(instead(Status.HEMMED_IN, Status.NO_PATH)),
