@@ -54,14 +54,19 @@ def scen(
     max_cells: Annotated[
         int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells.")
     ] = None,
+    no_timing: Annotated[
+        bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Ask every query of a MovingAI .scen and compare with the published lengths."""
     from lampyris import scen as work
-    from lampyris.cli.request import parse_settings
+    from lampyris.cli.request import known, parse_settings
     from lampyris.cli.verbs import _counting, check_outputs, print_json, remarks
     from lampyris.maps.make import MAX_CELLS
+    from lampyris.model.moves import MOVES
 
+    known("MOVES", "--moves", moves, MOVES)
     check_outputs(force, csv)
     given = parse_settings(planner, settings or [])
     benchmark = work.load(file, map_, max_cells=MAX_CELLS if max_cells is None else max_cells)
@@ -73,7 +78,8 @@ def scen(
     if csv is not None:
         _write_csv(csv, made)
     if json_:
-        print_json(_record(benchmark, made, given, seed))
+        record = _record(benchmark, made, given, seed)
+        print_json({**record, "timing": {}} if no_timing else record)
     else:
         _show(benchmark, made, csv)
     raise typer.Exit(DISAGREED if strict and made.disagreements else 0)
