@@ -53,6 +53,16 @@ def fetch(array: Any, index: Any) -> None:
     """
 
 
+def lowest(word: Any) -> Any:
+    """Number of the lowest bit set in an unsigned 64-bit word that is not 0; one instruction compiled."""
+    return (word & -word).bit_length() - 1
+
+
+def highest(word: Any) -> Any:
+    """Number of the highest bit set in an unsigned 64-bit word that is not 0."""
+    return word.bit_length() - 1
+
+
 def jit_disabled() -> bool:
     """Whether ``NUMBA_DISABLE_JIT`` asks for the plain form always."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -128,7 +138,8 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     import numba
 
     # The compiled form must see compiled callees, a real u64 and a real fetch.
-    twin = _twin(k, lambda callee: callee.compiled(), {u64: np.uint64, fetch: _prefetch()})
+    helpers = {u64: np.uint64, fetch: _prefetch(), lowest: _bit("cttz"), highest: _bit("ctlz")}
+    twin = _twin(k, lambda callee: callee.compiled(), helpers)
     keep = _cache_works(k)
     elsewhere = {callee.plain.__code__.co_filename for callee in _callees(k)} - {k.plain.__code__.co_filename}
     if keep and elsewhere:
@@ -170,6 +181,24 @@ def _prefetch() -> Any:
         return types.void(array, index), generate
 
     return intrinsic(fetch)
+
+
+@cache
+def _bit(instruction: str) -> Any:
+    """The compiled form of :func:`lowest` (``cttz``) or :func:`highest` (``ctlz``); a signed number."""
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def count(typing: Any, word: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            # The second argument says that the word is never 0, which spares a test on older processors.
+            zeros = getattr(builder, instruction)(args[0], ir.Constant(ir.IntType(1), 1))
+            return zeros if instruction == "cttz" else builder.sub(ir.Constant(ir.IntType(64), 63), zeros)
+
+        return types.int64(types.uint64), generate
+
+    return intrinsic(count)
 
 
 def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:

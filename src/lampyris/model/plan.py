@@ -7,7 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+import numpy as np
+
 from lampyris.model.field import Gate
+from lampyris.model.grid import frozen
 from lampyris.model.path import Path
 from lampyris.typing import Cell, Cells, Ticks
 
@@ -89,6 +92,8 @@ class Plan:
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
         where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
         where there is a schedule.
+    waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
+        between their centres can be driven. ``path`` is a walk by single steps along these lines. Else None.
     timing : seconds by stage; the only part that differs from run to run.
     detail : why, in words, where there is more to say than the status's own sentence.
     """
@@ -109,11 +114,15 @@ class Plan:
     gates_in_map: tuple[Gate, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict)
     detail: str = ""
+    waypoints: Cells | None = None
     schedule: Ticks | None = None
 
     def __post_init__(self) -> None:
         if (self.path is not None) != (self.status is Status.FOUND):
             raise ValueError("a Plan holds a path exactly when its status is found")
+        if self.waypoints is not None:
+            points = np.array(self.waypoints, dtype=np.int32, copy=True).reshape(-1, 2)
+            object.__setattr__(self, "waypoints", frozen(points))
 
     @property
     def cells(self) -> Cells | None:
@@ -124,6 +133,14 @@ class Plan:
     def cost(self) -> float:
         """Cost of the path in cells; infinity when not found."""
         return math.inf if self.path is None else self.path.cost
+
+    @property
+    def any_angle_length(self) -> float | None:
+        """Length of the straight lines between the waypoints, in cells; None without waypoints."""
+        if self.waypoints is None:
+            return None
+        d = np.diff(self.waypoints.astype(np.int64), axis=0)
+        return math.fsum(math.sqrt(dx * dx + dy * dy) for dx, dy in d.tolist())
 
     @property
     def steps(self) -> tuple[int, ...] | None:

@@ -16,7 +16,7 @@ from lampyris.kernels._jit import jit_disabled
 from lampyris.kernels.search import FOUND, SPAN, search
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import PELL_P, Moves
-from lampyris.typing import BoolGrid, Cell, Cells
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Ints = NDArray[np.int64]
 
@@ -173,11 +173,15 @@ class Answer:
     ending : FOUND, EXHAUSTED or LIMIT of :mod:`lampyris.kernels.search`.
     expansions : cells expanded.
     cells : int32 (n, 2), start first, or None if no way was found.
+    waypoints : int32 (k, 2), the turning points of an any-angle way, both ends included, or None.
+    pack_s : seconds spent on preparing the map since the answer before, where that is told apart.
     """
 
     ending: int
     expansions: int
     cells: Cells | None
+    waypoints: Cells | None = None
+    pack_s: float | None = None
 
 
 def check_limits(free: BoolGrid, moves: Moves) -> None:
@@ -281,6 +285,12 @@ class GridSearch:
     def set_free(self, free: BoolGrid) -> None:
         """Take a whole new free space of the same shape."""
         self._board.lay(free, self._board.free)
+
+    def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
+        """Take a new ground of the same shape; False, and nothing done, if it has terrain."""
+        if terrain is None:
+            self.set_free(free)
+        return terrain is None
 
     def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
         """Cheapest way between two free cells while some cells (of the map) are closed."""

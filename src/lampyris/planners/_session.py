@@ -3,19 +3,39 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Protocol
 
 from lampyris.field.layers import free_space, moves_for
 from lampyris.kernels.search import LIMIT
 from lampyris.model.change import Change
+from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners._graph import GridSearch
+from lampyris.planners._graph import Answer, GridSearch
 from lampyris.planners._terrain_graph import TerrainSearch, search_of
 from lampyris.planners._why_not import why_not
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
+from lampyris.typing import BoolGrid, ByteGrid, Cell
+
+
+class Search(Protocol):
+    """A search over one map, asked as often as one likes."""
+
+    def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
+        """Take a new ground of the same shape; False, and nothing done, if this search is not made for it."""
+        ...
+
+    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+        """A way between two free cells while some cells (of the map) are closed."""
+        ...
+
+
+Maker = Callable[[BoolGrid, ByteGrid | None, Moves], Search]
+"""Makes the search for a free space, its terrain (or None) and the moves on it."""
 
 
 class GraphSession:
@@ -25,20 +45,22 @@ class GraphSession:
     ----------
     scene : what to plan in.
     name : the planner's name.
-    informed : whether the search is led by a heuristic.
+    make : makes the search.
+    optimal : whether a way of that search is a cheapest one.
     """
 
-    def __init__(self, scene: Scene, name: str, *, informed: bool) -> None:
+    def __init__(self, scene: Scene, name: str, make: Maker, *, optimal: bool = True) -> None:
         self._scene = scene
         self._name = name
-        self._informed = informed
+        self._make = make
+        self._optimal = optimal
         self._moves = moves_for(scene)
         self._robot = scene.start
         self._free = free_space(scene)
-        self._search = search_of(self._free, scene.grid.terrain, self._moves, informed=informed)
+        self._search = make(self._free, scene.grid.terrain, self._moves)
 
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """The cheapest way from where the robot is to the goal.
+        """The way from where the robot is to the goal.
 
         Obstacles count as blocked for this call, save on the robot's own cell and on the goal: it is
         covered now and will be free again. What is counted as expanded includes, on failure, the search
@@ -53,7 +75,8 @@ class GraphSession:
         change = change or Change()
         self._take(change)
         made = self._answer(change, None if budget is None else budget.expansions)
-        return replace(made, timing={"search_s": time.perf_counter() - began})
+        packed = made.timing.get("pack_s", 0.0)
+        return replace(made, timing={**made.timing, "search_s": time.perf_counter() - began - packed})
 
     def _take(self, change: Change) -> None:
         scene = edited(self._scene, change)
@@ -63,13 +86,8 @@ class GraphSession:
             self._scene = scene
             self._moves = moves_for(scene)
             self._free = free_space(scene)
-            terrain = scene.grid.terrain
-            if terrain is None and isinstance(self._search, GridSearch):
-                self._search.set_free(self._free)
-            elif terrain is not None and isinstance(self._search, TerrainSearch):
-                self._search.set_ground(self._free, terrain)
-            else:
-                self._search = search_of(self._free, terrain, self._moves, informed=self._informed)
+            if not self._search.take(self._free, scene.grid.terrain):
+                self._search = self._make(self._free, scene.grid.terrain, self._moves)
 
     def _answer(self, change: Change, budget: int | None) -> Plan:
         start, goal = self._robot, self._scene.goal
@@ -88,16 +106,16 @@ class GraphSession:
                 path,
                 iterations=1,
                 expansions=answer.expansions,
-                optimal_exact=None if change.obstacles else path.exact,
+                optimal_exact=path.exact if self._optimal and not change.obstacles else None,
+                waypoints=answer.waypoints,
+                timing={} if answer.pack_s is None else {"pack_s": answer.pack_s},
             )
         if answer.ending == LIMIT:
             return Plan(Status.LIMIT, self._name, iterations=1, expansions=answer.expansions)
-        return why_not(
-            self._name,
-            self._search,
-            start,
-            goal,
-            spent=answer.expansions,
-            budget=budget,
-            here=None if closed else answer.expansions,
-        )
+        if isinstance(self._search, GridSearch | TerrainSearch):
+            finder, here = self._search, None if closed else answer.expansions
+        else:
+            # What it expands are not the cells of one region: jump points, or cells around either end.
+            finder, here = search_of(self._free, self._scene.grid.terrain, self._moves), None
+        spent = answer.expansions
+        return why_not(self._name, finder, start, goal, spent=spent, budget=budget, here=here)

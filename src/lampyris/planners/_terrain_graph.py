@@ -73,6 +73,12 @@ class TerrainSearch:
         self._board.lay(free, self._board.free)
         self._board.lay(terrain, self._weight)
 
+    def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
+        """Take a new ground of the same shape; False, and nothing done, if it has no terrain."""
+        if terrain is not None:
+            self.set_ground(free, terrain)
+        return terrain is not None
+
     def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
         with self._board.closing(closed):
@@ -101,7 +107,7 @@ class TerrainSearch:
 
 
 def search_of(
-    free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, informed: bool
+    free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, informed: bool = True
 ) -> GridSearch | TerrainSearch:
     """The search that suits a map: by queues over plain ground, by a heap over terrain."""
     if terrain is None:

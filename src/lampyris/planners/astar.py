@@ -9,6 +9,7 @@ import numpy as np
 
 from lampyris.model.scene import Scene
 from lampyris.planners._session import GraphSession
+from lampyris.planners._terrain_graph import search_of
 from lampyris.planners.base import Traits
 
 
@@ -29,4 +30,4 @@ class AStar:
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> GraphSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
-        return GraphSession(scene, self.name, informed=True)
+        return GraphSession(scene, self.name, search_of)

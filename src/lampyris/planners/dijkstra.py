@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
 
 from lampyris.model.scene import Scene
 from lampyris.planners._session import GraphSession
+from lampyris.planners._terrain_graph import search_of
 from lampyris.planners.base import Traits
 
 
@@ -26,4 +28,4 @@ class Dijkstra:
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> GraphSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
-        return GraphSession(scene, self.name, informed=False)
+        return GraphSession(scene, self.name, partial(search_of, informed=False))
