@@ -85,7 +85,7 @@ def plan(
     found = session.plan(None, budget)
     planned = time.perf_counter()
     found = assess(found, scene)
-    found = replace(found, detail=_of_size(found, scene))
+    found = replace(found, detail=_why(found, scene))
     assessed = time.perf_counter()
     referee.demand(referee.check_plan(found, scene))
     ended = time.perf_counter()
@@ -126,17 +126,38 @@ def assess(found: Plan, scene: Scene) -> Plan:
     )
 
 
-def _of_size(found: Plan | Trace, scene: Scene) -> str:
-    """The sentence of an answer, with the robot's size where that is part of why there is no way."""
+def _why(found: Plan | Trace, scene: Scene) -> str:
+    """The sentence of an answer; where there is no way, with the cells and numbers that say why."""
     word, radius = (found.status if isinstance(found, Plan) else found.outcome).value, scene.robot.radius
     for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):
-        if word == f"{what}-occupied" and not scene.grid.blocked[y, x]:
+        if word != f"{what}-occupied":
+            continue
+        unknown = scene.grid.unknown
+        if not scene.grid.blocked[y, x]:
             metres = float(clearance(scene.grid)[y, x])
             where = f"({x}, {y}) is free, but {metres:.3g} m from a wall"
             return f"The {what} {where}; the robot's radius is {radius:g} m."
-    if word == Status.NO_PATH.value and radius > 0:
-        return f"{found.sentence} The robot's radius is {radius:g} m."
+        if unknown is not None and unknown[y, x]:
+            return f"The {what} ({x}, {y}) is unknown to the map, which counts as blocked."
+        return f"The {what} ({x}, {y}) is blocked."
+    if word == Status.NO_PATH.value:
+        size = f"The robot's radius is {radius:g} m." if radius > 0 else ""
+        # Searches of the whole map have counted on the way and say so.
+        regions = "" if " region" in found.sentence else _regions(scene)
+        return " ".join(part for part in (found.sentence, regions, size) if part)
     return found.detail
+
+
+def _regions(scene: Scene) -> str:
+    """How many cells can be reached from either end, where the other is not among them."""
+    free, moves = free_space(scene), moves_for(scene)
+    reached = [
+        solve(free, moves, end, terrain=scene.grid.terrain).exact >= 0 for end in (scene.start, scene.goal)
+    ]
+    if reached[1][scene.start[1], scene.start[0]]:
+        return ""  # it is not the walls
+    start, goal = (int(np.count_nonzero(cells)) for cells in reached)
+    return f"The start's region has {start:,} cell{'s' * (start > 1)}, the goal's {goal:,}."
 
 
 def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
@@ -213,7 +234,7 @@ def simulate(
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return replace(trace, detail=_of_size(trace, scene), timing=timing)
+    return replace(trace, detail=_why(trace, scene), timing=timing)
 
 
 def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
