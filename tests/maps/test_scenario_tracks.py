@@ -70,7 +70,7 @@ def test_the_csv_of_a_simulation_and_of_a_plan_is_a_track(tmp_path: Path) -> Non
         ("x,y,tick\n1,2,1\n", "OBSTACLE_TIME", "t.csv:2", "0 in the first row"),
         ("x,y,tick\n1,2,0\n1,2,5\n1,2,5\n", "OBSTACLE_TIME", "t.csv:4", "at least 6"),
         ("x,y,tick\n1,2,0\n1,2,-1\n", "OBSTACLE_TIME", "t.csv:3", "tick -1"),
-        ("x,y,tick\n1,2,0\n1,2,999999999\n", "LIMIT", "t.csv:3", "1,000,000 ticks"),
+        ("x,y,tick\n1,2,0\n1,2,999999999\n", "LIMIT", "t.csv:3", "100,000 ticks"),
         ("x,y,tick\n1,2,half\n", "TRACK", "t.csv:2", "tick is 'half'"),
     ],
 )

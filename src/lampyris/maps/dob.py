@@ -33,11 +33,11 @@ from itertools import pairwise
 
 from lampyris.errors import FileError, SettingError
 from lampyris.maps.document import plural
+from lampyris.maps.tracks import MAX_TICKS
 from lampyris.model.grid import Grid
 from lampyris.model.traffic import MAX_BODIES, Recorded
 
 FIRST_WORD = "NumberOfDynamicObstacles:"
-MAX_TICKS = 100_000
 _NUDGE = 1e-6
 """Share of a cell: the generator puts points on the lines between cells, which decimals miss either way."""
 

@@ -118,6 +118,8 @@ def _spot(where: str, place: Place) -> str:
 
 
 def _skip(text: str, position: int) -> int:
+    if text[position : position + 1] not in " \t\n\r":
+        return position
     found = _SPACE.match(text, position)
     return position if found is None else found.end()
 
@@ -158,6 +160,7 @@ class _Reader:
         self._left = max_values
         self._max_values = max_values
         self._way: list[str | int] = []
+        self._begins = {'"': self._string, "{": self._object, "[": self._list}
 
     def document(self) -> JsonDocument:
         """The document, and the check that nothing follows it."""
@@ -179,13 +182,9 @@ class _Reader:
         if self._left < 0:
             self._limit("JSON_SIZE", "too many values", at, f"at most {self._max_values:,}")
         text = self._text
-        first = text[at : at + 1]
-        if first == '"':
-            return self._string(at)
-        if first == "{":
-            return self._object(at)
-        if first == "[":
-            return self._list(at)
+        begins = self._begins.get(text[at : at + 1])
+        if begins is not None:
+            return begins(at)
         number = _NUMBER.match(text, at)
         if number is not None:
             return self._number(number), number.end()
@@ -200,8 +199,8 @@ class _Reader:
         text = found[0]
         if self._text[found.end() : found.end() + 1].isalnum():
             self._syntax(found.end(), "the number to end here; it has no leading zeros and no unit")
-        if found[1] is None and found[2] is None:
-            if len(text.lstrip("-")) > MAX_DIGITS:
+        if found.lastindex is None:
+            if len(text) > MAX_DIGITS and len(text.lstrip("-")) > MAX_DIGITS:
                 what = f"a whole number of {len(text):,} digits"
                 self._refuse("JSON_NUMBER", what, found.start(), f"at most {MAX_DIGITS}")
             return int(text)

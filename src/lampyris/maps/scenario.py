@@ -152,17 +152,18 @@ def read_scenario(
     from pydantic import ValidationError
 
     from lampyris.maps.scenario_build import build
-    from lampyris.maps.scenario_faults import faults_of, raise_all, spot
+    from lampyris.maps.scenario_faults import brief, faults_of, raise_all, spot
     from lampyris.maps.scenario_file import VERSION, ScenarioFile
 
     name = os.fspath(path)
     said = _read(read_regular(name, MAX_BYTES), name)
     version = said.data.get("version", VERSION)
-    if isinstance(version, int) and not isinstance(version, bool) and version > VERSION:
-        # Its keys would be called unknown, one and all.
+    if isinstance(version, bool) or version != VERSION:
+        # Alone: every other key might be called unknown.
+        newer = isinstance(version, int) and version > VERSION
         raise FileError(
             "VERSION",
-            f"{version}: made for a newer release",
+            brief(version) + (": made for a newer release" if newer else ""),
             where=spot(said, ("version",)),
             allowed=f"this one reads version {VERSION}",
         )

@@ -54,7 +54,7 @@ class _Build:
         self.folder = os.path.dirname(said.where)
         self.faults: list[LampyrisError] = []
         self.notes: list[str] = []
-        self.room = 2 * MAX_TICKS
+        self.room = 10 * MAX_TICKS
 
     def scenario(self) -> Scenario:
         """The scenario, or every mistake at once."""
@@ -234,7 +234,7 @@ class _Build:
         """Refuse more tracks than memory should be spent on: one file may be named ten thousand times."""
         self.room -= len(one.track)
         if self.room < 0:
-            raise LimitError("LIMIT", "longer tracks", allowed=f"{2 * MAX_TICKS:,} ticks in all files")
+            raise LimitError("LIMIT", "longer tracks", allowed=f"{10 * MAX_TICKS:,} ticks in all files")
 
     def _csv_only(self, spec: form.TrackFileTable, k: int) -> None:
         for key in ("id", "tick_s"):
@@ -262,7 +262,7 @@ def placed(fault: LampyrisError, said: Document, way: Where) -> LampyrisError:
     """A mistake with its place in the scenario; an unknown word is bad input here, exit code 3."""
     from lampyris.maps.scenario_faults import spot
 
-    where = fault.where
+    where = "" if fault.where in way else fault.where
     if not where.startswith(f"{said.where}:"):
         where = f"{spot(said, way)}: {where}" if where else spot(said, way)
     kind = SettingError if isinstance(fault, UsageError) else type(fault)

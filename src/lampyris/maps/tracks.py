@@ -12,7 +12,7 @@ from lampyris.maps.document import read_regular
 from lampyris.typing import Cell
 
 MAX_BYTES = 2**24
-MAX_TICKS = 1_000_000
+MAX_TICKS = 100_000
 _WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
 
 
@@ -27,7 +27,7 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
     ------
     FileError : FILE_MISSING, FILE_KIND; TRACK, with line and value: no such columns, not whole numbers;
         OBSTACLE_TIME: no row at all, or ticks that do not rise from 0.
-    LimitError : FILE_TOO_LARGE, more than 16 MiB; LIMIT, more than 1,000,000 ticks.
+    LimitError : FILE_TOO_LARGE, more than 16 MiB; LIMIT, more than 100,000 ticks.
     """
     name = os.fspath(path)
     rows = _rows(read_regular(name, MAX_BYTES), name)
