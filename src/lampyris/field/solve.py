@@ -20,7 +20,7 @@ from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
-from lampyris.typing import BoolGrid, ByteGrid, Cell
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 
 def solve_field(scene: Scene, *, rho: float = 0.4, gamma: float = 0.6, gates: str = "ignore") -> Field:
@@ -81,25 +81,9 @@ def solve(
     SceneError : a goal outside the map.
     LimitError : more cells than exact octile costs can tell apart.
     """
-    _check(rho, gamma)
-    free = _own(free)
-    height, width = free.shape
-    if not (0 <= goal[0] < width and 0 <= goal[1] < height):
-        raise SceneError(
-            "GOAL_OUTSIDE",
-            f"goal {goal} is outside the map",
-            allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
-        )
-    goal = (int(goal[0]), int(goal[1]))
-    if terrain is not None:
-        terrain = _weights(terrain, free, moves)
+    free, terrain, goal = checked(free, terrain, moves, goal, rho, gamma)
     shares = (1.0 - rho, float(gamma), float(moves.unit))
-    frame = Frame(free, moves, terrain=terrain is not None)
-    maps, count = _fill(frame, free, terrain, moves, goal, stop, shares)
-    if count == 0 and free[goal[1], goal[0]]:
-        frame = Frame(free, moves, terrain=True, wide=True)
-        maps, count = _fill(frame, free, terrain, moves, goal, stop, shares)
-    luciferin, cost, step = maps
+    frame, (luciferin, cost, step), count = fill(free, terrain, moves, goal, shares, stop=stop)
     return Field(
         free=free,
         exact=frame.inside(cost),
@@ -114,31 +98,89 @@ def solve(
     )
 
 
+def checked(
+    free: BoolGrid, terrain: ByteGrid | None, moves: Moves, goal: Cell, rho: float, gamma: float
+) -> tuple[BoolGrid, ByteGrid | None, Cell]:
+    """Free space, terrain and goal as :func:`fill` wants them.
+
+    Raises
+    ------
+    SettingError, SceneError : see :func:`solve`.
+    """
+    _check(rho, gamma)
+    free = _own(free)
+    height, width = free.shape
+    if not (0 <= goal[0] < width and 0 <= goal[1] < height):
+        raise SceneError(
+            "GOAL_OUTSIDE",
+            f"goal {goal} is outside the map",
+            allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
+        )
+    return free, None if terrain is None else _weights(terrain, free, moves), (int(goal[0]), int(goal[1]))
+
+
+Maps = tuple[Floats, NDArray[Any], NDArray[np.int8]]
+"""Luciferin, exact cost and step, flat in a frame."""
+
+
+def fill(
+    free: BoolGrid,
+    terrain: ByteGrid | None,
+    moves: Moves,
+    goal: Cell,
+    shares: tuple[float, float, float],
+    *,
+    stop: Cell | None = None,
+    into: tuple[Frame, Maps] | None = None,
+) -> tuple[Frame, Maps, int]:
+    """The three maps of a field, the frame they lie in, and how many cells were settled.
+
+    Parameters
+    ----------
+    free, terrain, moves, goal, stop : as for :func:`solve`, but taken as they are.
+    shares : 1 - rho, gamma, unit.
+    into : a frame and maps of it to be written over, for the same map size and moves.
+    """
+    frame = into[0] if into else Frame(free, moves, terrain=terrain is not None)
+    maps = into[1] if into else _maps(frame)
+    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares)
+    if count == 0 and free[goal[1], goal[0]]:
+        frame = Frame(free, moves, terrain=True, wide=True)
+        maps = _maps(frame)
+        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares)
+    return frame, maps, count
+
+
+def _maps(frame: Frame) -> Maps:
+    # One block, not three: freed and asked for again it comes back without the pages being faulted in anew.
+    n = frame.size
+    _, (luciferin, cost, step) = carve(None, (n, np.float64), (n, frame.dtype), (n, np.int8))
+    return luciferin, cost, step
+
+
 def _fill(
     frame: Frame,
+    maps: Maps,
     free: BoolGrid,
     terrain: ByteGrid | None,
     moves: Moves,
     goal: Cell,
     stop: Cell | None,
     shares: tuple[float, float, float],
-) -> tuple[list[NDArray[Any]], int]:
-    """Luciferin, cost and step in the frame, and how many cells settled; 0 if costs outgrow the frame."""
-    # One block, not three: freed and asked for again it comes back without the pages being faulted in anew.
-    n = frame.size
-    _, maps = carve(None, (n, np.float64), (n, frame.dtype), (n, np.int8))
+) -> int:
+    """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
     step.fill(-1)
     if not free[goal[1], goal[0]]:
         cost.fill(-1)
         luciferin.fill(np.inf)
-        return maps, 0
+        return 0
     height, width = free.shape
     until = 0
     if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
         until = frame.index(stop)
     wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares)
-    return maps, wave.run() if terrain is None else wave.run_over(terrain)
+    return wave.run() if terrain is None else wave.run_over(terrain)
 
 
 def _weights(terrain: ByteGrid, free: BoolGrid, moves: Moves) -> ByteGrid:

@@ -1,0 +1,219 @@
+"""Repair: a field kept up to date while its map changes, at the cost of what changed.
+
+A mended field equals one solved from scratch on the changed map to the last bit: cost, parent and luciferin
+(see :mod:`lampyris.kernels.repair`). Where too much changes, solving anew is quicker, and is what happens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import SceneError, SettingError
+from lampyris.field.solve import checked, fill
+from lampyris.kernels import calendar, repair
+from lampyris.model.field import Field
+from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
+from lampyris.model.moves import Moves
+from lampyris.typing import BoolGrid, ByteGrid, Cell
+
+GIVE_UP = 24
+"""A mend that has seen one cell in so many is given up for solving anew: a cell costs some twenty to thirty
+times as much to mend as to solve (``make bench``)."""
+
+_SPACES = np.array([1, 0], dtype=np.uint8)
+
+
+class Mender:
+    """Keeps the field of one goal on a map that changes.
+
+    Memory: some 15 bytes a cell besides the field, twice that from the first mend on.
+
+    Parameters
+    ----------
+    free : bool, (height, width); where the robot's centre may be. Copied.
+    moves : the step set; every step has its opposite.
+    goal : x, y.
+    terrain : uint8, (height, width), with weighed moves, or None; see :func:`lampyris.field.solve.solve`.
+        Copied.
+    rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
+
+    Raises
+    ------
+    SettingError, SceneError, LimitError : as :func:`lampyris.field.solve.solve` does.
+    """
+
+    def __init__(
+        self,
+        free: BoolGrid,
+        moves: Moves,
+        goal: Cell,
+        *,
+        terrain: ByteGrid | None = None,
+        rho: float = 0.4,
+        gamma: float = 0.6,
+    ) -> None:
+        if any((-dx, -dy) not in moves.offsets for dx, dy in moves.offsets):
+            raise SettingError(
+                "MOVES", f"{moves.name}: a step without its opposite", allowed="steps in pairs"
+            )
+        free, terrain, self._goal = checked(free, terrain, moves, goal, rho, gamma)
+        self._shape = free.shape
+        self._moves, self._rho, self._gamma = moves, rho, gamma
+        self._shares = (1.0 - rho, float(gamma), float(moves.unit))
+        self._frame, self._maps, count = fill(free, terrain, moves, self._goal, self._shares)
+        self._free = self._frame.lay(free, np.uint8)
+        self._weight = np.zeros(1, np.uint8) if terrain is None else self._frame.lay(terrain, np.uint8)
+        # On plain ground all cells share the one weight of 0, and a step costs its price times 1.
+        ground, mask = (1, 0) if terrain is None else (TERRAIN_UNIT, -1)
+        prices = np.array(moves.costs, dtype=np.int64) // ground
+        # The least step, rounded down to a power of two, is what one list of the calendar spans.
+        shift = min(moves.costs).bit_length() - 1
+        goal_at = self._frame.index(self._goal)
+        self._steps = (*self._frame.table(moves), prices, ground, mask, goal_at, shift)
+        self._has_terrain = terrain is not None
+        self._lists: tuple[NDArray[Any], ...] | None = None
+        self._work = np.zeros(6, dtype=np.int64)
+        self.solved, self.mended = 1, 0
+        """How often this field was solved from scratch, and how often it was mended."""
+        self._field = self._show(count)
+
+    @property
+    def field(self) -> Field:
+        """The field as it is now. Its arrays are views that the next :meth:`mend` writes to."""
+        return self._field
+
+    def snapshot(self) -> Field:
+        """The field as it is now, with arrays of its own."""
+        f = self._field
+        return replace(
+            f,
+            free=frozen(f.free.copy()),
+            exact=frozen(f.exact.copy()),
+            step=frozen(f.step.copy()),
+            luciferin=frozen(f.luciferin.copy()),
+        )
+
+    def mend(
+        self,
+        *,
+        blocked: Iterable[Cell] = (),
+        freed: Iterable[Cell] = (),
+        terrain: Iterable[tuple[Cell, int]] = (),
+    ) -> Field:
+        """The field after one Change; the one before is no longer valid (:meth:`snapshot` would be).
+
+        Parameters
+        ----------
+        blocked, freed : cells that the robot's centre may no longer enter, or may now; a cell in both is
+            blocked. For a robot of some radius these are more than the walls that changed.
+        terrain : cells and what they cost to enter now, 0 to 252.
+
+        ``expansions`` of the result is the work: cells that lost their cost plus cells that were settled.
+
+        Raises
+        ------
+        SceneError : a cell outside the map. SettingError : a terrain value out of its range, or any for a
+            field without terrain. Nothing is changed then.
+        """
+        on, off = self._indices(freed, "freed"), self._indices(blocked, "blocked")
+        graded, weights = self._weights(list(terrain))
+        if self._lists is None:
+            self._lists = _lists(self._free.size)
+        luciferin, cost, step = self._maps
+        spaces = np.repeat(_SPACES, (len(on), len(off)))
+        limits = (self._free.size // GIVE_UP, self._frame.never)
+        done = repair.mend(
+            self._free, self._weight, cost, step, luciferin, *self._lists,
+            np.concatenate((on, off)), spaces, graded, weights,
+            *self._steps, *limits, *self._shares, self._work,
+        )  # fmt: skip
+        work = int(self._work[repair.LOST] + self._work[repair.SETTLED])
+        revision = self._field.revision + 1
+        if done:
+            self.mended += 1
+            self._field = replace(self._field, revision=revision, expansions=work)
+        else:
+            self._field = self._show(work + self._solve(), revision)
+        return self._field
+
+    def _solve(self) -> int:
+        """Solve anew, into the same memory if it will do; how many cells were settled."""
+        frame = self._frame
+        # Read-only, as solve() hands them on: a kernel compiles anew for arrays that may be written.
+        free = frozen(np.array(frame.inside(self._free.view(np.bool_)), order="C"))
+        terrain = frozen(np.array(frame.inside(self._weight), order="C")) if self._has_terrain else None
+        self._frame, self._maps, count = fill(
+            free, terrain, self._moves, self._goal, self._shares, into=(frame, self._maps)
+        )
+        self.solved += 1
+        return count
+
+    def _show(self, expansions: int, revision: int = 0) -> Field:
+        inside = self._frame.inside
+        luciferin, cost, step = self._maps
+        return Field(
+            free=inside(self._free.view(np.bool_)),
+            exact=inside(cost),
+            step=inside(step),
+            luciferin=inside(luciferin),
+            goal=self._goal,
+            moves=self._moves,
+            rho=self._rho,
+            gamma=self._gamma,
+            revision=revision,
+            expansions=expansions,
+        )
+
+    def _indices(self, cells: Iterable[Cell], what: str) -> NDArray[np.int32]:
+        """Where cells lie in the frame."""
+        given = cells if isinstance(cells, tuple | list | np.ndarray) else list(cells)
+        if not len(given):
+            return _NONE
+        x, y = np.asarray(given, dtype=np.int64).reshape(-1, 2).T
+        height, width = self._shape
+        outside = (x < 0) | (x >= width) | (y < 0) | (y >= height)
+        if outside.any():
+            k = int(outside.argmax())
+            raise SceneError(
+                "CHANGE_OUTSIDE",
+                f"cell ({x[k]}, {y[k]}) is outside the map",
+                where=what,
+                allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
+            )
+        frame = self._frame
+        return ((y + frame.pad) * frame.width + x + frame.pad).astype(np.int32)
+
+    def _weights(self, terrain: list[tuple[Cell, int]]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+        """Where the cells lie, and their values."""
+        if not terrain:
+            return _NONE, _NO_WEIGHTS
+        if not self._has_terrain:
+            raise SettingError(
+                "GRID_TERRAIN",
+                "terrain for a field that has none",
+                todo="make a Mender with terrain and weighed moves",
+            )
+        for cell, value in terrain:
+            if not (isinstance(value, int | np.integer) and 0 <= value <= MAX_TERRAIN):
+                raise SettingError(
+                    "GRID_TERRAIN", f"{value} at {cell}", where="terrain", allowed=f"0 to {MAX_TERRAIN}"
+                )
+        values = np.array([value for _, value in terrain], dtype=np.uint8)
+        return self._indices([cell for cell, _ in terrain], "terrain"), values
+
+
+_NONE = np.zeros(0, dtype=np.int32)
+_NO_WEIGHTS = np.zeros(0, dtype=np.uint8)
+
+
+def _lists(n: int) -> tuple[NDArray[Any], ...]:
+    """What the kernel asks for as ``after``, ``before``, ``mark`` and ``seen``."""
+    after = np.arange(n + calendar.RING + 1, dtype=np.int32)
+    before = after.copy()
+    before[:n] = calendar.AWAY
+    return after, before, np.zeros(n, dtype=np.uint8), np.empty(n, dtype=np.int32)
