@@ -57,6 +57,7 @@ def write_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[st
     Raises
     ------
     UsageError : another ending than .yaml, .yml and .json.
+    FileError : a name or setting that a file may not hold.
     SettingError : a map that is in no file and cannot be written as rows; a setting that is not plain data.
     LimitError : longer than such a file may be.
     FileError : it cannot be written.
@@ -64,20 +65,41 @@ def write_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[st
     target = check_ending(path)
     data = plain(scenario, target.parent)
     as_json = target.suffix.lower() == ".json"
-    text = json_of(data) if as_json else yaml_of(data)
-    most = json_text.MAX_BYTES if as_json else yaml_text.MAX_BYTES
-    most_values = json_text.MAX_VALUES if as_json else yaml_text.MAX_VALUES
-    size, values = len(text.encode()), _count(data)
-    if size > most or values > most_values:
+    reader = json_text if as_json else yaml_text
+    _small_enough(target, _count(data), "values", reader.MAX_VALUES)
+    _valid(target, data)
+    text = (json_of(data) if as_json else yaml_of(data)).encode()
+    _small_enough(target, len(text), "bytes", reader.MAX_BYTES)
+    write_file(target, text)
+    return _needs(scenario, data)
+
+
+def _small_enough(target: Path, size: int, what: str, most: int) -> None:
+    """Refuse to write what its reader would refuse."""
+    if size > most:
+        as_json = target.suffix.lower() == ".json"
         raise LimitError(
             "JSON_SIZE" if as_json else "YAML_SIZE",
-            f"{size:,} bytes, {values:,} values",
+            f"{size:,} {what}",
             where=str(target),
-            allowed=f"at most {most:,} and {most_values:,}",
+            allowed=f"at most {most:,}",
             todo="put long tracks and maps into files" + ("" if as_json else ", or save it as .json"),
         )
-    write_file(target, text.encode())
-    return _needs(scenario, data)
+
+
+def _valid(target: Path, data: dict[str, Any]) -> None:
+    """Refuse names and settings made in Python that a file may not hold."""
+    from pydantic import ValidationError
+
+    from lampyris.maps.scenario_faults import faults_of
+    from lampyris.maps.scenario_file import ScenarioFile
+
+    try:
+        ScenarioFile.model_validate(data)
+    except ValidationError as problem:
+        fault = faults_of(json_text.JsonDocument(data, str(target), json.dumps(data)), problem)[0]
+        fault.where = f"{target}: {fault.where.rpartition(': ')[2]}"
+        raise fault from None
 
 
 def _needs(scenario: Scenario, data: Mapping[str, Any]) -> tuple[str, ...]:
@@ -246,8 +268,14 @@ def _flow(value: Any) -> str:
 
 def _scalar(value: Any) -> str:
     if isinstance(value, str):
-        # JSON's escapes are YAML's too, and no character outside ASCII is left that could break a line.
-        return value if _BARE.fullmatch(value) else json.dumps(value)
+        return value if _BARE.fullmatch(value) else f'"{"".join(map(_escaped, value))}"'
     text = json.dumps(value, allow_nan=False)
     # Readers of YAML 1.1 take 1e-06 for text.
     return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text
+
+
+def _escaped(character: str) -> str:
+    """JSON's escapes are YAML's too, but for pairs of surrogates; nothing is left that could break a line."""
+    if ord(character) > 0xFFFF:
+        return f"\\U{ord(character):08X}"
+    return json.dumps(character)[1:-1]
