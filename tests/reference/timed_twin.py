@@ -72,9 +72,10 @@ def earliest(
         for a in here:
             for dx, dy in [(0, 0), *steps]:
                 b = (a[0] + dx, a[1] + dy)
-                if b not in there and (b == a or legal(free, a, b, cutting)):
-                    if not any(clash(a, b, own, body, tick) for body in bodies):
-                        there.add(b)
+                if b in there or not (b == a or legal(free, a, b, cutting)):
+                    continue
+                if not any(clash(a, b, own, body, tick) for body in bodies):
+                    there.add(b)
         if goal in there:
             return tick
         here = there

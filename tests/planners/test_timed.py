@@ -1,0 +1,336 @@
+"""Planners that see traffic: their arrival against a plain search of cells and ticks, case by case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from lampyris import api
+from lampyris.errors import SettingError
+from lampyris.field.footprint import footprint, reach_of
+from lampyris.model.change import Change, Seen
+from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES
+from lampyris.model.plan import Plan, Status
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Crossing, RandomWalk, Recorded
+from lampyris.planners.base import Budget
+from lampyris.planners.sipp import Sipp
+from lampyris.planners.space_time_astar import SpaceTimeAStar
+from lampyris.testing import check_planner
+from reference.timed_twin import EIGHT, FOUR, Body, Cell, clash, earliest, legal
+
+RNG = np.random.default_rng(0)  # never drawn from
+PLANNERS = [Sipp(), SpaceTimeAStar()]
+IDS = [p.name for p in PLANNERS]
+ONE = ((0, 0),)
+
+
+def place(track: Sequence[Cell], period: int):
+    """Where an obstacle is at a tick: its track, then its last ``period`` cells again and again."""
+    n = len(track)
+    return lambda t: track[t] if t < n else track[n - period + (t - n) % period]
+
+
+def asked(planner, free, moves: str, start: Cell, goal: Cell, bodies: Sequence[Seen], radius=0.0) -> Plan:
+    scene = Scene(Grid(~np.asarray(free)), start, goal, moves=moves, robot=Robot(radius=radius))
+    return planner.open(scene, RNG).plan(Change(robot=start, bodies=tuple(bodies)))
+
+
+def by_tick(plan: Plan) -> list[Cell]:
+    """The robot's cell at every tick of a plan."""
+    assert plan.path is not None
+    assert plan.schedule is not None
+    cells = [tuple(c) for c in plan.path.cells.tolist()]
+    ticks = plan.schedule.tolist()
+    places = []
+    for cell, now, then in zip(cells, ticks, [*ticks[1:], ticks[-1] + 1], strict=True):
+        places += [cell] * (then - now)
+    return places
+
+
+def judge(plan: Plan, want: int | None, free, cutting: bool, bodies: Sequence[Body], own=ONE) -> None:
+    """The arrival is the least there is, and nothing goes wrong on the way."""
+    if want is None:
+        assert not plan
+        return
+    assert plan.status is Status.FOUND
+    assert plan.schedule is not None
+    assert int(plan.schedule[-1]) == want
+    places = by_tick(plan)
+    for t, (a, b) in enumerate(pairwise(places), 1):
+        assert a == b or legal(free, a, b, cutting)
+        assert not any(clash(a, b, own, body, t) for body in bodies)
+
+
+def random_case(rng: np.random.Generator):
+    height, width = (int(v) for v in rng.integers(1, 8, 2))
+    free = rng.random((height, width)) >= rng.choice([0.0, 0.15, 0.35])
+    cells = [(int(x), int(y)) for y, x in np.argwhere(free)]
+    if len(cells) < 2:
+        return None
+    start, goal = (cells[int(k)] for k in rng.integers(0, len(cells), 2))
+    seen = []
+    for k in range(int(rng.integers(0, 5))):
+        at = (int(rng.integers(width)), int(rng.integers(height)))
+        track = [at]
+        for _ in range(int(rng.integers(0, 9))):
+            dx, dy = (int(v) for v in rng.integers(-1, 2, 2))
+            at = (min(max(at[0] + dx, 0), width - 1), min(max(at[1] + dy, 0), height - 1))
+            track.append(at)
+        period = int(rng.integers(1, len(track) + 1)) if rng.random() < 0.5 else 1
+        (ax, ay), (bx, by) = track[-1], track[-period]
+        if max(abs(ax - bx), abs(ay - by)) > 1:
+            period = 1  # it could not begin again
+        shape = ONE if rng.random() < 0.7 else footprint(0.9, 1.0)
+        seen.append(Seen(k, tuple(track), 0, period, shape))
+    return free, start, goal, seen
+
+
+def differ(planner, rng: np.random.Generator, cases: int) -> int:
+    solved = 0
+    for _ in range(cases):
+        case = random_case(rng)
+        if case is None:
+            continue
+        free, start, goal, seen = case
+        moves = str(rng.choice(["octile", "dissertation", "four"]))
+        bodies = [(place(s.track, s.period), s.footprint) for s in seen]
+        cutting = MOVES[moves].corner_cutting
+        steps = FOUR if moves == "four" else EIGHT
+        want = earliest(free.tolist(), steps, cutting, start, goal, bodies, until=150)
+        plan = asked(planner, free, moves, start, goal, seen)
+        judge(plan, want, free.tolist(), cutting, bodies)
+        solved += bool(plan)
+    return solved
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+def test_the_arrival_is_the_earliest_among_known_tracks(planner) -> None:
+    assert differ(planner, np.random.default_rng(4), 150) > 60
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+def test_the_arrival_is_the_earliest_in_ten_thousand_cases(planner) -> None:
+    assert differ(planner, np.random.default_rng(5), 10_000) > 4_000
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+def test_a_robot_with_a_size_keeps_its_disc_clear(planner) -> None:
+    rng = np.random.default_rng(6)
+    own = footprint(0.7, 1.0)
+    met = 0
+    for _ in range(60):
+        case = random_case(rng)
+        if case is None:
+            continue
+        free, start, goal, seen = case
+        free = np.ones_like(free)  # no walls: what is asked here is about the obstacles
+        bodies = [(place(s.track, s.period), s.footprint) for s in seen]
+        want = earliest(free.tolist(), EIGHT, False, start, goal, bodies, own=own, until=150)
+        plan = asked(planner, free, "octile", start, goal, seen, radius=0.7)
+        judge(plan, want, free.tolist(), False, bodies, own)
+        met += want is None or want > max(abs(start[0] - goal[0]), abs(start[1] - goal[1]))
+    assert met > 5
+
+
+# ---- every case there is ----------------------------------------------------
+
+
+def grids(width: int, height: int) -> Iterator[np.ndarray]:
+    for bits in range(1 << (width * height)):
+        yield np.array([bits >> k & 1 for k in range(width * height)], dtype=bool).reshape(height, width)
+
+
+def patrols(cells: list[Cell], start: Cell) -> list[tuple[Cell, Cell]]:
+    return [
+        (a, b) for a in cells if a != start for b in cells if max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= 1
+    ]
+
+
+def every_case(width: int, height: int, both: bool) -> Iterator[tuple[np.ndarray, Cell, Cell, list]]:
+    for free in grids(width, height):
+        cells = [(int(x), int(y)) for y, x in np.argwhere(free)]
+        for start in cells:
+            ways = patrols(cells, start)
+            pairs = [[p] for p in ways]
+            if both:
+                pairs = [[p, q] for p in ways for q in ways if p[0] != q[0]]
+            for goal in cells:
+                if goal != start:
+                    for some in pairs:
+                        yield free, start, goal, some
+
+
+def exhaust(planner, width: int, height: int, both: bool, share: int) -> int:
+    known: dict = {}
+    cases = 0
+    for k, (free, start, goal, ways) in enumerate(every_case(width, height, both)):
+        if k % share:
+            continue
+        cases += 1
+        bodies = [(place(way, 2), ONE) for way in ways]
+        # Within 18 ticks (9 cells, patrols of two ticks) every state has come round again.
+        want = earliest(free.tolist(), EIGHT, False, start, goal, bodies, until=2 * width * height)
+        seen = tuple(Seen(i, way, 0, 2) for i, way in enumerate(ways))
+        key = (free.tobytes(), start, goal)
+        if key not in known:
+            known.clear()
+            known[key] = planner.open(Scene(Grid(~free), start, goal), RNG)
+        plan = known[key].plan(Change(robot=start, bodies=seen))
+        judge(plan, want, free.tolist(), False, bodies)
+    return cases
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+@pytest.mark.parametrize(("width", "height", "both"), [(3, 3, False), (3, 2, True)])
+def test_a_sample_of_every_patrol_on_small_grids(planner, width, height, both) -> None:
+    assert exhaust(planner, width, height, both, 499) > 90
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+@pytest.mark.parametrize(("width", "height", "both", "cases"), [(3, 3, False, 154_112), (3, 2, True, 47_920)])
+def test_every_patrol_on_small_grids(planner, width, height, both, cases) -> None:
+    assert exhaust(planner, width, height, both, 1) == cases
+
+
+# ---- the contract, and what a person relies on ------------------------------
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+def test_the_contract(planner) -> None:
+    check_planner(planner, cases=4)
+
+
+def test_it_waits_where_waiting_is_quickest() -> None:
+    # A corridor one cell wide, and somebody crosses it.
+    free = [[c == "." for c in row] for row in ("##.##", ".....", "##.##")]
+    crossing = Seen(0, ((2, 0), (2, 0), (2, 1), (2, 2)), 0, 1)
+    plan = asked(Sipp(), free, "octile", (0, 1), (4, 1), [crossing])
+    assert by_tick(plan) == [(0, 1), (1, 1), (1, 1), (2, 1), (3, 1), (4, 1)]
+    assert plan.commit is None  # everything is known: nothing to ask again for
+
+
+def test_somebody_on_the_goal_for_ever_is_told_from_walls() -> None:
+    free = np.ones((3, 4), dtype=bool)
+    plan = asked(Sipp(), free, "octile", (0, 0), (3, 2), [Seen(0, ((3, 2),), 0, 1)])
+    assert plan.status is Status.HEMMED_IN
+    free[:, 2] = False
+    assert asked(Sipp(), free, "octile", (0, 0), (3, 2), []).status is Status.NO_PATH
+
+
+def test_both_searches_arrive_at_the_same_tick_among_many() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(6):
+        free = rng.random((24, 30)) >= 0.15
+        free[0, 0] = free[23, 29] = True
+        seen = []
+        for k in range(25):
+            x, y = int(rng.integers(30)), int(rng.integers(24))
+            track = [(x, y)]
+            for dx, dy in rng.integers(-1, 2, (40, 2)).tolist():
+                x, y = min(max(x + dx, 0), 29), min(max(y + dy, 0), 23)
+                track.append((x, y))
+            seen.append(Seen(k, tuple(track), 0, 1))
+        one, other = (asked(p, free, "octile", (0, 0), (29, 23), seen) for p in PLANNERS)
+        assert one.status is other.status
+        if one:
+            assert one.schedule[-1] == other.schedule[-1]
+
+
+def test_expansions_are_kept_within_the_budget() -> None:
+    scene = Scene(Grid(np.zeros((30, 30), dtype=bool)), (0, 0), (29, 29))
+    for planner in PLANNERS:
+        session = planner.open(scene, RNG)
+        plan = session.plan(None, Budget(expansions=10))
+        assert plan.status is Status.LIMIT
+        assert plan.expansions <= 10
+        assert session.plan()
+
+
+def test_recorded_obstacles_of_a_scene_are_known_without_being_told() -> None:
+    track = tuple((4, y) for y in range(5))
+    scene = Scene(Grid(np.zeros((5, 9), dtype=bool)), (0, 2), (8, 2), traffic=(Recorded(track),))
+    plan = api.plan(scene, "sipp")
+    assert plan.schedule is not None
+    bodies = [(place(track, 1), ONE)]
+    judge(
+        plan,
+        earliest((~scene.grid.blocked).tolist(), EIGHT, False, (0, 2), (8, 2), bodies),
+        (~scene.grid.blocked).tolist(),
+        False,
+        bodies,
+    )
+
+
+@pytest.mark.parametrize("forecast", ["velocity", "reach", "still"])
+def test_simulations_among_unknown_obstacles_are_clean(forecast: str) -> None:
+    grid = Grid(np.random.default_rng(9).random((20, 20)) < 0.1)
+    walls = grid.blocked.copy()
+    walls[:2, :2] = walls[-2:, -2:] = False
+    scene = Scene(Grid(walls), (0, 0), (19, 19), traffic=(RandomWalk(8), Crossing(2)))
+    for seed in range(3):
+        trace = api.simulate(scene, "sipp", seed=seed, forecast=forecast, horizon=2)  # refereed
+        assert trace.outcome.value in ("arrived", "blocked", "timeout", "hit")
+        again = api.simulate(scene, "sipp", seed=seed, forecast=forecast, horizon=2)
+        assert np.array_equal(trace.robot, again.robot)
+
+
+def test_a_simulation_among_known_tracks_drives_the_plan_to_the_tick() -> None:
+    rng = np.random.default_rng(10)
+    for _ in range(4):
+        tracks = []
+        for column in range(2, 14, 3):
+            down = [(column, y) for y in range(10)]
+            tracks.append(Recorded(tuple(down if rng.random() < 0.5 else down[::-1])))
+        scene = Scene(Grid(np.zeros((10, 16), dtype=bool)), (0, 4), (15, 5), traffic=tuple(tracks))
+        plan = api.plan(scene, "sipp")
+        trace = api.simulate(scene, "sipp")
+        assert trace.arrived
+        assert plan.schedule is not None
+        assert trace.ticks == plan.schedule[-1]
+        assert trace.replans == trace.flips == 0
+
+
+def test_a_margin_keeps_the_robot_on_its_way() -> None:
+    scene = Scene(Grid(np.zeros((7, 12), dtype=bool)), (0, 3), (11, 3))
+    still = Seen(0, ((5, 3),), 0, None)
+    seen = {}
+    for margin in (0, 9):
+        session = Sipp(margin=margin, forecast="still", horizon=50).open(scene, RNG)
+        first = session.plan(Change(robot=(0, 3), bodies=(still,)))
+        # The obstacle leaves: straight on would now be as quick or quicker.
+        second = session.plan(Change(robot=(0, 3), bodies=()))
+        seen[margin] = first.path.cells.tolist() == second.path.cells.tolist()
+    assert seen[9]
+
+
+@pytest.mark.parametrize(
+    ("setting", "value", "code"),
+    [
+        ("forecast", "magic", "FORECAST"),
+        ("horizon", -1, "HORIZON"),
+        ("horizon", True, "HORIZON"),
+        ("growth", float("nan"), "GROWTH"),
+        ("margin", 2000, "MARGIN"),
+        ("tracks", None, "TRACKS"),
+    ],
+)
+def test_settings_out_of_range_are_refused(setting, value, code) -> None:
+    with pytest.raises(SettingError) as refused:
+        Sipp(**{setting: value})
+    assert refused.value.code == code
+
+
+def test_reach_is_where_two_footprints_meet() -> None:
+    small, wide = ONE, footprint(1.2, 1.0)
+    assert reach_of(small, wide) == wide
+    for x, y in reach_of(wide, wide):
+        assert {(x + a, y + b) for a, b in wide} & set(wide)
+    assert len(reach_of(wide, wide)) > len(wide)
