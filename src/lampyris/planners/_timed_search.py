@@ -99,6 +99,9 @@ class TimedSearch:
         offsets = moves.offsets
         corners = not moves.corner_cutting
         self._kinds = {o: k for k, o in enumerate(offsets)}
+        self._kind_of = np.full(9, -1, dtype=np.int64)
+        for k, (dx, dy) in enumerate(offsets):
+            self._kind_of[(dx + 1) * 3 + dy + 1] = k
         row = self._stride
         self._offset = np.array([dy * row + dx for dx, dy in offsets], dtype=np.int64)
         self._via = np.array([dx if dx and dy and corners else 0 for dx, dy in offsets], dtype=np.int64)
@@ -137,8 +140,7 @@ class TimedSearch:
         """Lay out a forecast. Valid until the next one is laid out."""
         at = np.stack((self._padded(given.at[:, 0]), given.at[:, 1]), axis=1)
         forever = np.stack((self._padded(given.forever[:, 0]), given.forever[:, 1]), axis=1)
-        known = [self._kinds.get((int(dx), int(dy)), -1) for dx, dy in given.steps[:, 2:]]
-        kinds = np.array(known, dtype=np.int64)
+        kinds = self._kind_of[(given.steps[:, 2] + 1) * 3 + given.steps[:, 3] + 1]
         may = kinds >= 0
         out = self._padded(given.steps[may, 0])
         code = given.steps[may, 1] * len(self._offset) + kinds[may]

@@ -89,10 +89,16 @@ class Forecaster:
         unrolled : for how many ticks tracks that repeat themselves are written out.
         """
         notes = _Notes()
+        alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[Seen]] = {}
         for seen in bodies:
-            self._known(seen, tick, unrolled, notes)
-            if seen.period is None and horizon > 0:
-                self._guessed(seen, tick, horizon, notes)
+            # Those of one size that are known for the same ticks are computed together.
+            key = (seen.footprint, seen.since, len(seen.track), seen.period)
+            alike.setdefault(key, []).append(seen)
+        for (cells, since, _, period), group in alike.items():
+            tracks = np.array([seen.track for seen in group], dtype=np.int64)
+            self._known(tracks, since, period, cells, tick, unrolled, notes)
+            if period is None and horizon > 0:
+                self._guessed(tracks, since, cells, tick, horizon, notes)
         at, steps, forever = (
             _rows(notes.at, 2),
             _rows(notes.steps, 4),
@@ -108,71 +114,85 @@ class Forecaster:
 
     # ---- what is known --------------------
 
-    def _known(self, seen: Seen, tick: int, unrolled: int, notes: _Notes) -> None:
-        """From one tick before the robot's, for the step that ends there, to the end of the track."""
-        track = np.array(seen.track, dtype=np.int64)
-        last = seen.since + len(track) - 1
-        until = max(last, tick + unrolled) if seen.period is not None and seen.period > 1 else last
-        ticks = np.arange(max(tick, seen.since), until + 1, dtype=np.int64)
-        if len(ticks):
-            k = ticks - seen.since
-            if seen.period is not None:
-                over = k >= len(track)
-                k = np.where(over, len(track) - seen.period + (k - len(track)) % seen.period, k)
-            self._drive(track[k], ticks, seen.footprint, notes, stands=seen.period == 1)
-        elif seen.period == 1:
-            self._drive(track[-1:], np.array([last], dtype=np.int64), seen.footprint, notes, stands=True)
-        notes.endless |= seen.period is not None and seen.period > 1
+    def _known(
+        self,
+        tracks: _Ints,
+        since: int,
+        period: int | None,
+        cells: tuple[Cell, ...],
+        tick: int,
+        unrolled: int,
+        notes: _Notes,
+    ) -> None:
+        """From the robot's tick, for the step that begins there, to the end of the tracks, (bodies, m, 2)."""
+        length = tracks.shape[1]
+        last = since + length - 1
+        until = max(last, tick + unrolled) if period is not None and period > 1 else last
+        first = max(tick, since)
+        if period == 1:
+            first = min(first, last)
+        if first <= until:
+            ticks = np.arange(first, until + 1, dtype=np.int64)
+            k = ticks - since
+            if period is not None:
+                k = np.where(k >= length, length - period + (k - length) % period, k)
+            self._drive(tracks[:, k], ticks, cells, notes, stands=period == 1)
+        notes.endless |= period is not None and period > 1
 
     def _drive(
         self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, *, stands: bool
     ) -> None:
-        """A body that is on ``places`` (m, 2) at ``ticks``; ``stands``: and stays at the last for ever."""
+        """Bodies that are on ``places`` (bodies, m, 2) at ``ticks``; ``stands``: and stay at the last."""
         met = _offsets(self._own, cells)
-        now = places[:, None, :] + met[None, :, :]
-        self._note_cells(now.reshape(-1, 2), np.repeat(ticks, len(met)), notes.at)
+        now = places[:, :, None, :] + met
+        when = np.broadcast_to(ticks[None, :, None], now.shape[:3])
+        self._note_cells(now.reshape(-1, 2), when.reshape(-1), notes.at)
         if stands:
-            self._note_cells(now[-1], np.full(len(met), ticks[-1]), notes.forever)
-        hops = np.diff(places, axis=0)
-        for dx, dy in _EIGHT:
-            moved = np.flatnonzero((hops[:, 0] == dx) & (hops[:, 1] == dy))
-            if not len(moved):
-                continue
-            bans = _bans(self._own, cells, dx, dy)
-            cell = places[moved][:, None, :] + bans[None, :, :2]
-            step = np.broadcast_to(bans[None, :, 2:], cell.shape)
-            rows = np.concatenate((cell, step), axis=2).reshape(-1, 4)
+            self._note_cells(now[:, -1].reshape(-1, 2), when[:, -1].reshape(-1), notes.forever)
+        hops = np.diff(places, axis=1)
+        body, leg = np.nonzero(hops.any(axis=2))
+        if not len(body):
+            return
+        hop = hops[body, leg]
+        kind = (hop[:, 0] + 1) * 3 + hop[:, 1] + 1
+        for which in np.unique(kind).tolist():
+            bans = _bans(self._own, cells, which // 3 - 1, which % 3 - 1)
+            moved = kind == which
+            out = places[body[moved], leg[moved]][:, None, :] + bans[None, :, :2]
+            steps = np.broadcast_to(bans[None, :, 2:], out.shape)
+            rows = np.concatenate((out, steps), axis=2).reshape(-1, 4)
             inside = self._inside(rows)
-            when = np.repeat(ticks[moved + 1], len(bans))[inside]
+            then = np.repeat(ticks[leg[moved] + 1], len(bans))[inside]
             rows = rows[inside]
             flat = rows[:, 1] * self._width + rows[:, 0]
-            notes.steps.append(np.stack((flat, when, rows[:, 2], rows[:, 3]), axis=1))
+            notes.steps.append(np.stack((flat, then, rows[:, 2], rows[:, 3]), axis=1))
 
     # ---- what is guessed --------------------
 
-    def _guessed(self, seen: Seen, tick: int, horizon: int, notes: _Notes) -> None:
-        last = seen.since + len(seen.track) - 1
-        x, y = seen.track[-1]
-        met = _offsets(self._own, seen.footprint)
+    def _guessed(
+        self, tracks: _Ints, since: int, cells: tuple[Cell, ...], tick: int, horizon: int, notes: _Notes
+    ) -> None:
+        last = since + tracks.shape[1] - 1
+        met = _offsets(self._own, cells)
         if self._guess == "reach":
-            for k, cells in self._reached((x, y), horizon):
-                self._note_spread(cells, met, last + k, notes)
+            for x, y in tracks[:, -1].tolist():
+                for k, reached in self._reached((x, y), horizon):
+                    self._note_spread(reached, met, last + k, notes)
             return
-        dx = dy = 0
-        if self._guess == "velocity" and len(seen.track) > 1:
-            dx, dy = x - seen.track[-2][0], y - seen.track[-2][1]
-        places = [(x, y)]
+        at = tracks[:, -1]
+        hop = at - tracks[:, -2] if self._guess == "velocity" and tracks.shape[1] > 1 else np.zeros_like(at)
+        places = [at]
         for _ in range(horizon):
-            nx, ny = places[-1][0] + dx, places[-1][1] + dy
-            if not (0 <= nx < self._width and 0 <= ny < self._height and self._free[ny, nx]):
-                nx, ny, dx, dy = *places[-1], 0, 0  # it will not go through the wall
-            places.append((nx, ny))
+            to = places[-1] + hop
+            hop = np.where(self._standing(to)[:, None], hop, 0)  # it will not go through the wall
+            places.append(places[-1] + hop)
         ticks = np.arange(last, last + horizon + 1, dtype=np.int64)
         keep = ticks >= tick
-        self._drive(np.array(places, dtype=np.int64)[keep], ticks[keep], seen.footprint, notes, stands=False)
+        self._drive(np.stack(places, axis=1)[:, keep], ticks[keep], cells, notes, stands=False)
         if self._guess == "velocity" and self._growth > 0:
             for k in range(1, horizon + 1):
-                around = np.array(_disc(self._growth * k), dtype=np.int64) + np.array(places[k])
+                disc = np.array(_disc(self._growth * k), dtype=np.int64)
+                around = (places[k][:, None, :] + disc).reshape(-1, 2)
                 self._note_spread(around[self._standing(around)], met, last + k, notes)
 
     def _reached(self, cell: Cell, horizon: int) -> Iterator[tuple[int, _Ints]]:
@@ -209,6 +229,7 @@ class Forecaster:
         return inside
 
     def _standing(self, cells: _Ints) -> NDArray[np.bool_]:
+        """Which of these cells an obstacle can be on."""
         inside = self._inside(cells)
         inside[inside] = self._free[cells[inside, 1], cells[inside, 0]]
         return inside
