@@ -25,7 +25,7 @@ from lampyris.testing import check_planner
 from reference.timed_twin import EIGHT, FOUR, Body, Cell, clash, earliest, legal
 
 RNG = np.random.default_rng(0)  # never drawn from
-PLANNERS = [Sipp(), SpaceTimeAStar()]
+PLANNERS = [Sipp(margin=0), SpaceTimeAStar(margin=0)]
 IDS = [p.name for p in PLANNERS]
 ONE = ((0, 0),)
 
