@@ -243,30 +243,31 @@ def test_any_step_set_of_positive_costs_is_served() -> None:
 
 
 def test_costs_that_outgrow_32_bits_are_found_again_in_64(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A frame made narrow by force: the kernel notices, and the answer is the same."""
+    """A frame made narrow by force: the kernel notices before a cost is wrong, and the answer is the same."""
     rng = np.random.default_rng(42)
-    frames = []
+    room = 0
 
     class Tight(Frame):
         def __init__(self, free: np.ndarray, moves: Moves, **words: bool) -> None:
             super().__init__(free, moves, **words)
             if self.dtype is np.int32:
-                self.never = 60_000
-            frames.append(self.dtype)
+                self.never = room
 
     for name in ("dissertation", "four", "sixteen"):
         free, terrain = rng.random((40, 40)) >= 0.1, rng.integers(0, 253, (40, 40)).astype(np.uint8)
         free[0, 0] = True
-        moves = replace(MOVES[name], costs=tuple(9 * c for c in MOVES[name].costs), unit=9 * MOVES[name].unit)
-        wide = solve(free, moves.weighed(), (0, 0), terrain=terrain)
-        with monkeypatch.context() as patch:
-            patch.setattr(solve_module, "Frame", Tight)
-            again = solve(free, moves.weighed(), (0, 0), terrain=terrain)
-        assert (wide.exact.dtype, again.exact.dtype) == (np.int32, np.int64)
-        np.testing.assert_array_equal(wide.exact, again.exact)
-        np.testing.assert_array_equal(wide.step, again.step)
-        assert wide.exact.max() > 60_000
-    assert frames == [np.int32, np.int64] * 3
+        moves = MOVES[name].weighed()
+        whole = solve(free, moves, (0, 0), terrain=terrain)
+        assert whole.exact.dtype == np.int32
+        most = int(whole.exact.max())
+        for share in (0.1, 0.5, 0.9, 0.99, 1.0, 1.5):
+            room = int(share * most)
+            with monkeypatch.context() as patch:
+                patch.setattr(solve_module, "Frame", Tight)
+                again = solve(free, moves, (0, 0), terrain=terrain)
+            assert again.exact.dtype == (np.int64 if share <= 1 else np.int32)
+            np.testing.assert_array_equal(whole.exact, again.exact)
+            np.testing.assert_array_equal(whole.step, again.step)
 
 
 def test_bad_terrain() -> None:
