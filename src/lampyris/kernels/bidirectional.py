@@ -7,14 +7,13 @@ Side 1 searches from the start s, side 2 from the goal t against the steps. ``M`
 neither has expanded; g1, g2 the least costs found so far, h1(v) a consistent lower bound of the cost from
 v to t, h2(v) one from s to v, f = g + h. ``best`` is the least g1(v) + g2(v) met while v was in M. A
 round takes one side, say 1, and the cell u of M with the least f1; u leaves M. If g1(u) + F2 - h2(u) >=
-best, where F2 is at most the least f2 in M, u is dropped; else its neighbours *in M* are offered g1(u) + step.
-Over when a side has nothing left in M, or its least f is at least ``best``.
+best, where F2 is at most the least f2 in M, u is dropped; else its neighbours *in M* are offered g1(u) +
+step. Over when a side has nothing left in M, or its least f is at least ``best``.
 
-Why ``best`` is then the least cost
------------------------------------
-Claim: while best > C, the cost of a cheapest way, there is a cheapest way v0 = s .. vk = t and a < b so that
-v0 .. va were expanded (not dropped) by side 1 with exact g1, vb .. vk by side 2 with exact g2, and the cells
-between are all in M; and there is at least one such cell. At the beginning all are.
+Why ``best`` is then the least cost ----------------------------------- Claim: while best > C, the cost of
+a cheapest way, there is a cheapest way v0 = s .. vk = t and a < b so that v0 .. va were expanded (not
+dropped) by side 1 with exact g1, vb .. vk by side 2 with exact g2, and the cells between are all in M;
+and there is at least one such cell. At the beginning all are.
 
 * *Then neither side is empty or stopped by its f*: v(a+1) was in M when va was expanded, so g1(v(a+1)) is
   exact, f1(v(a+1)) <= C < best. Likewise f2(v(b-1)) <= C.

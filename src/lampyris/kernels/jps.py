@@ -49,51 +49,10 @@ list first, written unconditionally.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import highest, kernel, lowest, u64
+from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels.bits import ahead, back, bit
 
-FOUND, EXHAUSTED, LIMIT = 0, 1, 2
-
-
-@kernel()
-def _ahead(words, at):
-    """Distance from a bit to the next one set."""
-    place = at + 1
-    k = u64(place) >> u64(6)
-    word = words[k] >> (u64(place) & u64(63))
-    if word != u64(0):
-        return lowest(word) + 1
-    reach = 65 - (place & 63)
-    k += u64(1)
-    word = words[k]
-    while word == u64(0):
-        reach += 64
-        k += u64(1)
-        word = words[k]
-    return reach + lowest(word)
-
-
-@kernel()
-def _back(words, at):
-    """Distance from a bit to the one set before it."""
-    place = at - 1
-    k = u64(place) >> u64(6)
-    word = (words[k] << u64(63 - (place & 63))) & u64(0xFFFF_FFFF_FFFF_FFFF)
-    if word != u64(0):
-        return 64 - highest(word)
-    reach = 65 + (place & 63)
-    k -= u64(1)
-    word = words[k]
-    while word == u64(0):
-        reach += 64
-        k -= u64(1)
-        word = words[k]
-    return reach - highest(word)
-
-
-@kernel()
-def _bit(words, at):
-    """1 where a bit is set, else 0."""
-    return 1 if (words[u64(at) >> u64(6)] >> (u64(at) & u64(63))) & u64(1) != u64(0) else 0
+FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
 
 
 @kernel(out=("nodes", "heap"))
@@ -167,11 +126,11 @@ def _look(
         down = v * stride
         at = y * stride + x
         col = x * rise + y
-        if d >= 4 and cutting == 0 and (_bit(words, at + u) | _bit(words, at + down)) != 0:
+        if d >= 4 and cutting == 0 and (bit(words, at + u) | bit(words, at + down)) != 0:
             continue
         while True:
             if d >= 4:
-                if _bit(words, at + down + u) != 0:
+                if bit(words, at + down + u) != 0:
                     break
                 x += u
                 y += v
@@ -183,12 +142,12 @@ def _look(
                     found[u64(tail + 1)] = y
                     found[u64(tail + 2)] = g
                     found[u64(tail + 3)] = d ^ 1
-                    tail += 4 * (_bit(words, at - u) & (1 - _bit(words, at - u + down)))
+                    tail += 4 * (bit(words, at - u) & (1 - bit(words, at - u + down)))
                     found[u64(tail)] = x
                     found[u64(tail + 1)] = y
                     found[u64(tail + 2)] = g
                     found[u64(tail + 3)] = 11 - d
-                    tail += 4 * (_bit(words, at - down) & (1 - _bit(words, at - down + u)))
+                    tail += 4 * (bit(words, at - down) & (1 - bit(words, at - down + u)))
                 if at == goal:
                     found[u64(tail)] = x
                     found[u64(tail + 1)] = y
@@ -196,21 +155,21 @@ def _look(
                     tail += 4
                     break
             if u != 0:
-                reach = _ahead(words, east + at) if u > 0 else _back(words, west + at)
+                reach = ahead(words, east + at) if u > 0 else back(words, west + at)
                 found[u64(tail)] = x + u * reach
                 found[u64(tail + 1)] = y
                 found[u64(tail + 2)] = g + straight * reach
                 found[u64(tail + 3)] = 1 - u
-                wall = _bit(words, at + u * reach)
+                wall = bit(words, at + u * reach)
                 tail += 4 - 4 * wall
                 beside = reach == 1 and wall != 0
             if v != 0:
-                reach = _ahead(words, south + col) if v > 0 else _back(words, north + col)
+                reach = ahead(words, south + col) if v > 0 else back(words, north + col)
                 found[u64(tail)] = x
                 found[u64(tail + 1)] = y + v * reach
                 found[u64(tail + 2)] = g + straight * reach
                 found[u64(tail + 3)] = 2 - v
-                wall = _bit(words, at + reach * down)
+                wall = bit(words, at + reach * down)
                 tail += 4 - 4 * wall
                 below = reach == 1 and wall != 0
             if d < 4 or (cutting == 0 and (beside or below)):
@@ -227,6 +186,7 @@ def _heed(
     count = state[u64(0)]
     size = state[u64(1)]
     best = state[u64(2)]
+    most = len(nodes) // 6
     lag = 1 - cutting
     for k in range(0, tail, 4):
         x = found[u64(k)]
@@ -249,15 +209,18 @@ def _heed(
             beside = stride if d & 1 == 0 else 1
             at = y * stride + x
             bits |= turns[u64(2 * d)] * (
-                _bit(words, at + beside - lag * on) & (1 - _bit(words, at + beside + cutting * on))
+                bit(words, at + beside - lag * on) & (1 - bit(words, at + beside + cutting * on))
             )
             bits |= turns[u64(2 * d + 1)] * (
-                _bit(words, at - beside - lag * on) & (1 - _bit(words, at - beside + cutting * on))
+                bit(words, at - beside - lag * on) & (1 - bit(words, at - beside + cutting * on))
             )
         cell = u64(y * width + x)
         j = int(node[cell])
         at = 6 * j
         if not (0 <= j < count and nodes[u64(at)] == x and nodes[u64(at + 1)] == y):
+            if count == most:
+                state[u64(4)] = 1
+                break
             j = count
             at = 6 * j
             count += 1
@@ -286,16 +249,36 @@ def _heed(
     state[u64(2)] = best
 
 
+@kernel()
+def _count(nodes, x, y, i):
+    """How many cells the way over node i to a cell has."""
+    cells = 1
+    while i >= 0:
+        cells += max(abs(x - nodes[6 * i]), abs(y - nodes[6 * i + 1]))
+        x = nodes[6 * i]
+        y = nodes[6 * i + 1]
+        i = nodes[6 * i + 3]
+    return cells
+
+
 @kernel(out=("path",))
-def _unroll(nodes, x, y, i, path):
-    """Write the way down cell by cell, goal first: from each node diagonals, then straights."""
+def unroll(nodes, x, y, i, path):
+    """Write the way over node i to a cell down, cell by cell.
+
+    Parameters
+    ----------
+    nodes : as :func:`jump` leaves them.
+    x, y : the goal, counted from 1.
+    i : the last node.
+    path : int32, (2 * n,); x and y of the way's n cells, the goal first, both counted from 0.
+    """
     length = 1
     path[0] = x - 1
     path[1] = y - 1
+    # From each node come diagonals, then straights: backwards straights, until both distances are equal.
     while i >= 0:
         to_x = nodes[6 * i]
         to_y = nodes[6 * i + 1]
-        # Backwards: the straights first, until both distances are equal.
         while x != to_x or y != to_y:
             a = abs(x - to_x)
             b = abs(y - to_y)
@@ -307,14 +290,13 @@ def _unroll(nodes, x, y, i, path):
             path[2 * length + 1] = y - 1
             length += 1
         i = nodes[6 * i + 3]
-    return length
 
 
-@kernel(out=("node", "nodes", "heap", "path", "state"))
+@kernel(out=("node", "nodes", "heap", "state"))
 def jump(
     words, east, south, west, north, stride, rise, width,
     start_x, start_y, goal_x, goal_y, budget, straight, diagonal, cutting, steps, turns,
-    found, node, nodes, heap, path, state,
+    found, node, nodes, heap, state,
 ):  # fmt: skip
     """Cheapest way between two cells.
 
@@ -332,14 +314,15 @@ def jump(
         north-east.
     turns : int64, (8,); the directions, as bits, that a straight run has to follow when it meets a turn
         to the south or east, and to the north or west.
-    found : int64, (64 * longest side + 256,); scratch: x, y, cost and direction of places.
+    found : int64, (4 m,); scratch: x, y, cost and direction of places; m is 9, and 8 times the shorter side
+        (16 times with corner cutting).
     node : int32, (n,), n cells with the border; scratch, never cleared: the number of a cell's node, if
         that node says so, too.
-    nodes : int64, (6 * n,); scratch: x, y, cost, predecessor, directions to follow and followed, place in
-        the heap.
-    heap : int64, (2 * n,); scratch: f and node.
-    path : int32, (2 * n,); x and y of the way's cells, goal first, both counted from 0.
-    state : int64, (4,); the ending, expansions (of jump points), cells of the way, its exact cost (or -1).
+    nodes : int64, (6 * m,); scratch: x, y, cost, predecessor, directions to follow and followed, place in
+        the heap. Should there be more than m, the ending is FULL.
+    heap : int64, (2 * m,); scratch: f and node.
+    state : int64, (5,); the ending, expansions (of jump points), cells of the way, its exact cost (or -1),
+        its last node.
     """
     # The goal is a stop for the time of this search.
     goal = goal_y * stride + goal_x
@@ -367,6 +350,7 @@ def jump(
     state[1] = 1
     state[2] = 0 if start_x == goal_x and start_y == goal_y else 1 << 62
     state[3] = -1
+    state[4] = 0
     expansions = 0
     ending = EXHAUSTED
     while state[1] > 0 and heap[0] < state[2]:
@@ -386,16 +370,19 @@ def jump(
             words, stride, width, goal_x, goal_y, straight, diagonal - straight, cutting, steps, turns, i,
             tail, found, node, nodes, heap, state,
         )  # fmt: skip
+        if state[4] == 1:
+            ending = FULL
+            break
     words[(east + goal) >> 6] = was_east
     words[(west + goal) >> 6] = was_west
     words[(south + goal_col) >> 6] = was_south
     words[(north + goal_col) >> 6] = was_north
     best = state[2]
-    length = 0
+    last = state[3]
     if ending == EXHAUSTED and best < 1 << 62:
         ending = FOUND
-        length = _unroll(nodes, goal_x, goal_y, state[3], path)
     state[0] = ending
     state[1] = expansions
-    state[2] = length
+    state[2] = _count(nodes, goal_x, goal_y, last) if ending == FOUND else 0
     state[3] = best if ending == FOUND else -1
+    state[4] = last

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.kernels.jps import FOUND, jump
+from lampyris.kernels.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.planners._graph import Answer, check_limits
@@ -22,6 +22,9 @@ _Ints = NDArray[np.int64]
 
 _STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """East, south, west, north, south-east, south-west, north-west, north-east: the kernel's directions."""
+
+FIRST_NODES = 256
+"""Room for so many jump points at first, and one in 64 cells; most searches need fewer."""
 
 
 def can_jump(moves: Moves) -> bool:
@@ -118,7 +121,7 @@ def _shifted(lines: _Words) -> tuple[_Words, _Words]:
 class JumpSearch:
     """The arrays of one map, searched as often as one likes, by moves that :func:`can_jump`.
 
-    Memory: 76 bytes a cell, of which a search touches those of its jump points; and see :class:`PackedMap`.
+    Memory: 4 bytes a cell, 64 for each jump point of the largest search, and see :class:`PackedMap`.
 
     Parameters
     ----------
@@ -136,12 +139,10 @@ class JumpSearch:
         price = dict(zip(moves.offsets, moves.costs, strict=True))
         self._prices = (price[_STEPS[0]], price[_STEPS[4]])
         self._tables = (frozen(np.array(_STEPS, dtype=np.int64).ravel()), _turns(sides))
-        self._found = np.empty(64 * max(free.shape) + 256, dtype=np.int64)
+        self._found = np.empty(36 + (64 if sides else 32) * min(free.shape), dtype=np.int64)
         self._node = np.empty(n, dtype=np.int32)
-        self._nodes = np.empty(6 * n, dtype=np.int64)
-        self._heap = np.empty(2 * n, dtype=np.int64)
-        self._path = np.empty(2 * n, dtype=np.int32)
-        self._state = np.zeros(4, dtype=np.int64)
+        self._state = np.zeros(5, dtype=np.int64)
+        self._room(min(n, FIRST_NODES + n // 64))
         began = time.perf_counter()
         self._free = free
         self._map = PackedMap(free, sides)
@@ -187,18 +188,30 @@ class JumpSearch:
             self._map.edit(cells[:, 0], cells[:, 1], blocked=blocked)
             self._pack_s += time.perf_counter() - began
 
+    def _room(self, nodes: int) -> None:
+        """Make room for so many jump points."""
+        self._nodes = np.empty(6 * nodes, dtype=np.int64)
+        self._heap = np.empty(2 * nodes, dtype=np.int64)
+
     def _run(self, start: Cell, goal: Cell, budget: int | None) -> Answer:
         m = self._map
-        width = self._free.shape[1] + 2
-        jump(
-            m.words, m.east, m.south, m.west, m.north, m.stride, m.rise, width,
-            start[0] + 1, start[1] + 1, goal[0] + 1, goal[1] + 1, -1 if budget is None else budget,
-            *self._prices, self._cutting, *self._tables,
-            self._found, self._node, self._nodes, self._heap, self._path, self._state,
-        )  # fmt: skip
-        ending, expansions, length, _ = self._state.tolist()
-        cells = self._path[: 2 * length].reshape(-1, 2)[::-1] if ending == FOUND else None
-        return Answer(ending, expansions, cells)
+        height, width = self._free.shape
+        ends = (start[0] + 1, start[1] + 1, goal[0] + 1, goal[1] + 1, -1 if budget is None else budget)
+        while True:
+            jump(
+                m.words, m.east, m.south, m.west, m.north, m.stride, m.rise, width + 2, *ends, *self._prices,
+                self._cutting, *self._tables, self._found, self._node, self._nodes, self._heap, self._state,
+            )  # fmt: skip
+            ending, expansions, length, _, last = self._state.tolist()
+            if ending != FULL:
+                break
+            # As many as there are cells are always enough.
+            self._room(min((height + 2) * (width + 2), len(self._nodes)))
+        if ending != FOUND:
+            return Answer(ending, expansions, None)
+        path = np.empty(2 * length, dtype=np.int32)
+        unroll(self._nodes, ends[2], ends[3], last, path)
+        return Answer(ending, expansions, path.reshape(-1, 2)[::-1])
 
 
 def _turns(cutting: bool) -> _Ints:

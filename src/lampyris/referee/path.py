@@ -15,6 +15,7 @@ from lampyris.model.path import Path
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.referee.any_angle import lines_violation
 from lampyris.referee.shapes import Ints, disc_cells, first_overlap, stands_free, swept_cells
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
@@ -265,7 +266,7 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
     Rules of its own, before those of :func:`check_path`: ``status`` (a path exactly when found; found, or no
     way, only between cells where the robot can stand; occupied only where it cannot), ``numbers`` (counts
     that are negative), and after them ``gap`` (better than the best), ``gates`` (a gate on the way that is
-    not on it).
+    not on it), and those of :func:`lampyris.referee.any_angle.lines_violation`.
 
     Parameters
     ----------
@@ -297,7 +298,7 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
         for gate in plan.gates_on_path:
             if gate.cell not in on_path:
                 return Violation("gates", "plan", f"the gate {gate.cell} is not on the path")
-    return None
+    return lines_violation(plan, scene)
 
 
 def _status_violation(plan: Plan, scene: Scene, start: Cell | None) -> Violation | None:
