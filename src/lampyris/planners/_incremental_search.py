@@ -11,12 +11,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.errors import SettingError
 from lampyris.field.frame import Frame
 from lampyris.kernels import dstar, dstar_lite, incremental
 from lampyris.kernels.incremental import BIAS, NEVER, SLOPE
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
-from lampyris.planners._graph import rules_of
+from lampyris.planners._graph import check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _MOST_BIAS = 2**59
@@ -35,6 +36,11 @@ class Ground:
     moves : the step set.
     goal, robot : cells.
     informed : whether estimates are the metric of the open plane, or all 0.
+
+    Raises
+    ------
+    LimitError : more cells, or dearer steps, than exact costs have room for.
+    SettingError : a step without its opposite.
     """
 
     def __init__(
@@ -47,6 +53,11 @@ class Ground:
         *,
         informed: bool,
     ) -> None:
+        check_limits(free, moves)
+        if any((-dx, -dy) not in moves.offsets for dx, dy in moves.offsets):
+            raise SettingError(
+                "MOVES", f"{moves.name}: a step without its opposite", allowed="steps in pairs"
+            )
         frame = self.frame = Frame(free, moves, terrain=terrain is not None)
         unit = 1 if terrain is None else TERRAIN_UNIT
         self.free = frame.lay(free, np.uint8)
