@@ -297,6 +297,8 @@ def test_limits_of_size() -> None:
         refused({"version": 1, "map": {"recipe": "maze", "size": [9, 9]}}, max_cells=80)[0].code
         == "MAP_TOO_LARGE"
     )
+    for name, code in (("s.json", "JSON_SIZE"), ("s.yaml", "YAML_SIZE")):
+        assert refused(b" " * (17 * 2**20), name)[0].code == code
     assert refused(b"", "s.json")[0].code == "JSON_SHAPE"
     assert refused(b"- 1")[0].code == "YAML_SHAPE"
     with pytest.raises(LampyrisError, match="FILE_MISSING"):

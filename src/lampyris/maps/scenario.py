@@ -156,7 +156,7 @@ def read_scenario(
     from lampyris.maps.scenario_file import VERSION, ScenarioFile
 
     name = os.fspath(path)
-    said = _read(read_regular(name, MAX_BYTES), name)
+    said = _read(name)
     version = said.data.get("version", VERSION)
     if isinstance(version, bool) or version != VERSION:
         # Alone: every other key might be called unknown.
@@ -178,8 +178,14 @@ def read_scenario(
     return build(said, file, names, allow_outside, max_cells)
 
 
-def _read(data: bytes, name: str) -> Document:
-    if Path(name).suffix.lower() == ".json":
+def _read(name: str) -> Document:
+    as_json = Path(name).suffix.lower() == ".json"
+    try:
+        data = read_regular(name, MAX_BYTES)
+    except LimitError as large:
+        code = "JSON_SIZE" if as_json else "YAML_SIZE"
+        raise LimitError(code, large.what, where=large.where, allowed=large.allowed) from None
+    if as_json:
         from lampyris.maps.json_text import read_json
 
         return read_json(data, name)
