@@ -1,0 +1,67 @@
+"""Row 99: words of the command line, and files that are already there."""
+
+from __future__ import annotations
+
+from bad_inputs.case import USAGE, Case
+
+CASES: list[Case] = [
+    Case(
+        99,
+        "unknown option",
+        ("plan", "guide", "--nope"),
+        code=USAGE,
+        exit=2,
+        says=("No such option: --nope",),
+    ),
+    Case(99, "unknown verb", ("nope",), code=USAGE, exit=2, says=("No such command 'nope'",)),
+    Case(99, "no map", ("plan",), code=USAGE, exit=2, says=("Missing argument 'MAP'",)),
+    Case(99, "seed x", ("plan", "guide", "--seed", "x"), code=USAGE, exit=2, says=("--seed", "integer")),
+    Case(
+        99,
+        "two starts",
+        ("plan", "guide", "--start", "0,9", "--start-m", "1,1"),
+        code="OPTIONS",
+        exit=2,
+        says=("--start and --start-m both given", "one of them"),
+    ),
+    Case(
+        99,
+        "half a cell",
+        ("plan", "guide", "--start", "1.5,2"),
+        code="TYPE",
+        exit=2,
+        says=("--start", "'1.5,2'", "two whole numbers X,Y"),
+    ),
+    *(
+        Case(
+            99,
+            name,
+            words,
+            {"there.csv": b"kept", "there.png": b"kept", "there.txt": b"kept"},
+            "EXISTS",
+            2,
+            (words[-1], "the file exists", "--force"),
+        )
+        for name, words in (
+            ("csv there", ("plan", "guide", "--csv", "there.csv")),
+            ("picture there", ("plan", "guide", "--picture", "there.png")),
+            ("map there", ("maps", "convert", "guide", "there.txt")),
+        )
+    ),
+    Case(
+        99,
+        "another ending",
+        ("maps", "convert", "guide", "map.gif"),
+        code="MAP_ENDING",
+        exit=2,
+        says=("map.gif", "'.gif'", ".png"),
+    ),
+    Case(
+        99,
+        "no such folder",
+        ("plan", "guide", "--csv", "nowhere/plan.csv"),
+        code="FILE_WRITE",
+        exit=3,
+        says=("nowhere/plan.csv", "a folder you may write in"),
+    ),
+]
