@@ -1,0 +1,306 @@
+"""The mended field equals the one solved from scratch, to the last bit, and costs what changed."""
+
+from __future__ import annotations
+
+import inspect
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from lampyris.errors import SceneError, SettingError
+from lampyris.field import repair
+from lampyris.field.repair import Mender
+from lampyris.field.solve import solve
+from lampyris.kernels import repair as kernels
+from lampyris.model.field import Field
+from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
+from reference import field_twin
+from reference.changing_twin import World, costs
+from reference.edit_stories import Story, story
+from reference.kernel_forms import use
+
+ARRAYS = ("exact", "step", "luciferin", "free")
+
+
+def same(a: Field, b: Field) -> bool:
+    """Every value; not the element type of costs, which may be wider than need be."""
+    return all(np.array_equal(getattr(a, what), getattr(b, what)) for what in ARRAYS)
+
+
+def keep(told: Story, rho: float = 0.4, gamma: float = 0.6) -> tuple[Mender, World, Moves]:
+    """A mender and a judge of the story's map. Its robot's size is of no account here."""
+    weighed = told.terrain is not None
+    moves = MOVES[told.name].weighed() if weighed else MOVES[told.name]
+    free = ~told.blocked
+    made = Mender(free, moves, told.goal, terrain=told.terrain, rho=rho, gamma=gamma)
+    return made, World(told.blocked.tolist(), told.terrain.tolist() if weighed else None), moves
+
+
+def tell(told: Story) -> Mender:
+    """Live a story; after every edit the field must be that of a plain Dijkstra, and the one solved anew."""
+    rho, gamma = (0.4, 0.6) if told.start[0] % 2 else (0.37, 0.7)
+    mender, world, moves = keep(told, rho, gamma)
+    ground = moves.scale
+    prices = np.array([moves.straight, moves.diagonal, moves.knight], dtype=object) // ground
+    for number, edit in enumerate(told.edits):
+        # Obstacles are cells like others here: blocked with the rest, and free again with the next edit.
+        terrain = edit.terrain if told.terrain is not None else ()
+        world.change(edit.blocked, edit.freed, terrain)
+        graded = [(cell, world.terrain[cell[1]][cell[0]]) for cell, _ in terrain]
+        if told.terrain is not None:
+            graded += [((x, y), world.terrain[y][x]) for x, y in edit.blocked]
+        field = mender.mend(blocked=edit.blocked, freed=edit.freed, terrain=graded)
+        free = ~np.array(world.blocked)
+        weights = np.array(world.terrain, np.uint8) if told.terrain is not None else None
+        anew = solve(free, moves, told.goal, terrain=weights, rho=rho, gamma=gamma)
+        where = f"{told.name} moves, edit {number}"
+        for what in ARRAYS:
+            assert np.array_equal(getattr(field, what), getattr(anew, what)), f"{where}: {what}"
+        assert field.revision == number + 1
+        exact = np.full(free.shape, -1, dtype=np.int64)
+        for (x, y), counts in costs(free.tolist(), world.terrain, told.name, told.goal, False).items():
+            exact[y, x] = sum(n * p for n, p in zip(counts, prices, strict=True)) // (63 // ground)
+        np.testing.assert_array_equal(field.exact, exact, err_msg=where)
+    return mender
+
+
+@pytest.fixture(autouse=True)
+def _never_gives_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small maps are mended here, where solving them would be quicker."""
+    monkeypatch.setattr(repair, "GIVE_UP", 1)
+
+
+@pytest.mark.parametrize("form", ["plain", "compiled"])
+def test_300_stories(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, form)
+    mended = solved = 0
+    for number in range(60 if form == "plain" else 300):
+        try:
+            mender = tell(story(11, number))
+        except AssertionError as error:
+            raise AssertionError(f"story(11, {number}): {error}") from None
+        mended += mender.mended
+        solved += mender.solved - 1
+    assert mended > 10 * solved > 0
+
+
+@pytest.mark.nightly
+def test_10000_stories(capsys: pytest.CaptureFixture[str]) -> None:
+    mended = solved = 0
+    for number in range(10_000):
+        mender = tell(story(12, number))
+        mended += mender.mended
+        solved += mender.solved - 1
+    with capsys.disabled():
+        print(f"\n10,000 stories of 6 edits: {mended} fields mended, {solved} solved anew, 0 differences")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("name", "goal"), [("dissertation", (0, 0)), ("octile", (1, 1)), ("four", (2, 0)), ("sixteen", (2, 1))]
+)
+def test_every_edit_of_every_4x4_grid(
+    name: str, goal: tuple[int, int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All 65,536 grids, each cell turned into what it is not and back: 1,048,576 edits, and as many back."""
+    moves = MOVES[name]
+    grids = [np.array([bits >> k & 1 for k in range(16)], np.bool_).reshape(4, 4) for bits in range(65_536)]
+    fields = [solve(free, moves, goal) for free in grids]
+    wanted = [(f.exact.tobytes(), f.step.tobytes(), f.luciferin.tobytes()) for f in fields]
+    edits = 0
+    for bits, free in enumerate(grids):
+        mender = Mender(free, moves, goal)
+        for k in range(16):
+            cell = [(k % 4, k // 4)]
+            for now in (bits ^ 1 << k, bits):
+                field = mender.mend(freed=cell) if now >> k & 1 else mender.mend(blocked=cell)
+                found = field.exact.tobytes(), field.step.tobytes(), field.luciferin.tobytes()
+                assert found == wanted[now], f"{bits:016b} to {now:016b}"
+            edits += 1
+    assert edits == 1_048_576
+    with capsys.disabled():
+        print(f"\n{name} moves, goal {goal}: {edits:,} edits and back, 0 differences")
+
+
+DEFECTS = {
+    "cells that relied on a loser are not asked": (
+        "cost[x] >> shift, cell + jump[k], work)\n            cost[u] = -1\n",
+        "cost[x] >> shift, cell + jump[k], work) if False else None\n            cost[u] = -1\n",
+    ),
+    "only what lost its cost is offered another": (
+        "        if free[u] == 0 or cost[u] == 0:\n            continue\n        best",
+        "        if free[u] == 0 or cost[u] >= 0:\n            continue\n        best",
+    ),
+    "a new parent of the same cost next door is not noticed": (
+        " or (c >= 0 and c + price[k] * burden == d)",
+        "",
+    ),
+    "children of what changed keep their parent": ("x + u64(jump[step[x]]) == u or (c >= 0", "(c >= 0"),
+    "luciferin goes no further than what changed": (
+        "            luciferin[u] = glow\n",
+        "            luciferin[u] = glow\n            continue\n",
+    ),
+    "a step is weighed by the cell it leaves": (
+        "            if d + price[k] * (ground + weight[v & u64(mask)]) == c:",
+        "            if d + price[k] * (ground + weight[u & u64(mask)]) == c:",
+    ),
+    "what a step touches on its way is not looked at": (
+        "== 0:\n                    continue\n                if count > most",
+        "== 0:\n                    pass\n                if count > most",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+def test_seeded_defects_are_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, "plain")  # what is compiled is kept on disk under the name of the true source
+    old, new = DEFECTS[name]
+    source = inspect.getsource(kernels)
+    assert source.count(old) == 1, f"found {source.count(old)} times"
+    wrong = ModuleType(kernels.__name__)
+    exec(compile(source.replace(old, new), str(kernels.__file__), "exec"), wrong.__dict__)
+    monkeypatch.setattr(repair, "repair", wrong)
+
+    def lives() -> None:
+        for number in range(100):
+            tell(story(11, number))
+
+    with pytest.raises((AssertionError, IndexError)):
+        lives()
+
+
+# ---- the choice, the work, the views ----------------------------------------------------------------------
+
+
+def test_too_much_to_mend_is_solved_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(21)
+    monkeypatch.setattr(repair, "GIVE_UP", 24)
+    free = rng.random((60, 60)) >= 0.1
+    free[30, 30] = True
+    mender = Mender(free, MOVES["octile"], (30, 30))
+    for k in (3, 200, 3, 1500, 3):
+        ys, xs = rng.integers(0, 60, (2, k))
+        keep_goal = (xs != 30) | (ys != 30)
+        cells = np.stack((xs, ys), axis=1)[keep_goal]
+        before = free.copy()
+        free[cells[:, 1], cells[:, 0]] = False
+        assert same(mender.mend(blocked=cells), solve(free, MOVES["octile"], (30, 30)))
+        free = before
+        assert same(
+            mender.mend(freed=[(x, y) for x, y in cells.tolist() if free[y, x]]),
+            solve(free, MOVES["octile"], (30, 30)),
+        )
+    assert mender.solved >= 4
+    assert mender.mended >= 2
+    assert mender.solved + mender.mended == 11
+
+
+def test_a_goal_that_is_blocked_and_freed() -> None:
+    mender = Mender(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1))
+    blocked = mender.mend(blocked=[(2, 1), (0, 0)])
+    assert (blocked.exact == -1).all()
+    assert np.isinf(blocked.luciferin).all()
+    assert (mender.mend(freed=[(0, 0)]).exact == -1).all()
+    again = mender.mend(freed=[(2, 1)])
+    assert same(again, solve(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1)))
+    assert again.revision == 3
+    assert Mender(~np.ones((2, 2), np.bool_), MOVES["four"], (0, 0)).mend(freed=[(0, 0)]).exact[0, 0] == 0
+
+
+def test_work_is_in_proportion_to_what_changed() -> None:
+    """One wall, far from the goal: tens of cells out of ninety thousand."""
+    free = np.random.default_rng(22).random((300, 300)) >= 0.1
+    free[150, 150] = True
+    mender = Mender(free, MOVES["octile"], (150, 150))
+    assert mender.field.expansions > 70_000
+    work = []
+    for x, y in np.random.default_rng(23).integers(0, 300, (200, 2)).tolist():
+        if free[y, x] and (x, y) != (150, 150):
+            work.append(mender.mend(blocked=[(x, y)]).expansions)
+            work.append(mender.mend(freed=[(x, y)]).expansions)
+    assert mender.solved == 1
+    assert np.median(work) < 30
+    assert max(work) < 10_000
+    assert mender.mend().expansions == mender.mend(blocked=[(0, 0)], freed=[]).expansions * 0
+    assert same(mender.mend(freed=[(0, 0)]), mender.snapshot())
+
+
+def test_costs_that_outgrow_32_bits() -> None:
+    """A field over terrain begins with narrow costs; one wall makes its ways longer than they can hold."""
+    free = np.ones((3, 600), dtype=np.bool_)
+    free[1, :-1] = False
+    free[1, 0] = True
+    moves = Moves("long", MOVES["four"].offsets, (63 * 3000,) * 4, 63 * 3000, False, 63)
+    terrain = np.full(free.shape, 252, dtype=np.uint8)
+    mender = Mender(free, moves, (0, 0), terrain=terrain)
+    narrow = mender.field.exact.dtype
+    field = mender.mend(blocked=[(0, 1)])
+    free[1, 0] = False
+    assert same(field, solve(free, moves, (0, 0), terrain=terrain))
+    assert (narrow, field.exact.dtype) == (np.int32, np.int64)
+    free[1, 0] = True
+    assert same(mender.mend(freed=[(0, 1)]), solve(free, moves, (0, 0), terrain=terrain))
+
+
+def test_fields_are_views_until_the_next_mend_and_snapshots_for_good() -> None:
+    free = np.ones((6, 7), dtype=np.bool_)
+    mender = Mender(free, MOVES["octile"], (3, 3))
+    free[:] = False
+    first, kept = mender.field, mender.snapshot()
+    assert first.free.all()
+    second = mender.mend(blocked=[(2, 3)])
+    assert first.exact.base is second.exact.base
+    assert not same(first, kept)
+    assert same(kept, solve(np.ones((6, 7), np.bool_), MOVES["octile"], (3, 3)))
+    for what in ARRAYS:
+        for field in (second, kept):
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(field, what)[0, 0] = 0
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "word"),
+    [
+        ({"blocked": [(1, 1), (3, 0)]}, SceneError, "CHANGE_OUTSIDE"),
+        ({"freed": [(0, -1)]}, SceneError, "CHANGE_OUTSIDE"),
+        ({"terrain": [((0, 2), 3)]}, SceneError, "CHANGE_OUTSIDE"),
+        ({"terrain": [((0, 0), 253)]}, SettingError, "GRID_TERRAIN"),
+        ({"terrain": [((0, 0), 1.5)]}, SettingError, "GRID_TERRAIN"),
+    ],
+)
+def test_mistakes_change_nothing(given: dict[str, object], error: type[Exception], word: str) -> None:
+    mender = Mender(
+        np.ones((2, 3), np.bool_), MOVES["four"].weighed(), (0, 0), terrain=np.zeros((2, 3), np.uint8)
+    )
+    before = mender.snapshot()
+    with pytest.raises(error, match=word):
+        mender.mend(**{"blocked": [(1, 0)], **given})  # type: ignore[arg-type]
+    assert same(mender.field, before)
+    assert mender.field.revision == 0
+
+
+def test_what_a_mender_cannot_keep() -> None:
+    plain = Mender(np.ones((2, 3), np.bool_), MOVES["four"], (0, 0))
+    with pytest.raises(SettingError, match="field that has none"):
+        plain.mend(terrain=[((1, 1), 5)])
+    with pytest.raises(SettingError, match="opposite"):
+        Mender(np.ones((2, 2), np.bool_), Moves("east", ((1, 0),), (10,), 10, False), (0, 0))
+    with pytest.raises(SettingError, match="RHO"):
+        Mender(np.ones((2, 2), np.bool_), MOVES["four"], (0, 0), rho=0.0)
+    with pytest.raises(SceneError, match="GOAL_OUTSIDE"):
+        Mender(np.ones((2, 2), np.bool_), MOVES["four"], (2, 0))
+
+
+def test_pell_costs_stay_exact_far_from_the_goal() -> None:
+    """A comb of corridors, thousands of steps long, shortened in the middle by one cell."""
+    free = np.ones((41, 400), dtype=np.bool_)
+    free[1::4, :-1] = False
+    free[3::4, 1:] = False
+    mender = Mender(free, MOVES["octile"], (0, 0))
+    free[21, 10] = True
+    field = mender.mend(freed=[(10, 21)])
+    cost, _ = field_twin.field(free.tolist(), "octile", (0, 0))
+    longest = max(cost.values())
+    assert int(field.exact.max()) == int(longest.n) * PELL_Q + int(longest.m) * PELL_P
+    assert same(field, solve(free, MOVES["octile"], (0, 0)))
