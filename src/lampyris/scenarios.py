@@ -77,19 +77,19 @@ def run(
     """
     try:
         law: Any = speed_law(scenario.law, scenario.law_settings)
-        settings = dict(scenario.settings)
+        # An object, not a name with settings: a setting may be called as an argument is (patience).
+        planner = registry.make(scenario.planner, scenario.settings)
         if scenario.simulated:
             return api.simulate(
                 scenario.scene,
-                scenario.planner,
+                planner,
                 seed=scenario.seed,
                 ticks=scenario.ticks,
                 law=law,
                 patience=scenario.patience,
                 progress=progress,
-                **settings,
             )
-        found = api.plan(scenario.scene, scenario.planner, scenario.seed, record=record, **settings)
+        found = api.plan(scenario.scene, planner, scenario.seed, record=record)
         return Planned(found, api.profile(found, scenario.scene, law) if found else None)
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where

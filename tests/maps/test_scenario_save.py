@@ -162,6 +162,30 @@ def test_everything_is_decided() -> None:
     assert completed(made).map == Made("maze", (9, 9), 0, {"corridor": 1, "wall": 1, "loops": 0.0})
 
 
+@pytest.mark.parametrize("simulated", [False, True])
+@pytest.mark.parametrize("planner", registry.names())
+def test_every_planner_does_again_what_it_did(planner: str, simulated: bool) -> None:
+    from lampyris.report.plain import plan_record, trace_record
+
+    def record(x: lampyris.Scenario) -> dict[str, Any]:
+        done = lampyris.run(x)
+        if isinstance(done, lampyris.Trace):
+            said = trace_record(done)
+            lampyris.save_scenario(completed(x, done), "again.yaml")
+        else:
+            said = plan_record(done.plan, x.scene, done.profile, seed=x.seed)
+            lampyris.save_scenario(x, "again.yaml")
+        return {**said, "timing": {}}
+
+    bodies = (RandomWalk(2, 0.5), Crossing(1)) if simulated else ()
+    scene = lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0), traffic=bodies)
+    x = lampyris.Scenario(scene, planner, seed=5, simulated=simulated, map=Bundled("guide"))
+    first = json.dumps(record(x))
+    y = lampyris.load_scenario("again.yaml")
+    assert set(y.settings) == set(registry.settings_of(registry.planner_class(planner)))
+    assert json.dumps(record(y)) == first
+
+
 def test_paths_are_relative_to_the_file() -> None:
     Path("maps/deep").mkdir(parents=True)
     Path("runs").mkdir()
