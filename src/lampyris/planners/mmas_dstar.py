@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris.errors import LimitError
 from lampyris.planners import swarm_settings as check
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_session import Decode, SwarmPlanner, Task
@@ -15,9 +14,6 @@ from lampyris.planners.swarm_ways import Ways
 from lampyris.swarm.box import Values
 from lampyris.swarm.glowworm import roulette
 from lampyris.swarm.loop import Swarm
-
-MAX_TRAILS = 2**25
-"""Steps a map may have: pheromone takes 8 bytes each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,16 +65,41 @@ class MmasDstar(SwarmPlanner):
         check.one_of(self.name, "guide", self.guide, ("rise", "cost"))
 
     def begin(self, task: Task, rng: np.random.Generator) -> tuple[Swarm[Any], Decode]:
-        """See :meth:`SwarmPlanner.begin`.
-
-        Raises
-        ------
-        LimitError : a map whose pheromone would not fit into memory.
-        """
-        trails = task.ground.free.size * len(task.ground.jump)
-        if trails > MAX_TRAILS:
-            raise LimitError("LIMIT", f"{trails} steps with pheromone", allowed=f"at most {MAX_TRAILS}")
+        """See :meth:`SwarmPlanner.begin`."""
         return _Ants(self, task, rng), lambda ways: ways
+
+
+class Pheromone:
+    """tau of every step of a map, of which few ever differ from the rest.
+
+    Evaporation and limits are the same for all, so steps to which no ant has added share one value, and only
+    the others are kept: a map of four million cells takes no more memory than the ways that were found.
+
+    Attributes
+    ----------
+    rest : tau of every step not in ``trails``.
+    trails, values : int64 (n,), ascending, and float64 (n,); steps as cell * steps + step, and their tau.
+    """
+
+    def __init__(self, tau: float) -> None:
+        self.rest = tau
+        self.trails: Ints = np.zeros(0, dtype=np.int64)
+        self.values: Values = np.zeros(0)
+
+    def at(self, trails: Ints) -> Values:
+        """tau of steps, same shape."""
+        if not self.trails.size:
+            return np.full(trails.shape, self.rest)
+        k = np.minimum(np.searchsorted(self.trails, trails), self.trails.size - 1)
+        return np.where(self.trails[k] == trails, self.values[k], self.rest)
+
+    def renew(self, rho: float, trails: Ints, more: float, least: float, most: float) -> None:
+        """Evaporate, add ``more`` to some steps (each named once), and keep all within the limits."""
+        known = np.union1d(self.trails, trails)
+        values = self.at(known) * (1.0 - rho)
+        values[np.searchsorted(known, trails)] += more
+        self.trails, self.values = known, np.minimum(np.maximum(values, least), most)
+        self.rest = min(max(self.rest * (1.0 - rho), least), most)
 
 
 class _Ants:
@@ -92,7 +113,8 @@ class _Ants:
         self._start = int(ground.flat(task.start))
         self._goal = int(ground.flat(np.array(ground.scene.goal)))
         self._steps = len(ground.jump)
-        self._tau = np.ones(ground.free.size * self._steps)
+        self._every: Ints = np.arange(self._steps, dtype=np.int64)[np.newaxis]
+        self.tau = Pheromone(1.0)
         self._seen = np.zeros((settings.swarm, ground.free.size), dtype=np.bool_)
         unit = float(ground.moves.unit)
         self._scale = unit
@@ -136,12 +158,10 @@ class _Ants:
             self._best, self._stale = now, 0
         most = 1.0 / (s.rho * self._best[0])
         if anew:
-            self._tau.fill(most)
+            self.tau = Pheromone(most)
             self._stale = 0
-        cost, trail = self._best if self._round % 2 == 0 else now
-        self._tau *= 1.0 - s.rho
-        self._tau[trail] += 1.0 / cost
-        np.minimum(np.maximum(self._tau, most / s.spread, out=self._tau), most, out=self._tau)
+        cost, trails = self._best if self._round % 2 == 0 else now
+        self.tau.renew(s.rho, trails, 1.0 / cost, most / s.spread, most)
 
     def _walk(self) -> list[tuple[Ints, Ints, int]]:
         """Every ant's walk: cells left, steps taken, and how many steps it falls short of the goal."""
@@ -170,15 +190,14 @@ class _Ants:
     def _weights(self, ants: Ints, here: Ints) -> np.ndarray[Any, np.dtype[np.float64]]:
         """tau eta^beta of every step of some ants, (n, steps); 0 where it may not be made."""
         ground, s = self._ground, self._settings
-        at = np.repeat(here[:, np.newaxis], self._steps, axis=1)
-        step = np.broadcast_to(np.arange(self._steps), at.shape)
+        at, step = here[:, np.newaxis], self._every
         there = at + ground.jump
         may = ground.legal(at, step) & ~self._seen[ants[:, np.newaxis], there]
         cost = ground.to_go[there]
         if s.guide == "rise":
             cost = cost + ground.plain(step) + ground.toll(at, step) - ground.to_go[at]
         eta = 1.0 / (1.0 + np.where(may, cost, 0) / self._scale)
-        weights = np.where(may, self._tau[at * self._steps + step], 0.0)
+        weights = np.where(may, self.tau.at(at * self._steps + step), 0.0)
         for _ in range(s.beta):
             weights = weights * eta
         return weights

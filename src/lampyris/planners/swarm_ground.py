@@ -99,8 +99,8 @@ class Ground:
     # ---- steps --------------------
 
     def legal(self, at: Ints, step: Ints) -> Flags:
-        """Whether each step (by number) may be made from each cell; same shape."""
-        ways: Flags = self.free[at + self.jump[step]]
+        """Whether each step (by number) may be made from each cell, which must be free itself; same shape."""
+        ways: Flags = self.free[at + self.jump[step]] & self.free[at]
         ways &= self.free[at + self._via[step]]
         ways &= self.free[at + self._across[step]]
         return ways

@@ -170,12 +170,17 @@ class StepSession:
         """The cells of the next move: what the swarm chose, or D*'s own step if it found nothing."""
         fan = fan_of(ground.moves, self._planner.reach)
         at = int(ground.flat(np.array(here)))
+        dx, dy = ground.moves.offsets[ground.field.step[here[1], here[0]]]
+        own = (here[0] + dx, here[1] + dy)
+        if own == ground.scene.goal:
+            # Otherwise a cell of the second ring, from where the goal is a straight step, would be preferred
+            # to the diagonal step that ends it.
+            return [own]
         worth, way = self._candidates(ground, fan, at)
         low = float(ground.to_go[at]) / ground.moves.unit
         chosen = self._swarm(fan, worth)
         if worth[chosen] >= low + WORSE:
-            dx, dy = ground.moves.offsets[ground.field.step[here[1], here[0]]]
-            return [(here[0] + dx, here[1] + dy)]
+            return [own]
         cells = [here]
         for k in fan.steps[way[chosen]].tolist():
             if k >= 0:

@@ -21,10 +21,20 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.referee.path import check_path, check_plan
 from lampyris.referee.profile import check_profile
+from lampyris.referee.to_go import sum_cost_to_go
 from lampyris.referee.trace import check_trace
 from lampyris.referee.verdict import Violation, demand
 
-__all__ = ["Violation", "certify", "check_path", "check_plan", "check_profile", "check_trace", "demand"]
+__all__ = [
+    "Violation",
+    "certify",
+    "check_path",
+    "check_plan",
+    "check_profile",
+    "check_trace",
+    "demand",
+    "sum_cost_to_go",
+]
 
 _Judged = TypeVar("_Judged", Path, Plan, Profile, Trace)
 
