@@ -15,6 +15,12 @@ price, so a ring of 16 buckets serves every step set of ours.
 
 As in :mod:`.wavefront` every neighbour is written at the end of the list unconditionally and the end advances
 by 0 or 1, and a border of walls spares all tests for the edge.
+
+Roads not taken, by how much longer costs alone took on maps of 512 x 512 and 1024 x 1024 cells, open, with a
+fifth of the cells blocked, and of rooms: cells (not departures) in doubly linked buckets, moved when a way
+gets cheaper (1.4 to 1.8 times); a binary heap (4 to 6 times); one table of steps for all sets, without
+:func:`eight` (2.5 to 4 times); buckets as arrays of cells and costs, each with room for the worst (1.0 to 1.9
+times); no early fetch of the rows above and below (1.2 to 1.4 times).
 """
 
 from __future__ import annotations
