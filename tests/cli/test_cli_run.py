@@ -350,6 +350,19 @@ def test_a_reader_that_has_left_is_exit_0_and_silence(words: tuple[str, ...]) ->
         assert (process.wait(60), err) == (0, "")
 
 
+@pytest.mark.parametrize("words", [("run", "--help"), ("plan", "guide", "--json")])
+def test_the_models_are_made_for_scenario_files_only(words: tuple[str, ...]) -> None:
+    # pydantic itself may be there: some releases of typer use it.
+    code = (
+        f"import sys; sys.argv = ['lampyris', *{words!r}]\n"
+        "from lampyris.cli import main\n"
+        "try:\n    main()\nexcept SystemExit as done:\n    assert not done.code\n"
+        "assert 'lampyris.maps.scenario_file' not in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_an_interrupt_is_exit_130_without_a_traceback() -> None:
     code = (
         "import time, lampyris.cli.verbs as verbs\n"

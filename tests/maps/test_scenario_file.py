@@ -154,6 +154,9 @@ def test_every_form_of_map() -> None:
     assert (grid.width, grid.height, grid.resolution, grid.name) == (31, 21, 0.1, "maze")
     other = load({"version": 1, "map": {**made, "seed": 4}, **ends}).scene.grid
     assert map_hash(other) != map_hash(grid)
+    hills = load({"version": 1, "map": {"recipe": "hills", "size": [40, 40]}, **ends}).scene.grid
+    assert hills.terrain is not None
+    assert hills.terrain.any()
 
 
 def test_how_a_map_file_is_read_can_be_said() -> None:

@@ -132,6 +132,9 @@ def test_points_with_a_z_and_on_the_lines_between_cells() -> None:
     track, notes = recorded(one, 3, GRID, 0.1, "d.dob")
     assert track.track == tuple((k, 9) for k in range(10))
     assert notes == ("d.dob: obstacle 3: it vanishes at its end; here it stays there",)
+    assert 0.3 / 0.1 < 3
+    (one,) = read_dob(dob("0.300000 0.700000 0 0"), "d.dob")
+    assert recorded(one, 0, GRID, 0.1, "d.dob")[0].track == ((3, 2),)
 
 
 def test_what_a_recorded_obstacle_cannot_say_is_noted() -> None:

@@ -13,8 +13,7 @@ from lampyris.maps import dob, library
 from lampyris.maps import scenario_file as form
 from lampyris.maps.document import MapDocument, Source, document, read_regular
 from lampyris.maps.load import load_map
-from lampyris.maps.make import make as make_cells
-from lampyris.maps.make import recipe_named
+from lampyris.maps.make import make_ground, recipe_named
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.scenario import PRESETS, Bundled, Made, MapFile, MapSource, Names, Scenario
@@ -138,9 +137,10 @@ class _Build:
             raise LimitError(
                 "MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"at most {self.max_cells:,} cells"
             )
-        recipe_named(made.recipe).complete(made.settings)
-        cells = make_cells(made.recipe, width, height, made.seed, **made.settings)
-        return MapDocument(Grid(cells, resolution=resolution, name=made.recipe), format="recipe")
+        recipe_named(made.recipe).complete(made.settings)  # before they are taken for arguments
+        ground = make_ground(made.recipe, width, height, made.seed, **made.settings)
+        grid = Grid(ground.blocked, resolution=resolution, name=made.recipe, terrain=ground.terrain)
+        return MapDocument(grid, format="recipe")
 
     def _rows(self, spec: form.RowsMap) -> MapDocument:
         source = Source("\n".join(spec.rows).encode(), "rows", self.max_cells)
