@@ -27,17 +27,20 @@ an obstacle that comes late (it waits at its first point) or vanishes at its end
 from __future__ import annotations
 
 import math
+import re
 from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise
 
-from lampyris.errors import FileError, SettingError
+from lampyris.errors import FileError, LimitError, SettingError
 from lampyris.maps.document import plural
 from lampyris.maps.tracks import MAX_TICKS
 from lampyris.model.grid import Grid
 from lampyris.model.traffic import MAX_BODIES, Recorded
 
 FIRST_WORD = "NumberOfDynamicObstacles:"
+MAX_WORDS = 10**6
+"""Words and numbers of a file; a point is 4 or 5 of them."""
 _NUDGE = 1e-6
 """Share of a cell: the generator puts points on the lines between cells, which decimals miss either way."""
 
@@ -73,6 +76,7 @@ def read_dob(data: bytes, name: str) -> tuple[DobObstacle, ...]:
     Raises
     ------
     FileError : DOB, with the line; OBSTACLE_TIME: times that fall, a trajectory without points.
+    LimitError : LIMIT, more than 1,000,000 words.
     """
     return _Words(data, name).obstacles()
 
@@ -152,10 +156,17 @@ class _Words:
     """The file's words one after the other, with their lines."""
 
     def __init__(self, data: bytes, name: str) -> None:
-        lines = data.decode("utf-8-sig", "replace").split("\n")
-        self._words = [(word, n) for n, line in enumerate(lines, 1) for word in line.split()]
+        self._words: list[tuple[str, int]] = []
         self._at = 0
         self._name = name
+        line = 1
+        for found in re.finditer(rb"\S+|\n", data.removeprefix(b"\xef\xbb\xbf")):
+            if found[0] == b"\n":
+                line += 1
+                continue
+            if len(self._words) == MAX_WORDS:
+                raise LimitError("LIMIT", "more words", where=f"{name}:{line}", allowed=f"{MAX_WORDS:,}")
+            self._words.append((found[0].decode("utf-8", "replace"), line))
 
     def obstacles(self) -> tuple[DobObstacle, ...]:
         """All of them, and the check that nothing follows."""

@@ -20,7 +20,7 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
-from lampyris.errors import FileError, SceneError, SettingError
+from lampyris.errors import FileError, LimitError, SceneError, SettingError
 from lampyris.maps.costmap import no_numbers
 from lampyris.maps.document import (
     BAD,
@@ -52,7 +52,7 @@ _CODES, _SURFACES = (
 HEADER_BYTES = 4096
 _BOM = b"\xef\xbb\xbf"
 MAX_SCEN_LINES = 100_000
-MAX_SCEN_BYTES = 2**26
+MAX_SCEN_BYTES = 2**24
 
 
 def read_map(source: Source) -> Reading:
@@ -180,15 +180,18 @@ def read_scen(path: str | os.PathLike[str]) -> tuple[ScenQuery, ...]:
     Raises
     ------
     FileError : SCEN_VERSION, SCEN_LINE or SCEN_RANGE, with the line.
-    LimitError : more than 64 MiB. (More than 100,000 lines is a FileError SCEN_LINES.)
+    LimitError : more than 16 MiB; SCEN_LINES, more than 100,000 lines.
     """
     source = Source(read_regular(path, MAX_SCEN_BYTES), os.fspath(path))
-    lines = source.data.removeprefix(_BOM).decode("utf-8", "replace").splitlines()
-    if len(lines) > MAX_SCEN_LINES:
-        raise source.error("SCEN_LINES", f"{len(lines):,} lines", allowed=f"at most {MAX_SCEN_LINES:,}")
+    data = source.data.removeprefix(_BOM).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    # Counted before they are cut up: of 16 MiB of ends of line a list would need 128.
+    if (many := data.count(b"\n") + (not data.endswith(b"\n"))) > MAX_SCEN_LINES:
+        allowed = f"at most {MAX_SCEN_LINES:,}"
+        raise LimitError("SCEN_LINES", f"{many:,} lines", where=source.name, allowed=allowed)
     queries = []
     first = True
-    for number, line in enumerate(lines, 1):
+    for number, raw in enumerate(data.split(b"\n"), 1):
+        line = raw.decode("utf-8", "replace")
         if not line.strip():
             continue
         if first and line.split()[0].lower() == "version":

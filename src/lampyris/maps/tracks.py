@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
 from collections.abc import Iterator
@@ -13,6 +14,10 @@ from lampyris.typing import Cell
 
 MAX_BYTES = 2**24
 MAX_TICKS = 100_000
+MAX_LINES = 2 * MAX_TICKS
+"""Blank ones are counted, too."""
+MAX_LINE = 2**16
+"""Bytes of a line."""
 _WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
 
 
@@ -27,7 +32,8 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
     ------
     FileError : FILE_MISSING, FILE_KIND; TRACK, with line and value: no such columns, not whole numbers;
         OBSTACLE_TIME: no row at all, or ticks that do not rise from 0.
-    LimitError : FILE_TOO_LARGE, more than 16 MiB; LIMIT, more than 100,000 ticks.
+    LimitError : FILE_TOO_LARGE, more than 16 MiB; LIMIT, more than 100,000 ticks or 200,000 lines, or a line
+        of more than 64 KiB.
     """
     name = os.fspath(path)
     rows = _rows(read_regular(name, MAX_BYTES), name)
@@ -64,16 +70,28 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
 
 def _rows(data: bytes, name: str) -> Iterator[tuple[int, list[str]]]:
     """Line numbers and fields."""
+    reader = csv.reader(_lines(data, name), strict=True)
     try:
-        reader = csv.reader(data.decode("utf-8-sig").splitlines(), strict=True)
         for row in reader:
             yield reader.line_num, row
-    except UnicodeDecodeError as problem:
-        line = data.count(b"\n", 0, problem.start) + 1
-        what = f"byte 0x{data[problem.start]:02x} is not UTF-8"
-        raise FileError("TRACK", what, where=f"{name}:{line}", todo="save it as UTF-8") from None
     except csv.Error as problem:
         raise FileError("TRACK", f"{problem}", where=f"{name}:{reader.line_num}", allowed="CSV") from None
+
+
+def _lines(data: bytes, name: str) -> Iterator[str]:
+    """Line after line: of 16 MiB of short ones, or of commas, a list would need twenty times as much."""
+    stream = io.BytesIO(data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
+    for number, raw in enumerate(stream, 1):
+        where = f"{name}:{number}"
+        if len(raw) > MAX_LINE:
+            raise LimitError("LIMIT", f"a line of {len(raw):,} bytes", where=where, allowed=f"{MAX_LINE:,}")
+        if number > MAX_LINES:
+            raise LimitError("LIMIT", "more lines", where=where, allowed=f"{MAX_LINES:,}")
+        try:
+            yield raw.decode("utf-8")
+        except UnicodeDecodeError as problem:
+            what = f"byte 0x{raw[problem.start]:02x} is not UTF-8"
+            raise FileError("TRACK", what, where=where, todo="save it as UTF-8") from None
 
 
 def _whole(row: list[str], k: int, column: str, where: str) -> int:
