@@ -205,6 +205,12 @@ def test_run_writes_what_plan_and_simulate_write() -> None:
     assert Path("s.csv").read_bytes() == Path("t.csv").read_bytes()
 
 
+def test_the_name_of_a_scenario_is_shown() -> None:
+    for more in ("", "simulate: {}\n"):
+        Path("s.yaml").write_text(f"version: 1\nname: the small one\nmap: guide\n{more}")
+        assert "the small one" in call("run", "s.yaml")[1]
+
+
 def test_timing_is_there_unless_it_is_not_wanted() -> None:
     assert set(json.loads(call("plan", "guide", "--json")[1])["timing"]) >= {"plan_s", "total_s"}
     assert json.loads(call("plan", "guide", "--json", "--no-timing")[1])["timing"] == {}

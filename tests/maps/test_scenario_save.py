@@ -222,6 +222,8 @@ def test_what_cannot_be_saved_is_said(ending: str) -> None:
         save(lampyris.Grid(free), name="x" * 65)
     with pytest.raises(LampyrisError, match=rf"TEXT.*s\{ending}: /map/name: 'a\\nb' is not printable"):
         save(lampyris.Grid(free, name="a\nb"))
+    with pytest.raises(LampyrisError, match=r"PATH_FORM.*a\|b\.txt"):
+        save(lampyris.Grid(free), map=MapFile("a|b.txt"))
     with pytest.raises(LampyrisError, match="PLANNER"):
         save(lampyris.Grid(free), planner="nobody")
     with pytest.raises(LampyrisError, match="LAW"):

@@ -36,13 +36,14 @@ def _facts(title: str, rows: Sequence[tuple[str, str]]) -> Table:
     return table
 
 
-def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool) -> None:
+def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
     """A plan: the verdict first, then the numbers, then (on request) every iteration."""
     console = _console()
     grid = scene.grid
     style = "green" if found else "red"
     console.print(Text(found.sentence, style=f"bold {style}"))
-    rows = [
+    rows = [("scenario", name)] if name else []
+    rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("from, to", f"{scene.start} to {scene.goal}"),
         ("planner", f"{found.planner}, {scene.moves.name} moves"),
@@ -116,7 +117,7 @@ def _explain(console: Console, found: Plan, profile: Profile | None) -> None:
         console.print(table)
 
 
-def trace(run: Trace) -> None:
+def trace(run: Trace, *, name: str = "") -> None:
     """A simulation."""
     console = _console()
     console.print(Text(run.sentence, style=f"bold {'green' if run.arrived else 'red'}"))
@@ -124,7 +125,8 @@ def trace(run: Trace) -> None:
     kinds = _causes([b.kind for b in run.bodies]) or "none"
     moving = run.speed[run.speed > 0]
     mean = f"{moving.mean():.4g}" if len(moving) else "0"
-    rows = [
+    rows = [("scenario", name)] if name else []
+    rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("from, to", f"{run.scene.start} to {run.scene.goal}"),
         ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}"),

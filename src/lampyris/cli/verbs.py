@@ -121,7 +121,7 @@ def _plan(scenario: Scenario, out: Outputs) -> int:
     else:
         from lampyris.cli import show
 
-        show.plan(found, scene, profile, explain=out.explain)
+        show.plan(found, scene, profile, explain=out.explain, name=scenario.name)
         show.written(out.picture, out.csv, out.save)
     return 0 if found else NO_ANSWER
 
@@ -164,7 +164,7 @@ def _simulate(scenario: Scenario, out: Outputs) -> int:
     else:
         from lampyris.cli import show
 
-        show.trace(trace)
+        show.trace(trace, name=scenario.name)
         show.written(out.film, out.csv, out.save)
     return 0 if trace.arrived else NO_ANSWER
 

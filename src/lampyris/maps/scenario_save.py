@@ -15,10 +15,11 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from lampyris.errors import LimitError, SettingError, UsageError
+from lampyris.errors import FileError, LimitError, SettingError, UsageError
 from lampyris.maps import json_text, yaml_text
 from lampyris.maps.document import grid_codes, write_file
 from lampyris.maps.map_hash import map_hash
+from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.scenario import Bundled, Made, MapFile, Scenario
 from lampyris.maps.text import MEANING
 from lampyris.model.grid import Grid
@@ -149,8 +150,11 @@ def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
     if isinstance(source, Bundled):
         return {"bundled": source.name, "resolution": grid.resolution}
     if isinstance(source, MapFile):
+        name = _relative(source.path, folder)
+        if not plain_path(name):
+            raise FileError("PATH_FORM", "a scenario cannot name such a file", where=name, todo="rename it")
         return {
-            "file": _relative(source.path, folder),
+            "file": name,
             "resolution": grid.resolution,
             "values": source.values,
             "colour": source.colour,
