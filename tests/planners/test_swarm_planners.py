@@ -38,11 +38,6 @@ def essence(plan: Plan) -> tuple[object, ...]:
     return plan.status, cells, plan.iterations, plan.expansions, plan.best_by_iteration, plan.detail
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_contract(kind: type[SwarmPlanner]) -> None:
-    check_planner(kind(swarm=5, iterations=2), cases=3)
-
-
 @pytest.mark.parametrize("kind", [Pso, MmasDstar])
 @pytest.mark.parametrize("repair", [False, True])
 def test_the_contract_without_a_seed(kind: type[SwarmPlanner], repair: bool) -> None:
