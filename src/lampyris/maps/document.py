@@ -189,7 +189,10 @@ def read_regular(path: str | os.PathLike[str], limit: int) -> bytes:
         with os.fdopen(handle, "rb") as stream:
             info = os.fstat(handle)
             _regular(info.st_mode, name)
-            data = b"" if info.st_size > limit else stream.read(limit + 1)
+            # A read makes room for all it is asked for: first what is there, more only if the file has grown.
+            data = b"" if info.st_size > limit else stream.read(info.st_size + 1)
+            if len(data) > info.st_size:
+                data += stream.read(limit + 1 - len(data))
             size = max(info.st_size, len(data))
     except (FileNotFoundError, NotADirectoryError, ValueError):
         raise FileError("FILE_MISSING", "no such file", where=repr(name)) from None
