@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError, UsageError
+from lampyris.maps.library import load
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -102,6 +103,21 @@ def test_the_dissertations_environment_6_in_kind() -> None:
     assert improved.path is not None
     assert improved.iterations == 24
     assert sum_cost_to_go(improved.path, scene, every=2) == 576
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "mixed", "improved"),
+    [((48, 49), (1, 49), 1132.0, 578.4), ((0, 49), (0, 3), 1081.0, 552.0)],
+)
+def test_the_bundled_environment_6(
+    start: tuple[int, int], goal: tuple[int, int], mixed: float, improved: float
+) -> None:
+    # Its obstacles are few: the dissertation prints 1131 and 578, and 1082.2 and 554, for its own lost map.
+    scene = Scene(load("env-6").grid, start, goal, "dissertation")
+    for planner, every, expected in ((DstarLpso(), 1, mixed), (Dstar16Lpso(), 2, improved)):
+        path = planned(planner, scene).path
+        assert path is not None
+        assert sum_cost_to_go(path, scene, every=every) == pytest.approx(expected, rel=1e-12)
 
 
 def test_every_move_is_nearer_to_the_goal_and_the_referee_finds_the_same_sum() -> None:
