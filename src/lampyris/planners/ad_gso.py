@@ -10,6 +10,7 @@ import numpy as np
 
 from lampyris.errors import SettingError
 from lampyris.model.scene import Scene
+from lampyris.planners.ad_gso_layers import LayeredSession
 from lampyris.planners.ad_gso_session import AdGsoSession
 from lampyris.planners.base import Traits
 
@@ -42,6 +43,12 @@ class AdGso:
         gate cuts short counts, even one that could not move.
     iter_max : jumps at most in one plan; None: no limit. (The walk ends without one: luciferin falls with
         each jump.)
+    crowding, window : the density of walls as a cost: a cell with nothing but walls around it, ``window``
+        cells far (1 to 50), costs ``crowding`` times plain ground more. 0 to 4; 0 minds length alone.
+    warmth : the same for traffic: a cell that obstacles were always seen on costs so much more. 0 to 4.
+    keep_away : cells to keep from walls where there is such a way, 0 to 50; fewer where there is none.
+    max_extra : by what share the way may become longer for all these; None: any. They are weakened until the
+        best way under them is not.
 
     Raises
     ------
@@ -55,6 +62,11 @@ class AdGso:
     gamma: float = 0.6
     gates: str = "ignore"
     iter_max: int | None = None
+    crowding: float = 0.0
+    window: int = 3
+    warmth: float = 0.0
+    keep_away: int = 0
+    max_extra: float | None = 0.25
 
     name: ClassVar[str] = "ad-gso"
     # A trait has to hold for every setting. optimal: ``exact`` is, greedy is not. stochastic: only roulette
@@ -64,7 +76,8 @@ class AdGso:
     summary: ClassVar[str] = "Walks down the luciferin of the cost field through a growing window"
     source: ClassVar[str] = (
         "The dissertation's AD-GSO (algorithms 3.2-3.9). Ours: the join through accepted cells, which its "
-        "Table 4.4 needs; how ties fall; mending the field when hemmed in; choice = exact."
+        "Table 4.4 needs; how ties fall; mending the field when hemmed in; choice = exact; the scales of "
+        "crowding, warmth and keep_away, which it suggests as future work."
     )
 
     def __post_init__(self) -> None:
@@ -74,6 +87,15 @@ class AdGso:
         _whole("MVR", "mvr", self.mvr, MAX_MVR)
         if self.iter_max is not None:
             _whole("ITER_MAX", "iter_max", self.iter_max, 10**9)
+        _whole("WINDOW", "window", self.window, MAX_MVR)
+        if self.keep_away != 0 or isinstance(self.keep_away, bool):
+            _whole("KEEP_AWAY", "keep_away", self.keep_away, MAX_MVR)
+        for what, weight in (("crowding", self.crowding), ("warmth", self.warmth)):
+            if not (_number(weight) and 0 <= weight <= 4):
+                raise SettingError(what.upper(), f"{what} {weight!r}", where="ad-gso", allowed="0 to 4")
+        if self.max_extra is not None and not (_number(self.max_extra) and self.max_extra >= 0):
+            allowed = "a share >= 0 (0.25: a quarter longer at most), or None"
+            raise SettingError("MAX_EXTRA", f"max_extra {self.max_extra!r}", where="ad-gso", allowed=allowed)
         if not (_number(self.rho) and 0 < self.rho <= 1):
             raise SettingError("RHO", f"rho {self.rho!r}", where="ad-gso", allowed="0 < rho <= 1")
         if not (_number(self.gamma) and self.gamma > 0):
@@ -81,7 +103,9 @@ class AdGso:
                 "GAMMA", f"gamma {self.gamma!r}", where="ad-gso", allowed="a finite number > 0"
             )
 
-    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> AdGsoSession:
+    def open(
+        self, scene: Scene, rng: np.random.Generator, *, record: bool = False
+    ) -> AdGsoSession | LayeredSession:
         """Start a session: the field is solved at its first plan and kept.
 
         Parameters
@@ -90,6 +114,8 @@ class AdGso:
         rng : one number a jump is drawn from it by ``choice = "roulette"``, in blocks; the others draw none.
         record : keep each iteration's accepted cells, probabilities and sub-path in ``Plan.jumps``.
         """
+        if self.crowding > 0 or self.warmth > 0 or self.keep_away > 0:
+            return LayeredSession(self, scene, rng, record=record)
         return AdGsoSession(self, scene, rng, record=record)
 
 

@@ -1,0 +1,152 @@
+"""AD-GSO over attributes: what is minded, what it may cost, and that it gives in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lampyris import api
+from lampyris.errors import SettingError
+from lampyris.field.attributes import blend, density, kept_away
+from lampyris.maps.load import load_map
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Status
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import RandomWalk
+from lampyris.planners.ad_gso import AdGso
+from lampyris.testing import check_planner
+
+RNG = np.random.default_rng(0)  # never drawn from
+
+
+def slow_density(blocked: np.ndarray, window: int) -> np.ndarray:
+    height, width = blocked.shape
+    out = np.zeros(blocked.shape)
+    for y in range(height):
+        for x in range(width):
+            part = blocked[max(y - window, 0) : y + window + 1, max(x - window, 0) : x + window + 1]
+            out[y, x] = part.mean()
+    return out
+
+
+def test_density_and_margin_against_their_definitions() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        blocked = rng.random(tuple(rng.integers(1, 12, 2))) < rng.choice([0.1, 0.3, 0.8])
+        window = int(rng.integers(1, 5))
+        assert np.array_equal(density(blocked, window), slow_density(blocked, window))
+        kept = kept_away(~blocked, window, ())
+        assert np.array_equal(kept, slow_density(blocked, window) == 0)
+        ys, xs = np.nonzero(~blocked)
+        if len(xs):
+            cell = (int(xs[0]), int(ys[0]))
+            assert kept_away(~blocked, window, (cell,))[cell[1], cell[0]]
+
+
+def test_attributes_add_up_and_stay_in_range() -> None:
+    grid = Grid(np.eye(6, dtype=bool), terrain=np.full((6, 6), 200, dtype=np.uint8))
+    heat = np.ones((6, 6))
+    made = blend(grid, crowding=1.0, window=1, heat=heat, warmth=4.0)
+    assert made is not None
+    assert made[0, 5] == 252
+    assert not made[grid.blocked].any()
+    assert blend(Grid(np.zeros((3, 3), dtype=bool)), crowding=2.0, window=1) is None
+
+
+def least_clearance(plan, grid: Grid) -> int:
+    """Chebyshev distance of the way from walls, its ends and their neighbourhood left out."""
+    cells = plan.path.cells[2:-2]
+    walls = np.argwhere(grid.blocked)[:, ::-1]
+    return int(np.abs(cells[:, None, :] - walls[None, :, :]).max(axis=2).min())
+
+
+def test_it_keeps_away_where_there_is_a_way_and_gives_in_where_there_is_none() -> None:
+    open_ground = np.zeros((15, 25), dtype=bool)
+    open_ground[4:11, 12] = True
+    scene = Scene(Grid(open_ground), (2, 7), (22, 7))
+    assert least_clearance(api.plan(scene), scene.grid) == 1
+    assert least_clearance(api.plan(scene, keep_away=2, max_extra=None), scene.grid) == 3
+    narrow = open_ground.copy()
+    narrow[:, 12] = True
+    narrow[7, 12] = False
+    assert api.plan(Scene(Grid(narrow), (2, 7), (22, 7)), keep_away=3)
+
+
+def test_the_way_is_no_longer_than_the_bound_allows() -> None:
+    rng = np.random.default_rng(3)
+    longer = 0
+    for _ in range(30):
+        blocked = rng.random((25, 25)) < 0.2
+        blocked[0, 0] = blocked[24, 24] = False
+        scene = Scene(Grid(blocked), (0, 0), (24, 24))
+        plain = api.plan(scene, choice="exact")
+        if not plain:
+            continue
+        for bound in (0.0, 0.05, 0.3):
+            plan = api.plan(scene, choice="exact", crowding=4.0, keep_away=1, max_extra=bound)
+            assert plan.gap is not None
+            assert plan.gap <= bound + 1e-12
+            longer += plan.gap > 0
+    assert longer > 5
+
+
+def test_crowded_places_are_left_to_others() -> None:
+    scene = Scene(load_map("env-1").grid, *_ends("env-1"))
+    plain, minded = api.plan(scene, choice="exact"), api.plan(scene, choice="exact", crowding=4.0, window=2)
+    share = density(scene.grid.blocked, 2)
+
+    def met(plan) -> float:
+        return float(share[plan.path.cells[:, 1], plan.path.cells[:, 0]].mean())
+
+    assert met(minded) < met(plain)
+
+
+def _ends(name: str):
+    query = load_map(name).queries[0]
+    return query.start, query.goal
+
+
+def test_warm_cells_are_avoided_once_they_are_warm() -> None:
+    scene = Scene(Grid(np.zeros((9, 21), dtype=bool)), (0, 4), (20, 4))
+    session = AdGso(choice="exact", warmth=4.0, max_extra=None).open(scene, RNG)
+    belt = frozenset((10, y) for y in range(2, 7))
+    for _ in range(30):
+        plan = session.plan(Change(robot=(0, 4), obstacles=belt))
+    after = session.plan(Change(robot=(0, 4)))
+    assert plan
+    assert after
+    assert not belt & {tuple(c) for c in after.path.cells.tolist()}
+    for _ in range(200):
+        after = session.plan(Change(robot=(0, 4)))
+    assert after.path.exact == 20 * scene.moves.straight  # it has cooled down
+
+
+def test_simulations_with_every_attribute_are_clean() -> None:
+    scene = Scene(load_map("env-2").grid, *_ends("env-2"), traffic=(RandomWalk(15),))
+    trace = api.simulate(scene, seed=2, crowding=1.0, warmth=1.0, keep_away=1)  # refereed
+    assert trace.arrived
+    again = api.simulate(scene, seed=2, crowding=1.0, warmth=1.0, keep_away=1)
+    assert np.array_equal(trace.robot, again.robot)
+
+
+def test_the_contract_holds_with_attributes() -> None:
+    check_planner(AdGso(crowding=1.0, keep_away=1, warmth=0.5), cases=3)
+
+
+def test_blocked_ends_are_told_as_ever() -> None:
+    blocked = np.zeros((5, 5), dtype=bool)
+    blocked[0, 0] = True
+    assert api.plan(Scene(Grid(blocked), (0, 0), (4, 4)), keep_away=1).status is Status.START_OCCUPIED
+    assert api.plan(Scene(Grid(blocked), (4, 4), (0, 0)), keep_away=1).status is Status.GOAL_OCCUPIED
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [("crowding", 5), ("crowding", -1.0), ("warmth", True), ("window", 0), ("keep_away", -1),
+     ("keep_away", 1.5), ("max_extra", -0.1), ("max_extra", float("nan"))],
+)  # fmt: skip
+def test_settings_out_of_range_are_refused(setting, value) -> None:
+    with pytest.raises(SettingError) as refused:
+        AdGso(**{setting: value})
+    assert refused.value.code == setting.upper()
