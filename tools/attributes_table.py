@@ -1,4 +1,4 @@
-"""What AD-GSO's attributes buy on the bundled maps, as a Markdown table: length paid, clearance and speed won.
+"""What AD-GSO's attributes buy on the bundled maps, as a Markdown table: length, clearance, speed.
 
     python tools/attributes_table.py > docs/attributes_table.md
 
