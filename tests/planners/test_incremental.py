@@ -15,7 +15,7 @@ import pytest
 
 from lampyris.errors import SceneError, SettingError
 from lampyris.field.layers import free_space
-from lampyris.field.solve import solve_field
+from lampyris.field.solve import solve, solve_field
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -122,6 +122,40 @@ def test_10000_stories(capsys: pytest.CaptureFixture[str]) -> None:
         seen += tell(story(2, number), PLANNERS)
     with capsys.disabled():
         print(f"\n10,000 stories of 6 edits, four planners: {dict(seen)}, 0 differences")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("planner", [DStarLite(), DStar()], ids=lambda p: p.name)
+def test_every_edit_of_every_4x4_grid(planner: Planner, capsys: pytest.CaptureFixture[str]) -> None:
+    """All 65,536 grids, each cell turned into what it is not and back; the step sets take turns."""
+    start, goal = (0, 3), (2, 1)
+    grids = [np.array([bits >> k & 1 for k in range(16)], np.bool_).reshape(4, 4) for bits in range(65_536)]
+    wanted = [
+        [int(solve(free, moves, goal).exact[start[1], start[0]]) for free in grids]
+        for moves in MOVES.values()
+    ]
+    edits, seen = 0, Counter[str]()
+    for bits, free in enumerate(grids):
+        name, truth = list(MOVES)[bits % 4], wanted[bits % 4]
+        session = planner.open(Scene(Grid(~free), start, goal, name), RNG)
+        for k in range(16):
+            cell = ((k % 4, k // 4),)
+            for now in (bits ^ 1 << k, bits):
+                plan = session.plan(Change(freed=cell) if now >> k & 1 else Change(blocked=cell))
+                if not now >> 12 & 1:
+                    word, cost = "start-occupied", -1
+                elif not now >> 6 & 1:
+                    word, cost = "goal-occupied", -1
+                else:
+                    cost = truth[now]
+                    word = "found" if cost >= 0 else "no-path"
+                found = -1 if plan.path is None else plan.path.exact
+                assert (plan.status, found) == (word, cost), f"{name} moves, {bits:016b} to {now:016b}"
+                seen[word] += 1
+            edits += 1
+    assert edits == 1_048_576
+    with capsys.disabled():
+        print(f"\n{planner.name}: {edits:,} edits and back, {dict(seen)}, 0 differences")
 
 
 @each

@@ -67,12 +67,7 @@ def moves_for(scene: Scene) -> Moves:
 
 def moves_on(grid: Grid, moves: Moves) -> Moves:
     """The same steps in the costs of a map: weighed exactly where the map has terrain."""
-    if grid.terrain is not None:
-        return moves.weighed()
-    if moves.scale == 1:
-        return moves
-    costs = tuple(c // moves.scale for c in moves.costs)
-    return replace(moves, costs=costs, unit=moves.unit // moves.scale, scale=1)
+    return moves.plain() if grid.terrain is None else moves.weighed()
 
 
 def clearance(grid: Grid) -> FloatGrid:

@@ -7,25 +7,47 @@ A mended field equals one solved from scratch on the changed map to the last bit
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SceneError, SettingError
+from lampyris.field.frame import Frame
 from lampyris.field.solve import checked, fill
 from lampyris.kernels import calendar, repair
 from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
-from lampyris.typing import BoolGrid, ByteGrid, Cell
+from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 GIVE_UP = 24
 """A mend that has seen one cell in so many is given up for solving anew: a cell costs some twenty to thirty
 times as much to mend as to solve (``make bench``)."""
 
 _SPACES = np.array([1, 0], dtype=np.uint8)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Padded:
+    """A mended field as kernels take it: flat, with its border of walls, read-only. Views, like the Field's.
+
+    Parameters
+    ----------
+    frame : sizes and indices.
+    cost, luciferin, step : what :class:`Field` calls ``exact``, ``luciferin`` and ``step``.
+    free : uint8; 1 where a cell may be entered.
+    terrain : uint8; empty if the field has none.
+    """
+
+    frame: Frame
+    cost: NDArray[Any]
+    luciferin: Floats
+    step: NDArray[np.int8]
+    free: NDArray[np.uint8]
+    terrain: NDArray[np.uint8]
 
 
 class Mender:
@@ -87,6 +109,11 @@ class Mender:
         """The field as it is now. Its arrays are views that the next :meth:`mend` writes to."""
         return self._field
 
+    @property
+    def padded(self) -> Padded:
+        """The same arrays with their border, for kernels."""
+        return self._padded
+
     def snapshot(self) -> Field:
         """The field as it is now, with arrays of its own."""
         f = self._field
@@ -97,6 +124,17 @@ class Mender:
             step=frozen(f.step.copy()),
             luciferin=frozen(f.luciferin.copy()),
         )
+
+    def copy(self) -> Mender:
+        """Another keeper of the same field, which goes its own way from here."""
+        other = copy(self)
+        luciferin, cost, step = self._maps
+        other._maps = (luciferin.copy(), cost.copy(), step.copy())
+        other._free, other._weight = self._free.copy(), self._weight.copy()
+        other._lists, other._work = None, self._work.copy()
+        other.solved, other.mended = 0, 0
+        other._field = other._show(self._field.expansions, self._field.revision)
+        return other
 
     def mend(
         self,
@@ -156,6 +194,9 @@ class Mender:
     def _show(self, expansions: int, revision: int = 0) -> Field:
         inside = self._frame.inside
         luciferin, cost, step = self._maps
+        terrain = self._weight if self._has_terrain else _NO_WEIGHTS
+        shown = (frozen(a.view()) for a in (cost, luciferin, step, self._free, terrain))
+        self._padded = Padded(self._frame, *shown)
         return Field(
             free=inside(self._free.view(np.bool_)),
             exact=inside(cost),
@@ -172,21 +213,28 @@ class Mender:
     def _indices(self, cells: Iterable[Cell], what: str) -> NDArray[np.int32]:
         """Where cells lie in the frame."""
         given = cells if isinstance(cells, tuple | list | np.ndarray) else list(cells)
-        if not len(given):
-            return _NONE
-        x, y = np.asarray(given, dtype=np.int64).reshape(-1, 2).T
-        height, width = self._shape
-        outside = (x < 0) | (x >= width) | (y < 0) | (y >= height)
+        (height, width), frame = self._shape, self._frame
+        if len(given) < _FEW:
+            for x, y in given:
+                if not (0 <= x < width and 0 <= y < height):
+                    raise self._outside(x, y, what)
+            at = frame.pad * (frame.width + 1)
+            return np.array([y * frame.width + x + at for x, y in given], dtype=np.int32)
+        xs, ys = np.asarray(given, dtype=np.int64).reshape(-1, 2).T
+        outside = (xs < 0) | (xs >= width) | (ys < 0) | (ys >= height)
         if outside.any():
             k = int(outside.argmax())
-            raise SceneError(
-                "CHANGE_OUTSIDE",
-                f"cell ({x[k]}, {y[k]}) is outside the map",
-                where=what,
-                allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
-            )
-        frame = self._frame
-        return ((y + frame.pad) * frame.width + x + frame.pad).astype(np.int32)
+            raise self._outside(xs[k], ys[k], what)
+        return ((ys + frame.pad) * frame.width + xs + frame.pad).astype(np.int32)
+
+    def _outside(self, x: int, y: int, what: str) -> SceneError:
+        height, width = self._shape
+        return SceneError(
+            "CHANGE_OUTSIDE",
+            f"cell ({x}, {y}) is outside the map",
+            where=what,
+            allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
+        )
 
     def _weights(self, terrain: list[tuple[Cell, int]]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
         """Where the cells lie, and their values."""
@@ -207,6 +255,8 @@ class Mender:
         return self._indices([cell for cell, _ in terrain], "terrain"), values
 
 
+_FEW = 32
+"""Fewer cells than that are looked at one by one: arrays take longer to set up."""
 _NONE = np.zeros(0, dtype=np.int32)
 _NO_WEIGHTS = np.zeros(0, dtype=np.uint8)
 

@@ -69,6 +69,13 @@ class Moves:
         costs = tuple(TERRAIN_UNIT * c for c in self.costs)
         return replace(self, costs=costs, unit=TERRAIN_UNIT * self.unit, scale=TERRAIN_UNIT)
 
+    def plain(self) -> Moves:
+        """The same steps with the costs of maps without terrain. Those that are already: themselves."""
+        if self.scale == 1:
+            return self
+        costs = tuple(c // self.scale for c in self.costs)
+        return replace(self, costs=costs, unit=self.unit // self.scale, scale=1)
+
     @property
     def straight(self) -> int:
         """Exact cost of a straight step."""

@@ -108,7 +108,7 @@ class IncrementalSession:
         cells = self._search.ground.way(self._search.cost)
         if not len(cells):
             # Which cells hang together is the same whatever they weigh.
-            finder = GridSearch(self._map.free, self._unweighed, informed=False)
+            finder = GridSearch(self._map.free, self._moves.plain(), informed=False)
             return why_not(self._name, finder, self._robot, (u, v), spent=spent, budget=budget, here=None)
         path = self._path(cells)
         return Plan(
@@ -120,17 +120,8 @@ class IncrementalSession:
             optimal_exact=None if among_obstacles else path.exact,
         )
 
-    @property
-    def _unweighed(self) -> Moves:
-        """The moves of a map without terrain."""
-        moves = self._moves
-        if moves.scale == 1:
-            return moves
-        costs = tuple(c // moves.scale for c in moves.costs)
-        return replace(moves, costs=costs, unit=moves.unit // moves.scale, scale=1)
-
     def _path(self, cells: Cells) -> Path:
         """The path, in the costs of the map: in 63rds only where some cell has terrain now."""
         if self._map.has_terrain:
             return path_of(cells, self._moves, self._map.terrain)
-        return path_of(cells, self._unweighed)
+        return path_of(cells, self._moves.plain())

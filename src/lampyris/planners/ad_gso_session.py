@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lampyris.field.frame import Frame
 from lampyris.field.gates import gate_mask
-from lampyris.field.layers import free_space, moves_for
-from lampyris.field.solve import solve
+from lampyris.field.layers import moves_for
+from lampyris.field.repair import Padded
 from lampyris.kernels import window as w
 from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners.ad_gso_walk import NO_LIMIT, Flat, Ground, Trip, Walker, lay
+from lampyris.planners._grounds import Grounds
+from lampyris.planners._living import LivingMap
+from lampyris.planners.ad_gso_walk import NO_LIMIT, Flat, Trip, Walker, walls
 from lampyris.planners.base import Budget
-from lampyris.planners.edits import edited
 from lampyris.typing import Cell
 
 if TYPE_CHECKING:
@@ -26,10 +28,6 @@ if TYPE_CHECKING:
 CUT_OFF = w.SPENT + 1
 """A trip's ending that no kernel tells: the field it would walk on does not reach where it stands."""
 
-KEPT_FIELDS = 4
-"""Mended fields a session remembers: the same gates are met again by every preview until the robot stands
-there."""
-
 _NONE: frozenset[Cell] = frozenset()
 
 
@@ -37,15 +35,14 @@ class AdGsoSession:
     """A session of :class:`lampyris.planners.ad_gso.AdGso`; see :class:`lampyris.planners.base.Session`.
 
     Cells in ``Change.obstacles`` are cells the robot's centre may not enter; for a robot with a radius the
-    caller widens them. ``Plan.expansions`` counts cells settled in fields solved by this call plus window
-    cells looked at; a field solved only to report the optimum is not counted. ``Plan.commit`` is the length
-    of the first sub-path: the rest is a preview, to be asked for anew.
+    caller widens them. ``Plan.expansions`` counts the cells that fields cost in this call, solved or mended,
+    plus window cells looked at; a field wanted only to report the optimum is not counted. ``Plan.commit`` is
+    the length of the first sub-path: the rest is a preview, to be asked for anew.
 
     Hemmed in: where obstacles leave nothing to accept, the answer is ``hemmed-in``, and the caller lets a
     step pass. Asked again at the same cell, and still hemmed in, the session walls in every obstacle it
-    sees and solves the field anew (repairing the old one is quicker on large maps; that is for later). It
-    walks on that field, so as not to turn back at the next jump, until those cells are left: each is freed
-    exactly when no obstacle covers it any more.
+    sees, mends the field and walks on that, so as not to turn back at the next jump, until those cells are
+    left: each is freed exactly when no obstacle covers it any more.
     """
 
     def __init__(self, settings: AdGso, scene: Scene, rng: np.random.Generator, *, record: bool) -> None:
@@ -53,7 +50,7 @@ class AdGsoSession:
         self._scene = scene
         self._robot = scene.start
         self._moves = moves_for(scene)
-        self._free = free_space(scene)
+        self._map = LivingMap(scene)
         ends = (scene.start, scene.goal)
         self._gates = (
             _NONE if settings.gates == "ignore" else _cells(gate_mask(scene.grid, scene.robot), ends)
@@ -61,12 +58,11 @@ class AdGsoSession:
         self._closed = self._gates if settings.gates == "close" else _NONE
         self._walled: frozenset[Cell] = _NONE
         self._hemmed: Cell | None = None
-        self._grounds: dict[frozenset[Cell], Ground] = {}
+        self._grounds = self._new_grounds()
         self._spent = 0
         self._walker = Walker(
-            scene.grid.width,
-            scene.grid.height,
-            scene.goal[1] * scene.grid.width + scene.goal[0],
+            Frame(self._map.free, self._moves, terrain=self._map.has_terrain),
+            scene.goal,
             self._moves,
             choice=settings.choice,
             nt=settings.nt,
@@ -138,7 +134,7 @@ class AdGsoSession:
             if self._spent > look:
                 trip.code = w.SPENT
                 break
-            shut = ground.shut.copy()
+            shut = walls(ground)
             self._mark(shut, bodies, w.BODY)
             if discover:
                 self._mark(shut, self._gates - {here}, w.GATE)
@@ -154,27 +150,17 @@ class AdGsoSession:
         self._spent += trip.at(w.LOOKED)
         return trip
 
-    def _ground(self, sealed: frozenset[Cell], *, counted: bool = True) -> Ground:
-        """The field with these cells sealed: one that is remembered, or solved now."""
-        known = self._grounds.pop(sealed, None)
-        if known is None:
-            free = self._free
-            if sealed:
-                open_cells = free.copy()
-                for x, y in sealed:
-                    open_cells[y, x] = False
-                free = open_cells
-            s = self._settings
-            terrain = self._scene.grid.terrain
-            field = solve(free, self._moves, self._scene.goal, terrain=terrain, rho=s.rho, gamma=s.gamma)
-            known = lay(field, terrain)
-            if counted:
-                self._spent += known.field.expansions
-        self._grounds[sealed] = known  # last used, last in line
-        while len(self._grounds) > KEPT_FIELDS:
-            # The field of the bare map stays: every plan is measured against it.
-            self._grounds.pop(next(key for key in self._grounds if key))
-        return known
+    def _ground(self, sealed: frozenset[Cell], *, counted: bool = True) -> Padded:
+        """The field with these cells sealed."""
+        before = self._grounds.spent
+        ground = self._grounds.sealed(sealed)
+        if counted:
+            self._spent += self._grounds.spent - before
+        return ground
+
+    def _new_grounds(self) -> Grounds:
+        s = self._settings
+        return Grounds(self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma)
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
         for cell in cells:
@@ -182,21 +168,20 @@ class AdGsoSession:
 
     def _take(self, change: Change) -> None:
         """Take in where the robot is and what of the map has changed for good."""
-        scene = edited(self._scene, change)
+        altered = self._map.take(change)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
-        if scene is self._scene:
-            return
-        self._scene = scene
-        self._free = free_space(scene)
-        self._moves = moves_for(scene)
-        self._walker.take(self._moves)
         self._gates -= frozenset(change.freed)  # gates are found once, on the map as given
         self._closed -= frozenset(change.freed)
-        self._grounds.clear()
+        if self._map.has_terrain == (self._moves.scale == 1):
+            # The first terrain on the map, or the last of it gone: costs have another unit now.
+            self._moves = self._moves.weighed() if self._map.has_terrain else self._moves.plain()
+            self._walker.take(self._moves)
+            self._grounds = self._new_grounds()
+        self._grounds.altered(altered)
 
     def _is_free(self, cell: Cell) -> bool:
-        return bool(self._free[cell[1], cell[0]])
+        return bool(self._map.free[cell[1], cell[0]])
 
     def _conclude(self, trip: Trip) -> Plan:
         """The plan that a trip's ending makes."""
@@ -243,10 +228,9 @@ class AdGsoSession:
 
     def _measured(self, trip: Trip) -> tuple[Path, int, float]:
         """The path of a trip that arrived, the best one's exact cost, the sum of cost-to-go (gates open)."""
-        width = self._scene.grid.width
         flat = trip.cells
-        cells = np.stack((flat % width, flat // width), axis=1).astype(np.int32)
-        path = path_of(cells, self._moves, self._scene.grid.terrain)
+        terrain = self._map.terrain if self._map.has_terrain else None
+        path = path_of(self._walker.cells(flat), self._moves, terrain)
         bare = self._ground(_NONE, counted=False).cost[flat]
         return path, int(bare[0]), math.fsum(self._moves.values(bare).tolist())
 

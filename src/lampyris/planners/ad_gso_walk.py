@@ -1,4 +1,4 @@
-"""AD-GSO's walk made callable: a field laid out for the kernel, room to work in, and the record read back."""
+"""AD-GSO's walk made callable: room to work in, and the record read back."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from lampyris.field.frame import Frame
+from lampyris.field.repair import Padded
 from lampyris.kernels import window as w
-from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Candidate, Jump
-from lampyris.typing import ByteGrid, Cell
+from lampyris.typing import Cell, Cells
 
 Flat = np.ndarray[Any, np.dtype[Any]]
 
@@ -20,43 +21,6 @@ RULES = {"greedy": w.GREEDY, "roulette": w.ROULETTE, "exact": w.EXACT}
 NO_LIMIT = 2**62
 HEAVIEST = (TERRAIN_UNIT + MAX_TERRAIN) // TERRAIN_UNIT
 _DRAWS = 64
-
-
-@dataclass(frozen=True, slots=True)
-class Ground:
-    """A field laid out flat for the kernel, row by row; ``shut`` holds WALL where the field is not free,
-    ``terrain`` is empty on plain maps.
-    """
-
-    field: Field
-    cost: Flat
-    luc: Flat
-    step: Flat
-    shut: Flat
-    terrain: Flat
-
-
-_PLAIN = np.zeros((0, 0), dtype=np.uint8)
-
-
-def lay(field: Field, terrain: ByteGrid | None = None) -> Ground:
-    """The same field and the terrain it was solved over, flat. Views of a padded array are copied once here,
-    not at every plan.
-    """
-    return Ground(
-        field,
-        _flat(field.exact, np.int64),
-        _flat(field.luciferin, np.float64),
-        _flat(field.step, np.int8),
-        _flat(~field.free, np.uint8) * np.uint8(w.WALL),
-        _flat(_PLAIN if terrain is None else terrain, np.uint8),
-    )
-
-
-def _flat(array: Flat, dtype: type[np.generic]) -> Flat:
-    flat = np.ascontiguousarray(array, dtype=dtype).reshape(-1)
-    flat.setflags(write=False)  # always: a kernel compiles anew for arrays that may be written
-    return flat
 
 
 @dataclass(slots=True)
@@ -85,8 +49,8 @@ class Walker:
 
     Parameters
     ----------
-    width, height : the map.
-    goal : flat cell.
+    frame : the map in its border of walls.
+    goal : the goal cell.
     moves : the step set; see :meth:`take`.
     choice, nt, mvr : see :class:`lampyris.planners.ad_gso.AdGso`.
     rng : where roulette's numbers come from.
@@ -95,9 +59,8 @@ class Walker:
 
     def __init__(
         self,
-        width: int,
-        height: int,
-        goal: int,
+        frame: Frame,
+        goal: Cell,
         moves: Moves,
         *,
         choice: str,
@@ -108,12 +71,13 @@ class Walker:
     ) -> None:
         rings = max(mvr, moves.reach)
         side = 2 * (rings + w.MARGIN) + 1
-        self._width = width
-        self._setup = np.array([width, height, goal, RULES[choice], nt, rings, moves.reach], dtype=np.int64)
+        self._frame = frame
+        setup = [frame.width, frame.rows, frame.index(goal), RULES[choice], nt, rings, moves.reach]
+        self._setup = np.array(setup, dtype=np.int64)
         self._tables = (
             *w.ring_table(rings),
             w.step_table(moves.offsets, moves.corner_cutting, side),
-            w.step_table(moves.offsets, moves.corner_cutting, width),
+            w.step_table(moves.offsets, moves.corner_cutting, frame.width),
         )
         self._side = side
         self.take(moves)
@@ -143,13 +107,13 @@ class Walker:
         path[0] = at
         return Trip(tally, path, np.zeros(self._first_log, dtype=np.int64))
 
-    def go(self, trip: Trip, ground: Ground, shut: Flat, *, jumps: int, look: int) -> int:
+    def go(self, trip: Trip, ground: Padded, shut: Flat, *, jumps: int, look: int) -> int:
         """Walk on until the goal or a reason to stop; the kernel's word for it, also in ``trip.code``.
 
         Parameters
         ----------
         ground : the field to walk on.
-        shut : its ``shut`` with bodies and gates marked.
+        shut : its :func:`walls` with bodies and gates marked.
         jumps, look : jumps and window cells at most, counted over the whole trip.
         """
         tally = trip.tally
@@ -163,7 +127,7 @@ class Walker:
             trip.code = int(
                 w.walk(
                     ground.cost,
-                    ground.luc,
+                    ground.luciferin,
                     ground.step,
                     shut,
                     ground.terrain,
@@ -184,7 +148,7 @@ class Walker:
             elif trip.code != w.PAUSED or trip.at(w.JUMPS) >= jumps:
                 return trip.code
 
-    def _read(self, trip: Trip, ground: Ground) -> None:
+    def _read(self, trip: Trip, ground: Padded) -> None:
         """Turn the kernel's log into Jumps, and empty it."""
         log = trip.log[: trip.tally[w.LOGGED]].tolist()
         trip.tally[w.LOGGED] = 0
@@ -200,7 +164,7 @@ class Walker:
             trip.jumps.append(
                 Jump(
                     at=self.cell(at),
-                    luciferin=float(ground.luc[at]),
+                    luciferin=float(ground.luciferin[at]),
                     candidates=self._candidates(at, cells, ground),
                     chosen=self.cell(chosen),
                     subpath=tuple(self.cell(c) for c in trip.path[begin : end + 1].tolist()),
@@ -208,10 +172,10 @@ class Walker:
                 )
             )
 
-    def _candidates(self, at: int, cells: list[int], ground: Ground) -> tuple[Candidate, ...]:
+    def _candidates(self, at: int, cells: list[int], ground: Padded) -> tuple[Candidate, ...]:
         x, y = self.cell(at)
-        luc = [float(ground.luc[c]) for c in cells]
-        here = float(ground.luc[at])
+        luc = [float(ground.luciferin[c]) for c in cells]
+        here = float(ground.luciferin[at])
         total = sum(here - value for value in luc)
         out = []
         for c, value in zip(cells, luc, strict=True):
@@ -222,8 +186,20 @@ class Walker:
 
     def cell(self, flat: int) -> Cell:
         """x, y of a flat cell."""
-        return flat % self._width, flat // self._width
+        frame = self._frame
+        return flat % frame.width - frame.pad, flat // frame.width - frame.pad
+
+    def cells(self, flat: Flat) -> Cells:
+        """The same for many; int32 (n, 2)."""
+        frame = self._frame
+        pairs = np.stack((flat % frame.width, flat // frame.width), axis=1) - frame.pad
+        return pairs.astype(np.int32)
 
     def flat(self, cell: Cell) -> int:
         """The flat cell of x, y."""
-        return cell[1] * self._width + cell[0]
+        return self._frame.index(cell)
+
+
+def walls(ground: Padded) -> Flat:
+    """``shut`` of a field: WALL where a cell may not be entered. A new array."""
+    return (ground.free ^ np.uint8(1)) * np.uint8(w.WALL)
