@@ -173,7 +173,8 @@ for line in sys.stdin:
         stream.seek(0)
         said.append(stream.read().decode("utf-8", "replace"))
         stream.close()
-    print(json.dumps([child.returncode, *said, used.ru_utime + used.ru_stime, used.ru_maxrss * 1024]), flush=True)
+    cpu, peak = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024
+    print(json.dumps([child.returncode, *said, cpu, peak]), flush=True)
 """
 """Runs commands as processes and tells what each used.
 

@@ -64,4 +64,32 @@ CASES: list[Case] = [
         exit=3,
         says=("nowhere/plan.csv", "a folder you may write in"),
     ),
+    *(
+        Case(
+            99,
+            f"misspelt {words[-1]}",
+            words,
+            code=code,
+            exit=exit,
+            says=(repr(words[-1]), f"did you mean {right}?"),
+        )
+        for code, exit, words, right in (
+            ("PLANNER", 2, ("plan", "guide", "--planner", "ad-gs"), "ad-gso"),
+            ("PRESET", 2, ("plan", "guide", "--preset", "robt"), "robot"),
+            ("MOVES", 2, ("plan", "guide", "--moves", "octil"), "octile"),
+            ("LAW", 2, ("plan", "guide", "--law", "phisical"), "physical"),
+            ("MOBILITY", 2, ("simulate", "guide", "--mobility", "patrl"), "patrol"),
+            ("COLOUR", 2, ("plan", "guide", "--colour", "luminence"), "luminance"),
+            ("VALUES", 2, ("plan", "guide", "--values", "costmp"), "costmap"),
+            ("RECIPE", 3, ("maps", "make", "--out", "new.txt", "mase"), "maze"),
+        )
+    ),
+    Case(
+        99,
+        "a setting misspelt",
+        ("plan", "guide", "--set", "roh=1"),
+        code="SETTING",
+        exit=2,
+        says=("'roh'", "did you mean rho?"),
+    ),
 ]

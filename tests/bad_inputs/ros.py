@@ -7,6 +7,7 @@ round, a key it does not know), so does the command line, with a note; a strange
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from bad_inputs.case import Case, Content, bad_map, good_map
 from bad_inputs.pictures import p5
@@ -82,7 +83,15 @@ IMAGE = [
     _bad(35, "nothing", _edited("image: m.pgm", "image:"), "MAP_KEY", ":1:7", "`image` is empty", "PNG"),
     _bad(35, "empty", _edited("image: m.pgm", "image: ''"), "MAP_KEY", ":1:8", "`image` is empty", "PNG"),
     _bad(36, "no such picture", _edited("m.pgm", "maps/a.pgm"), "FILE_MISSING", ":1:8", "maps/a.pgm"),
-    _bad(37, "outside", _edited("m.pgm", "../../etc/passwd"), "PATH_OUTSIDE", ":1:8", "../../etc/passwd"),
+    _bad(
+        37,
+        "outside",
+        _edited("m.pgm", "../../etc/passwd"),
+        "PATH_OUTSIDE",
+        ":1:8",
+        "../../etc/passwd",
+        "--allow-outside",
+    ),
     _bad(37, "hidden", _edited("m.pgm", "maps/../../m.pgm"), "PATH_OUTSIDE", ":1:8", "the map's folder"),
     _bad(38, "http", _edited("m.pgm", "http://127.0.0.1/m.pgm"), "PATH_FORM", ":1:8", PLAIN, "no address"),
     _bad(38, "msl", _edited("m.pgm", "msl:x"), "PATH_FORM", ":1:8", PLAIN),
@@ -119,7 +128,36 @@ VALUES = [
 # Turned by a quarter: the lower left corner of the picture's lower left pixel stays, east becomes north.
 TURNED = YAML.replace("[0.000, 0.000, 0]", "[1, 2, 1.5707963267948966]")
 
+
+def _elsewhere(folder: Path) -> None:
+    """``maps/m.yaml`` names a picture of another folder by its whole path."""
+    (folder / "maps").mkdir()
+    picture = (folder / "pictures" / "m.pgm").as_posix()
+    (folder / "maps" / "m.yaml").write_text(YAML.replace("m.pgm", picture))
+
+
 OTHER = [
+    Case(
+        37,
+        "absolute",
+        ("plan", "maps/m.yaml", "--start", "1,0", "--goal", "1,0"),
+        {"pictures/m.pgm": PICTURE},
+        says=(
+            "maps/m.yaml:1:8: ",
+            "outside the map's folder; an absolute path, followed as Nav2 does",
+            UNKNOWN,
+        ),
+        cells=READ,
+        setup=_elsewhere,
+        strict="PATH_OUTSIDE",
+    ),
+    Case(
+        37,
+        "outside, allowed",
+        ("plan", "maps/m.yaml", "--allow-outside", "--start", "1,0", "--goal", "1,0"),
+        {"maps/m.yaml": _edited("m.pgm", "../m.pgm"), "m.pgm": PICTURE},
+        says=(UNKNOWN,),
+    ),
     good_map(
         44,
         "ends swapped",
