@@ -185,6 +185,8 @@ def test_lists_of_maps_and_planners() -> None:
     assert {"guide", *(f"env-{k}" for k in range(1, 7))} <= names
     assert len(record("maps", "env-1")["queries"]) == 5
     assert {p["name"] for p in record("planners")["planners"]} >= {"ad-gso", "astar", "dijkstra"}
+    one = record("planners", "sipp")
+    assert (one["name"], one["traits"]["sees_traffic"]) == ("sipp", True)
     for verb in ("maps", "planners"):
         done = run(verb)
         assert done.returncode == 0

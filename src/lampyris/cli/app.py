@@ -257,11 +257,16 @@ def schema() -> None:
 
 
 @app.command()
-def planners(json_: Json = False) -> None:
-    """List the planners: what each guarantees, its settings and its source."""
+def planners(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Say all there is of this one.")
+    ] = None,
+    json_: Json = False,
+) -> None:
+    """List the planners: what each does and guarantees, its source; NAME: its settings and what they mean."""
     from lampyris.cli import verbs
 
-    raise typer.Exit(verbs.planners(json_))
+    raise typer.Exit(verbs.planners(name, json_))
 
 
 app.command()(scen_verb.scen)

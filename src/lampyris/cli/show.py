@@ -125,6 +125,7 @@ def trace(run: Trace, *, name: str = "") -> None:
     kinds = _causes([b.kind for b in run.bodies]) or "none"
     moving = run.speed[run.speed > 0]
     mean = f"{moving.mean():.4g}" if len(moving) else "0"
+    told = f"{run.replans} replans, {run.waits} waits, {run.flips} changes of mind"
     rows = [("scenario", name)] if name else []
     rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
@@ -135,7 +136,7 @@ def trace(run: Trace, *, name: str = "") -> None:
             "outcome",
             f"{run.outcome.value} after {run.ticks} ticks; collisions {run.collisions}, hits {run.hits}",
         ),
-        ("cost", f"{run.cost:.6g} cells driven; {run.replans} replans, {run.waits} waits"),
+        ("cost", f"{run.cost:.6g} cells driven; {told}"),
         ("iterations", f"{run.iterations}; {run.expansions} expansions"),
         ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
         ("held by", _causes(run.cause)),
@@ -205,17 +206,34 @@ def recipes(rows: Sequence[Recipe]) -> None:
 
 
 def planners(rows: Sequence[PlannerInfo]) -> None:
-    """The planners."""
-    table = Table(title="planners", title_justify="left")
-    for name in ("name", "what it does", "traits", "settings", "source"):
-        table.add_column(name)
+    """The planners: a line or two each, and where it comes from."""
+    table = Table(title="planners", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("name", no_wrap=True)
+    table.add_column("traits")
+    table.add_column("what it does, and its source")
     for r in rows:
-        traits = [t for t in ("optimal", "incremental", "stochastic", "sees_traffic") if getattr(r.traits, t)]
-        settings = ", ".join(f"{k}={v}" for k, v in r.settings.items())
         table.add_row(
-            r.name, r.summary, ", ".join(traits).replace("_", " ") or "-", settings or "-", r.source
+            r.name, ", ".join(_traits(r)) or "-", Text(f"{r.summary}\n").append(r.source, style="dim")
         )
     _console().print(table)
+    _console().print(Text("lampyris planners NAME says more of one: its settings, and what they mean."))
+
+
+def planner(row: PlannerInfo, about: str) -> None:
+    """One planner: traits, settings with their defaults, and its own description."""
+    settings = ", ".join(f"{k}={v}" for k, v in row.settings.items())
+    rows = [
+        ("traits", ", ".join(_traits(row)) or "none"),
+        ("settings", settings or "none"),
+        ("source", row.source),
+    ]
+    _console().print(_facts(row.name, rows))
+    print(about.partition("\n\nRaises\n")[0].replace("``", "`"))
+
+
+def _traits(row: PlannerInfo) -> list[str]:
+    words = ("optimal", "incremental", "stochastic", "sees_traffic")
+    return [word.replace("_", " ") for word in words if getattr(row.traits, word)]
 
 
 def written(*paths: Path | None) -> None:

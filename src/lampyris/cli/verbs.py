@@ -197,30 +197,34 @@ def maps(name: str | None, as_json: bool) -> int:
     return 0
 
 
-def planners(as_json: bool) -> int:
+def planners(name: str | None, as_json: bool) -> int:
     """``lampyris planners``. Returns the exit code."""
-    from lampyris.planners.registry import table
+    from lampyris.planners.registry import planner_class, table
 
-    rows = list(table().values())
+    if name is not None:
+        planner_class(name)  # raises with the names there are
+    rows = [row for key, row in table().items() if name is None or key == name]
     if as_json:
-        print_json(
+        records = [
             {
-                "planners": [
-                    {
-                        "name": r.name,
-                        "summary": r.summary,
-                        "source": r.source,
-                        "traits": asdict(r.traits),
-                        "settings": dict(r.settings),
-                    }
-                    for r in rows
-                ]
+                "name": r.name,
+                "summary": r.summary,
+                "source": r.source,
+                "traits": asdict(r.traits),
+                "settings": dict(r.settings),
             }
-        )
-    else:
-        from lampyris.cli import show
+            for r in rows
+        ]
+        print_json({"planners": records} if name is None else records[0])
+        return 0
+    from lampyris.cli import show
 
+    if name is None:
         show.planners(rows)
+    else:
+        import inspect
+
+        show.planner(rows[0], inspect.getdoc(planner_class(name)) or "")
     return 0
 
 
