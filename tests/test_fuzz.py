@@ -12,7 +12,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ from lampyris.maps.scenario import Scenario
 from lampyris.maps.tracks import read_track
 from lampyris.maps.yaml_text import read_yaml
 from lampyris.model.grid import Grid
-from lampyris.scenarios import load_scenario
+from lampyris.scenarios import completed, load_scenario, run, save_scenario
 from lampyris.typing import Cell
 from reference import corpora
 from reference.mutator import Corpus
@@ -311,6 +311,34 @@ def test_mutants_by_the_thousand(tmp_path: Path, name: str) -> None:
     tally = fuzz(name, tmp_path, 20_000, SEED + 1, CPU_S)
     print(f"\n{tally}")
     judge(tally)
+
+
+@pytest.mark.parametrize("name", ["scenario-yaml", "scenario-json"])
+def test_a_mutant_that_is_read_can_be_run_and_written(tmp_path: Path, name: str) -> None:
+    prepare(name, tmp_path)
+    path = tmp_path / TARGETS[name].file
+    again = tmp_path / f"again{path.suffix}"
+    done = Counter[str]()
+    for number in range(500):
+        path.write_bytes(mutant(name, SEED + 2, number))
+        try:
+            scenario = load_scenario(path, max_cells=4096)
+        except LampyrisError:
+            continue
+        save_scenario(scenario, again)
+        assert load_scenario(again, max_cells=4096) == completed(scenario)
+        if scenario.simulated:
+            scenario = replace(scenario, ticks=min(scenario.ticks or 20, 20))
+        try:
+            run(scenario)  # with the referee
+        except LampyrisError as raised:
+            problem = raised
+            assert problem.exit_code in (3, 5), problem
+            check_words(str(problem))
+            done[problem.code] += 1
+        else:
+            done["run"] += 1
+    assert done["run"] > 20, done
 
 
 @pytest.mark.parametrize("name", TARGETS)

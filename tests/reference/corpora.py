@@ -200,9 +200,10 @@ SCENARIO_YAML = Corpus(
     ),
     SCENARIO_WORDS,
 )
-_JSON = rb"""{"$schema": "x", "version": 1, "name": "caf\u00e9", "map": {"rows": ["S..", ".#.", "..G"]},
+_JSON = rb"""{"$schema": "x", "version": 1, "name": "caf\u00e9", "map": {"rows":
+ ["S.......", "..#.....", "........", "....##..", ".......G"]},
  "robot": {"radius": 0.1, "v_max": 1e0}, "planner": {"name": "astar"}, "law": null,
- "obstacles": [{"kind": "recorded", "track": [[2, 0]]}, {"kind": "crossing", "count": 1}],
+ "obstacles": [{"kind": "recorded", "track": [[2, 0], [3, 0]]}, {"kind": "crossing", "count": 1}],
  "simulate": {"ticks": 5}}
 """
 SCENARIO_JSON = Corpus(
