@@ -25,8 +25,9 @@ What Theta* guarantees: its way is never longer than the cheapest walk by its st
 expanded at a cost above that of its cheapest walk. Take the first cell on that walk that has not been
 expanded; the one before it was, at no more than its walk's cost, and has offered it one step more, or
 less than that; so its f is below that of the cell supposed (the straight distance is consistent), and it
-would have gone first. Lazy Theta* checks a line only when the cell it leads to is expanded, by then at a
-cost that may have been too low, and has no such guarantee.
+would have gone first. Lazy Theta* checks a line only when the cell at its end is about to be expanded. If
+it is blocked the cell takes its best expanded neighbour for parent, and where it then goes back to wait
+at that cost the same argument holds. Where it is expanded at once, as published, it does not.
 """
 
 from __future__ import annotations
@@ -114,13 +115,16 @@ def _length(stride, u, v):
 
 @kernel(out=("g", "parent"))
 def _settle(free, weight, mask, stride, offset, via, across, dx, dy, rule, u, run, seen, g, parent):
-    """Lazy Theta* finds out whether the line to u is free, and if not, takes the best expanded neighbour."""
+    """Lazy Theta* finds out whether the line to u is free, and if not, takes the best expanded neighbour.
+
+    Returns by how much the cost of u has risen.
+    """
     p = parent[u64(u)]
     y = u // stride
     x = u - y * stride
     above = p // stride
     if _sees(free, weight, mask, stride, int(p), p - above * stride, above, x, y, rule) == 1:
-        return
+        return 0.0
     best = -1.0
     factor = (63.0 + weight[u64(u & mask)]) / 63.0
     for k in range(len(offset)):
@@ -133,7 +137,9 @@ def _settle(free, weight, mask, stride, offset, via, across, dx, dy, rule, u, ru
         if best < 0.0 or through < best:
             best = through
             parent[u64(u)] = v
+    rise = best - g[u64(u)]
     g[u64(u)] = best
+    return rise
 
 
 @kernel(out=("heap", "place", "f", "h", "g", "seen", "parent"))
@@ -167,7 +173,8 @@ def theta(
     offset, via, across, dx, dy : the steps by which cells are met; see
         :func:`lampyris.kernels.search.search`.
     rule : CUT, TOUCH or WIDE.
-    lazy : 1 for lazy Theta*, 0 for Theta*.
+    lazy : 0 for Theta*; 1 for lazy Theta*; 2 where in addition a cell whose line proves blocked waits
+        again at the cost that it has then.
     heap, place : int32, (n + 1,) and (n,); empty and zeros before and after.
     f, h, g : float64, (n,); scratch.
     seen : int32, (n,); run in cells met, -run in cells expanded.
@@ -185,8 +192,14 @@ def theta(
             ending = LIMIT
             break
         take(heap, place, f, h, u)
-        if lazy == 1:
-            _settle(free, weight, mask, stride, offset, via, across, dx, dy, rule, u, run, seen, g, parent)
+        if lazy > 0:
+            risen = _settle(
+                free, weight, mask, stride, offset, via, across, dx, dy, rule, u, run, seen, g, parent
+            )
+            if lazy == 2 and risen > 0.0:
+                f[u64(u)] = g[u64(u)] + h[u64(u)]
+                put(heap, place, f, h, u)
+                continue
         seen[u64(u)] = -run
         if u == goal:
             ending = FOUND
@@ -209,9 +222,7 @@ def theta(
             in_line = g[u64(p)] + _length(stride, p, v) * factor
             like = weight[u64(p & mask)] == weight[u64(v & mask)]
             if like and in_line <= by_step + EQUAL and (known < 0.0 or in_line < known):
-                if lazy == 1 or _sees(
-                    free, weight, mask, stride, p, aside, above, x + dx[k], y + dy[k], rule
-                ):
+                if lazy > 0 or _sees(free, weight, mask, stride, p, aside, above, x + dx[k], y + dy[k], rule):
                     _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, in_line, p)
                     continue
             if known < 0.0 or by_step < known:

@@ -24,7 +24,8 @@ class AnyAngleSearch:
     terrain : uint8 (height, width), or None.
     moves : the step set; weighed where there is terrain.
     wide : whether the robot has a size, so that lines need room on either side.
-    lazy : whether lines are checked only when they matter.
+    lazy : 0 to look along lines at once, 1 when their ends are expanded, 2 to put those ends back that
+        are not seen; see :func:`lampyris.kernels.any_angle.theta`.
 
     Raises
     ------
@@ -32,7 +33,7 @@ class AnyAngleSearch:
     """
 
     def __init__(
-        self, free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, wide: bool, lazy: bool
+        self, free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, wide: bool, lazy: int
     ) -> None:
         check_limits(free, moves)
         self._board = Board(free.shape, moves.reach)
@@ -42,7 +43,7 @@ class AnyAngleSearch:
         slanting = any(dx and dy for dx, dy in moves.offsets)
         cutting = slanting and moves.corner_cutting
         self._rule = WIDE if wide else CUT if cutting else TOUCH
-        self._lazy = int(lazy)
+        self._lazy = lazy
         self._diagonals = 2 if cutting else int(slanting)
         self._even = terrain is None
         self._weight = np.zeros(1 if terrain is None else n, dtype=np.uint8)
@@ -83,7 +84,8 @@ class AnyAngleSearch:
                 return Answer(ending, expansions, None)
             chain = self._chain[:points]
             cells = board.cells(self._walk(chain)[::-1])
-        return Answer(ending, expansions, cells, waypoints=_turns(board.cells(chain)))
+        turns = board.cells(chain)
+        return Answer(ending, expansions, cells, waypoints=_turns(turns) if self._even else turns)
 
     def _walk(self, chain: NDArray[np.int32]) -> NDArray[np.int32]:
         """Flat cells, start first, along the lines of a chain, goal first."""
@@ -101,7 +103,5 @@ def _turns(points: NDArray[np.int32]) -> NDArray[np.int32]:
         return points
     d = points[1:].astype(np.int64) - points[:-1]
     before, after = d[:-1], d[1:]
-    straight = before[:, 0] * after[:, 1] == before[:, 1] * after[:, 0]
-    onward = (before * after).sum(axis=1) > 0
-    keep = np.concatenate(([True], ~(straight & onward), [True]))
-    return points[keep]
+    bends = before[:, 0] * after[:, 1] != before[:, 1] * after[:, 0]
+    return points[np.concatenate(([True], bends, [True]))]

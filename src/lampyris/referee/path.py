@@ -281,7 +281,7 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
     if plan.iterations < 0 or plan.expansions < 0:
         return Violation("numbers", "plan", f"{plan.iterations} iterations, {plan.expansions} expansions")
     if plan.path is None:
-        return None
+        return lines_violation(plan, scene)
     begin = scene.start if start is None else start
     broken = check_path(plan.path, scene.grid, scene.robot, scene.moves, begin, scene.goal)
     if broken is not None:
