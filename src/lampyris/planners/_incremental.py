@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from lampyris.field.layers import moves_for
 from lampyris.model.change import Change
 from lampyris.model.moves import Moves
@@ -91,10 +93,12 @@ class IncrementalSession:
         cells = list(dict.fromkeys(altered + sorted(covered ^ self._covered)))
         self._covered = covered
         if cells:
-            free, terrain = self._map.free, self._map.terrain
-            open_now = [bool(free[y, x]) and (x, y) not in covered for x, y in cells]
-            weights = [0 if terrain is None else int(terrain[y, x]) for x, y in cells]
-            self._search.edit(cells, open_now, weights)
+            x, y = np.array(cells, dtype=np.int32).T
+            free, terrain = self._map.free[y, x].view(np.uint8), self._map.terrain
+            if covered:
+                free[[c in covered for c in cells]] = 0
+            weights = np.zeros(len(cells), np.uint8) if terrain is None else terrain[y, x]
+            self._search.edit(self._search.ground.indices(x, y), free, weights)
 
     def _answer(self, among_obstacles: bool, budget: int | None) -> Plan:
         (x, y), (u, v) = self._robot, self._scene.goal

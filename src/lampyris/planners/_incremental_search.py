@@ -24,6 +24,7 @@ _MOST_BIAS = 2**59
 """From here on all keys are made anew without a bias, so that they never outgrow 64 bits."""
 
 LIMIT = incremental.LIMIT
+Bytes = NDArray[np.uint8]
 
 
 class Ground:
@@ -91,10 +92,9 @@ class Ground:
     def bias(self, value: int) -> None:
         self.setup[BIAS] = value
 
-    def pack(self, cells: list[Cell], free: list[bool], weights: list[int]) -> tuple[NDArray[Any], ...]:
-        """Changed cells and what they are now, as kernels read them."""
-        index = np.array([self.frame.index(c) for c in cells], dtype=np.int32)
-        return index, np.array(free, dtype=np.uint8), np.array(weights, dtype=np.uint8)
+    def indices(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Where cells lie in the frame."""
+        return (y + self.frame.pad) * np.int32(self.frame.width) + (x + self.frame.pad)
 
     def way(self, cost: NDArray[np.int64]) -> Cells:
         """The way from the robot to the goal down these costs; the robot can reach it."""
@@ -143,8 +143,8 @@ class Search(Protocol):
         """The robot is somewhere else."""
         ...
 
-    def edit(self, cells: list[Cell], free: list[bool], weights: list[int]) -> None:
-        """Some cells are free, or not, or weigh something else than before."""
+    def edit(self, cells: NDArray[np.int32], free: Bytes, weights: Bytes) -> None:
+        """Some cells, each once, are free, or not, or weigh something else than before."""
         ...
 
     def run(self, budget: int | None) -> tuple[int, int]:
@@ -175,11 +175,23 @@ class Waves:
         """See :class:`Search`."""
         self._queue.follow(self.ground, robot)
 
-    def edit(self, cells: list[Cell], free: list[bool], weights: list[int]) -> None:
+    def edit(self, cells: NDArray[np.int32], free: Bytes, weights: Bytes) -> None:
         """See :class:`Search`."""
         g, q = self.ground, self._queue
-        changed = g.pack(cells, free, weights)
-        dstar.edit(g.free, g.weight, self.cost, q.low, q.key, q.heap, q.place, *changed, g.steps[0], g.setup)
+        dstar.edit(
+            g.free,
+            g.weight,
+            self.cost,
+            q.low,
+            q.key,
+            q.heap,
+            q.place,
+            cells,
+            free,
+            weights,
+            g.steps[0],
+            g.setup,
+        )
 
     def run(self, budget: int | None) -> tuple[int, int]:
         """See :class:`Search`."""
@@ -217,12 +229,20 @@ class Estimates:
             self.ground.place(robot)
             self._queue.renew(self.ground)
 
-    def edit(self, cells: list[Cell], free: list[bool], weights: list[int]) -> None:
+    def edit(self, cells: NDArray[np.int32], free: Bytes, weights: Bytes) -> None:
         """See :class:`Search`."""
         g = self.ground
-        changed = g.pack(cells, free, weights)
         dstar_lite.edit(
-            g.free, g.weight, self.cost, self._ahead, *self._queue.arrays, *changed, *g.steps, g.setup
+            g.free,
+            g.weight,
+            self.cost,
+            self._ahead,
+            *self._queue.arrays,
+            cells,
+            free,
+            weights,
+            *g.steps,
+            g.setup,
         )
 
     def run(self, budget: int | None) -> tuple[int, int]:

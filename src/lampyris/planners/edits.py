@@ -48,14 +48,15 @@ def require_inside(grid: Grid, change: Change) -> None:
     robot = () if change.robot is None else (change.robot,)
     graded = tuple(cell for cell, _ in change.terrain)
     given = (("robot", robot), ("blocked", change.blocked), ("freed", change.freed), ("terrain", graded))
+    height, width = grid.blocked.shape
     for what, cells in given:
-        for cell in cells:
-            if not grid.contains(cell):
+        for x, y in cells:
+            if not (0 <= x < width and 0 <= y < height):
                 raise SceneError(
                     "CHANGE_OUTSIDE",
-                    f"cell {cell} is outside the map",
+                    f"cell {(x, y)} is outside the map",
                     where=f"change.{what}",
-                    allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
+                    allowed=f"x 0 to {width - 1}, y 0 to {height - 1}",
                 )
 
 
