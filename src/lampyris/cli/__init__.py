@@ -10,7 +10,7 @@ import os
 import sys
 from typing import Any, NoReturn, TextIO
 
-from lampyris.errors import LampyrisError
+from lampyris.errors import FileError, LampyrisError
 
 BAD_INPUT = 3
 INTERNAL_FAULT = 6
@@ -53,7 +53,8 @@ def _run() -> None:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise
         _to_nowhere(sys.stdout)
-        print(f"error[FILE_WRITE]: {error.strerror or error}", file=sys.stderr)
+        name = error.filename if isinstance(error.filename, str) else ""
+        print(FileError("FILE_WRITE", error.strerror or str(error), where=name), file=sys.stderr)
         sys.exit(BAD_INPUT)
     except Exception as error:
         if os.environ.get("LAMPYRIS_DEBUG"):
