@@ -62,9 +62,11 @@ test-wheel: $(VENV)/.dev
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field
+	$(BIN)/python -m benchmarks.bench_repair
 
 bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field --quick
+	$(BIN)/python -m benchmarks.bench_repair --quick
 
 requirements: $(VENV)/.dev
 	tools/compile_requirements.sh

@@ -26,6 +26,8 @@ from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 GIVE_UP = 24
 """A mend that has seen one cell in so many is given up for solving anew: a cell costs some twenty to thirty
 times as much to mend as to solve (``make bench``)."""
+HOPELESS = 4
+"""It is not even begun where the changed cells and their neighbours are more than that share of it."""
 
 _SPACES = np.array([1, 0], dtype=np.uint8)
 
@@ -164,7 +166,8 @@ class Mender:
             self._lists = _lists(self._free.size)
         luciferin, cost, step = self._maps
         spaces = np.repeat(_SPACES, (len(on), len(off)))
-        limits = (self._free.size // GIVE_UP, self._frame.never)
+        most = self._free.size // GIVE_UP
+        limits = (most // HOPELESS, most, self._frame.never)
         done = repair.mend(
             self._free, self._weight, cost, step, luciferin, *self._lists,
             np.concatenate((on, off)), spaces, graded, weights,
@@ -174,9 +177,12 @@ class Mender:
         revision = self._field.revision + 1
         if done:
             self.mended += 1
+        else:
+            work += self._solve()
+        if self._maps[1] is cost:
             self._field = replace(self._field, revision=revision, expansions=work)
         else:
-            self._field = self._show(work + self._solve(), revision)
+            self._field = self._show(work, revision)  # costs have outgrown the memory they were in
         return self._field
 
     def _solve(self) -> int:

@@ -38,12 +38,13 @@ cost, cells that a wave left from, parents looked at, luciferin formed."""
 @kernel(out=("free", "weight", "cost", "step", "luciferin", "after", "before", "mark", "seen", "work"))
 def mend(
     free, weight, cost, step, luciferin, after, before, mark, seen, turned, now_free, graded, now_weight,
-    jump, side, other, price, ground, mask, goal, shift, most, never, keep, gamma, unit, work,
+    jump, side, other, price, ground, mask, goal, shift, hopeless, most, never, keep, gamma, unit, work,
 ):  # fmt: skip
     """Take in changed cells and mend the field; return 0 if it has to be solved anew instead.
 
-    That is so when the goal is a wall, or was, and when more than ``most`` cells have been seen. The map is
-    then as it should be, the field is not.
+    That is so when the goal is a wall, or was; when the changed cells and their neighbours alone are more
+    than ``hopeless``; and when more than ``most`` cells have been seen. The map is then as it should be, the
+    field is not.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ def mend(
     price : int64, (m,); a step into cell v costs ``price * (ground + weight[v & mask])``.
     goal : the goal cell.
     shift : 1 << shift is at most the least that a step costs.
-    most : see above.
+    hopeless, most : see above.
     never : a cost too great for ``cost``; to come to it is another reason to solve anew.
     keep, gamma, unit : see :func:`lampyris.kernels.descent.glow_levels`.
     work : int64, (6,); what was done, see above.
@@ -72,12 +73,15 @@ def mend(
     for k in range(6):
         work[k] = 0
     count = _write(free, weight, cost, mark, seen, turned, now_free, graded, now_weight, mask)
-    if count > most or free[u64(goal)] == 0 or cost[u64(goal)] != 0:
+    if free[u64(goal)] == 0 or cost[u64(goal)] != 0 or count > hopeless:
         work[ENOUGH] = 1
     else:
         count = _doubt(
             free, weight, cost, step, after, before, mark, seen, count, jump, side, other, price, ground, mask
         )
+        if count > hopeless:
+            work[ENOUGH] = 1
+    if work[ENOUGH] == 0:
         count = _lose(
             free, weight, cost, step, after, before, mark, seen, count,
             jump, side, other, price, ground, mask, shift, most, work,
