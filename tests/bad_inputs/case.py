@@ -11,6 +11,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import TypeAlias
 from unittest import mock
 
@@ -125,18 +126,21 @@ class Outcome:
 
 def run(*words: str) -> Outcome:
     """Run the real command line's ``main`` in this process and folder."""
-    out, err = io.StringIO(), io.StringIO()
-    with mock.patch.object(sys, "argv", ["lampyris", *words]), memory() as grown:
-        began = time.process_time()
-        with redirect_stdout(out), redirect_stderr(err):
-            try:
-                main()
-            except SystemExit as done:
-                code = done.code
-            else:
-                code = 0
-        cpu = time.process_time() - began
-    return Outcome(code if isinstance(code, int) else 1, out.getvalue(), err.getvalue(), cpu, grown[0])
+    # Real files: what goes wrong with standard output is mended by its number.
+    with NamedTemporaryFile("w", encoding="utf-8") as out, io.StringIO() as err:
+        with mock.patch.object(sys, "argv", ["lampyris", *words]), memory() as grown:
+            began = time.process_time()
+            with redirect_stdout(out), redirect_stderr(err):
+                try:
+                    main()
+                except SystemExit as done:
+                    code = done.code
+                else:
+                    code = 0
+            cpu = time.process_time() - began
+        out.flush()
+        code = code if isinstance(code, int) else 0 if code is None else 1
+        return Outcome(code, Path(out.name).read_text(encoding="utf-8"), err.getvalue(), cpu, grown[0])
 
 
 @cache

@@ -92,4 +92,12 @@ CASES: list[Case] = [
         exit=2,
         says=("'roh'", "did you mean rho?"),
     ),
+    Case(
+        99,
+        "a name too long",
+        ("plan", "guide", "--csv", "x" * 400),
+        code="FILE_WRITE",
+        exit=3,
+        says=("x" * 400,),
+    ),
 ]
