@@ -382,7 +382,7 @@ def test_room_for_jump_points_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     free[0, 0] = free[59, 59] = True
     roomy = JumpSearch(free, MOVES["octile"]).way((0, 0), (59, 59))
     assert roomy.ending == FOUND
-    monkeypatch.setattr(_jps, "FIRST_NODES", -50)
+    monkeypatch.setattr(_jps, "FIRST_NODES", -470)
     tight = JumpSearch(free, MOVES["octile"])
     assert len(tight._nodes) == 6 * 10
     assert told(tight.way((0, 0), (59, 59))) == told(roomy)

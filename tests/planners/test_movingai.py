@@ -17,11 +17,13 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.planners.astar import AStar
 from lampyris.planners.base import Planner
+from lampyris.planners.bidirectional_astar import BidirectionalAStar
 from lampyris.planners.dijkstra import Dijkstra
+from lampyris.planners.jps import JumpPointSearch
 from lampyris.referee import check_path
 from reference.search_twin import read_map, read_queries
 
-PLANNERS = [AStar(), Dijkstra()]
+PLANNERS = [AStar(), Dijkstra(), JumpPointSearch(), BidirectionalAStar()]
 QUERIES = {
     "16room_000": 1_860,
     "AR0011SR": 1_280,

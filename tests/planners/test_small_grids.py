@@ -15,11 +15,13 @@ from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planners.astar import AStar
 from lampyris.planners.base import Planner
+from lampyris.planners.bidirectional_astar import BidirectionalAStar
 from lampyris.planners.dijkstra import Dijkstra
+from lampyris.planners.jps import JumpPointSearch
 from lampyris.referee import check_path
 from reference.search_twin import Cell, Counts, cost_of, distances, verdict
 
-PLANNERS = [AStar(), Dijkstra()]
+PLANNERS = [AStar(), Dijkstra(), JumpPointSearch(), BidirectionalAStar()]
 CELLS = list(product(range(3), repeat=2))
 
 VERDICTS = {"start-occupied": 20_736, "goal-occupied": 9_216, "found": 9_096, "no-path": 2_424}

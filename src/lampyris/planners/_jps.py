@@ -23,8 +23,10 @@ _Ints = NDArray[np.int64]
 _STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """East, south, west, north, south-east, south-west, north-west, north-east: the kernel's directions."""
 
-FIRST_NODES = 256
-"""Room for so many jump points at first, and one in 64 cells; most searches need fewer."""
+FIRST_NODES = 64
+"""Room for so many jump points at first, and one in 8 cells. Few maps have more; a search that runs out of room
+is run again. What is not used costs nothing when compiled; the plain form turns arrays into lists.
+"""
 
 
 def can_jump(moves: Moves) -> bool:
@@ -142,7 +144,7 @@ class JumpSearch:
         self._found = np.empty(36 + (64 if sides else 32) * min(free.shape), dtype=np.int64)
         self._node = np.empty(n, dtype=np.int32)
         self._state = np.zeros(5, dtype=np.int64)
-        self._room(min(n, FIRST_NODES + n // 64))
+        self._room(min(n, FIRST_NODES + n // 8))
         began = time.perf_counter()
         self._free = free
         self._map = PackedMap(free, sides)
