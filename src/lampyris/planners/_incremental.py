@@ -32,6 +32,8 @@ class IncrementalSession:
     differs from the call before is an edit like any other. The path is read off by the local parent rule, so
     all four planners drive the same way, and that of the field.
 
+    Memory: some 45 bytes a cell, from the first moment on.
+
     Parameters
     ----------
     scene : what to plan in.
