@@ -120,6 +120,8 @@ def test_scen(tmp_path: Path) -> None:
     [
         ("version 7\n", "SCEN_VERSION", "line 1: 'version 7'"),
         (f"version 1\n\n{LINE[:-6].replace(' ', '')}", "SCEN_LINE", "line 3: 8 fields; 9 fields"),
+        ("type octile\nheight 2\n", "SCEN_LINE", "line 1: 2 fields; 9 fields; this is a map"),
+        ("x\n", "SCEN_LINE", "line 1: 1 field; 9 fields"),
         (LINE.replace("12.50", "nan"), "SCEN_LINE", "'nan'"),
         (LINE.replace("12.50", "-1"), "SCEN_LINE", "'-1'"),
         (LINE.replace("12.50", "1e999"), "SCEN_LINE", "1e999"),

@@ -256,7 +256,7 @@ def test_a_picture_that_is_not_a_regular_file(tmp_path: Path, image: str) -> Non
     ("picture", "code", "says"),
     [
         (b"", "IMG_EMPTY", "empty"),
-        (b"hello", "IMG_FORMAT", "PNG, BMP, PGM"),
+        (b"hello", "IMG_FORMAT", 'not a PNG, BMP or PGM .starts with "hell".; PNG, BMP, PGM'),
         (b"GIF89a" + bytes(9), "IMG_FORMAT", "this is GIF"),
         (YAML.encode(), "IMG_FORMAT", "PNG, BMP, PGM"),
         (b"P5 9 9 255\n", "IMG_TRUNCATED", "0 of 81"),

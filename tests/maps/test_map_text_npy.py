@@ -35,6 +35,8 @@ def test_text(tmp_path: Path, start: bytes, end: bytes, line: bytes) -> None:
         (b"\n\n", "MAP_EMPTY", "line 1"),
         (b"hello\n", "MAP_CELL", "line 1 column 1: 'h'"),
         (b"SS\n", "START_TWICE", "(0, 0) and (1, 0)"),
+        (b"..\n. \n", "MAP_CELL", "line 2 column 2: ' '; one of # . ? S G o; a free cell is written ."),
+        (b"..\n.@\n", "MAP_CELL", "'@'; one of # . ? S G o"),
         (
             b"1,0\n0,1\n",
             "MAP_CELL",
@@ -77,7 +79,11 @@ OK = "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2), }"
         (npy(OK, b"\0\0\xff\0"), "NPY_VALUE", "cell (0,1): 255; 0 free, 1 blocked"),
         (npy(OK, b"\0\0\0"), "NPY_TRUNCATED", "3 bytes of cells; 4"),
         (npy(OK, bytes(5)), "NPY_TRAILING", "5 bytes"),
-        (npy(OK.replace("|u1", "<f8"), bytes(32)), "NPY_TYPE", "<f8"),
+        (
+            npy(OK.replace("|u1", "<f8"), bytes(32)),
+            "NPY_TYPE",
+            "'<f8'; bool, or whole numbers; save it as .astype(bool)",
+        ),
         (npy(OK.replace("|u1", "|O"), b"cos\nsystem\n."), "NPY_TYPE", "|O"),
         (npy(OK.replace("'|u1'", "[('a', '<i4')]"), bytes(16)), "NPY_TYPE", ""),
         (npy(OK.replace("(2, 2)", "(4,)"), bytes(4)), "NPY_SHAPE", "shape (4,)"),

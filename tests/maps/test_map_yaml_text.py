@@ -102,3 +102,10 @@ def test_limits_hold_at_their_edges() -> None:
     assert read_yaml("a: [1, 2]", "f", max_values=4).data == {"a": [1, 2]}
     with pytest.raises(LimitError, match=r"YAML_SIZE.*too many values; at most 3"):
         read_yaml("a: [1, 2]", "f", max_values=3)
+
+
+def test_tabs_are_told_to_be_spaces() -> None:
+    with pytest.raises(
+        FileError, match=r"^error\[YAML_SYNTAX\]: a.yaml:2:1: .*; write spaces instead of tabs$"
+    ):
+        read_yaml("a: 1\n\tb: 2\n", "a.yaml")

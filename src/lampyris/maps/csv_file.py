@@ -12,6 +12,7 @@ one of them is a number; this 0.13 to 0.17 s in all.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -28,6 +29,7 @@ _PIECE = 2**20
 """Bytes of a piece; the rest of its last row is added."""
 _DIGITS = 4
 """Characters of the longest number that can be right: ``-1`` and ``254``, and one zero too many."""
+_FLOAT = re.compile(rb"[-+]?[0-9]*\.?[0-9]+\.?(?:[eE][-+]?[0-9]+)?")
 _OCCUPANCY = "0 free, 1 blocked, -1 unknown"
 
 
@@ -211,6 +213,8 @@ def _wrong(source: Source, piece: bytes, shape: _Shape, line: int) -> Exception:
 
 def _advice(word: bytes, row: bytes, shape: _Shape, first: bool) -> str:
     """What may have been meant."""
+    if _FLOAT.fullmatch(word) and not word.lstrip(b"+-").isdigit():
+        return "whole numbers have no point and no exponent; numpy.savetxt writes them with fmt='%d'"
     names = {cell.strip(b" \t\"'").lower() for cell in row.split(bytes((shape.separator,)))}
     if first and {b"x", b"y"} <= names:
         return "a header of columns x and y is that of a recorded track: --track"
@@ -220,6 +224,4 @@ def _advice(word: bytes, row: bytes, shape: _Shape, first: bool) -> str:
         return f"costmap values are read with --values costmap, or after a first line {MARKER!r}"
     if word[:1] in (b'"', b"'"):
         return "numbers stand without quotation marks"
-    if b"." in word:
-        return "whole numbers have no point"
     return ""

@@ -294,6 +294,7 @@ def _only(codes: CodeGrid, code: int, what: str, source: Source) -> Cell | None:
             f"{what.upper()}_TWICE",
             f"{cells[0]} and {cells[1]}{more} are both marked as {what}",
             allowed=f"one {what}",
+            todo=f"mark one cell, or none and say which is the {what}",
         )
     return cells[0]
 

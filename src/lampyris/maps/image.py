@@ -298,8 +298,19 @@ _FOREIGN = (
     (b"PK\x03\x04", "a zip archive"),
     (b"\x1f\x8b", "a gzip archive"),
 )
+_PICTURES = ("GIF", "TIFF", "JPEG", "WebP or another RIFF file", "JPEG 2000", "a plain PPM", "PAM", "SVG")
 
 
 def foreign(head: bytes) -> str:
     """The name of a well-known format that is not read here; empty if it is none."""
     return next((name for magic, name in _FOREIGN if head.lstrip(b" \r\n\t").startswith(magic)), "")
+
+
+def not_a_picture(source: Source, allowed: str) -> Exception:
+    """An error about a file that is none of the pictures read here, to be raised: what it is instead."""
+    head = source.data[:4096]
+    if name := foreign(head):
+        todo = "save it as PNG" if name in _PICTURES else ""
+        return source.error("IMG_FORMAT", f"this is {name}", allowed=allowed, todo=todo)
+    shown = "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in head[:4])
+    return source.error("IMG_FORMAT", f'not a PNG, BMP or PGM (starts with "{shown}")', allowed=allowed)

@@ -147,18 +147,10 @@ def _format(source: Source) -> Format:
             if suffix in form.suffixes:
                 return form
     if other or b"\0" in head or suffix in _PICTURES:
-        raise source.error(
-            "IMG_FORMAT",
-            f"this is {other}" if other else f"not a PNG, BMP or PGM (starts with {_shown(head[:4])})",
-            allowed="PNG, BMP, PGM, ROS YAML, MovingAI, plain text, NumPy, CSV",
-        )
+        raise image.not_a_picture(source, "PNG, BMP, PGM, ROS YAML, MovingAI, plain text, NumPy, CSV")
     if suffix in _MOVINGAI.suffixes:
         return _MOVINGAI  # its reader says what the first line should be
     return TEXT
-
-
-def _shown(some: bytes) -> str:
-    return '"' + "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in some) + '"'
 
 
 def _missing(name: str) -> FileError:

@@ -83,7 +83,7 @@ def make_ground(
         if not isinstance(n, int) or isinstance(n, bool) or n < row.least:
             raise SettingError("MAP_SIZE", f"{what} {n!r}", allowed=f"a whole number >= {row.least}")
     if width * height > MAX_CELLS:
-        raise LimitError("MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"{MAX_CELLS} cells")
+        raise LimitError("MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"at most {MAX_CELLS:,} cells")
     built = row.build(Draw(seed), width, height, **complete)
     blocked, terrain = built if isinstance(built, tuple) else (built, None)
     for edit in edits:

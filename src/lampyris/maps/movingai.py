@@ -208,7 +208,8 @@ def _scen_query(source: Source, line: str, number: int) -> ScenQuery:
     fields = [f.strip() for f in fields]
     where = f"line {number}"
     if len(fields) != 9:
-        raise source.error("SCEN_LINE", f"{len(fields)} fields", where, "9 fields")
+        todo = "this is a map; its queries are in a file called .scen" if fields[:1] == ["type"] else ""
+        raise source.error("SCEN_LINE", plural(len(fields), "field"), where, "9 fields", todo)
     whole = [fields[0], *fields[2:8]]
     length = _LENGTH.fullmatch(fields[8])
     if not all(_NUMBER.fullmatch(f) for f in whole) or length is None:

@@ -47,7 +47,10 @@ def read_npy(source: Source) -> Reading:
     """
     header = _header(source)
     if not _TYPE.fullmatch(header.kind):
-        raise source.error("NPY_TYPE", f"element type {header.kind[:40]!r}", allowed="bool, or whole numbers")
+        real = header.kind.lstrip("<>=|").startswith("f")
+        todo = "save it as .astype(bool), or costmap values as .astype('uint8')" if real else ""
+        what = f"element type {header.kind[:40]!r}"
+        raise source.error("NPY_TYPE", what, allowed="bool, or whole numbers", todo=todo)
     two = _SHAPE.fullmatch(header.shape)
     if two is None or int(two[1]) == 0 or int(two[2]) == 0:
         raise source.error("NPY_SHAPE", f"shape ({header.shape[:60]})", allowed="(height, width), not empty")

@@ -136,8 +136,7 @@ def _pixels(picture: Source) -> Pixels:
         return bmp.pixels_bmp(picture)
     if pgm.looks_like(head):
         return pgm.pixels_pgm(picture)
-    other = image.foreign(head) or "none of them"
-    raise picture.error("IMG_FORMAT", f"this is {other}", allowed="PNG, BMP, PGM")
+    raise image.not_a_picture(picture, "PNG, BMP, PGM")
 
 
 def _grey(pixels: Pixels, picture: Source) -> tuple[NDArray[np.uint8], bool]:

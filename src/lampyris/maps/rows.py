@@ -95,4 +95,5 @@ def _uneven(
 
 def _character(source: Source, line: int, x: int, value: int, meaning: Mapping[str, int]) -> Exception:
     shown = repr(chr(value)) if 32 <= value < 127 else f"byte {value}"
-    return source.error("MAP_CELL", shown, f"line {line} column {x + 1}", "one of " + " ".join(meaning))
+    todo = "a free cell is written ." if value in b" \t" else ""
+    return source.error("MAP_CELL", shown, f"line {line} column {x + 1}", "one of " + " ".join(meaning), todo)

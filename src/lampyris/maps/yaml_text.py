@@ -185,7 +185,8 @@ class _Reader:
             what = " ".join(word for word in (problem.context, problem.problem) if word)
             if "tag" in what:
                 self._tag(place)
-            raise _syntax(what or "not YAML", self._where, place) from None
+            todo = "write spaces instead of tabs" if "'\\t'" in what else ""
+            raise _syntax(what or "not YAML", self._where, place, todo) from None
         except (ValueError, OverflowError):
             # A character's number beyond Unicode, a version of thousands of digits.
             mark = self._loader.get_mark()
