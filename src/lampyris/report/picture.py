@@ -102,7 +102,8 @@ def draw_plan(
     items = _draw_ends(axes, plan, scene, frame) + items
     items += _patches(grid, values)
     _draw_bars(figure, frame, profile, values, layer)
-    _draw_words(figure, frame, grid, plan, items)
+    hidden = values is not None and grid.terrain is not None
+    _draw_words(figure, frame, grid, plan, items, hidden)
     style.save(figure, out, suffix, DPI)
 
 
@@ -313,8 +314,10 @@ def _draw_bars(
         bar.outline.set_linewidth(0.6)
 
 
-def _draw_words(figure: Figure, frame: _Frame, grid: Grid, plan: Plan, items: list[Any]) -> None:
-    """Title above, legend and the map's size below."""
+def _draw_words(
+    figure: Figure, frame: _Frame, grid: Grid, plan: Plan, items: list[Any], hidden: bool
+) -> None:
+    """Title above, legend and the map's size below; ``hidden``: the map has terrain that is not seen."""
     from matplotlib.legend_handler import HandlerTuple
 
     name = grid.name or "a map"
@@ -328,6 +331,8 @@ def _draw_words(figure: Figure, frame: _Frame, grid: Grid, plan: Plan, items: li
         x, (top - 0.28) / frame.height, textwrap.fill(words, room), fontsize=9, color=style.FAINT, va="top"
     )  # fmt: skip
     size = f"{grid.width} x {grid.height} cells of {grid.resolution:g} m"
+    if hidden:
+        size += "; the terrain lies under the landscape (layer none shows it)"
     if len(plan.gates_in_map) > _MANY_GATES:
         size += f"; {len(plan.gates_in_map)} gates in the map, those off the way not drawn"
     figure.text(x, 0.1 / frame.height, size, fontsize=8, color=style.FAINT, va="bottom")
