@@ -53,7 +53,7 @@ class Timed:
     """
 
     forecast: str = "velocity"
-    horizon: int = 4
+    horizon: int = 2
     growth: float = 0.0
     margin: int = 1
     tracks: str = "known"
