@@ -55,7 +55,7 @@ class Padded:
 class Mender:
     """Keeps the field of one goal on a map that changes.
 
-    Memory: some 15 bytes a cell besides the field, twice that from the first mend on.
+    Memory besides the field: one or two bytes a cell, 15 from the first mend on.
 
     Parameters
     ----------
