@@ -1,6 +1,7 @@
 """The one file that imports numba, and only when a kernel is worth compiling.
 
-A kernel is written once, as a plain function over *flat* sequences. It runs in two forms with equal results:
+A kernel is written once, as a plain function over *flat* sequences. It runs in two forms with equal
+results:
 
 * **plain**: Python over lists, about 400 ns a cell. Small work is over sooner this way than importing numba
   takes (0.25 s, and about 1 s to compile a kernel for the first time).
@@ -13,8 +14,8 @@ Rules for kernel source
 -----------------------
 * arguments are scalars and one-dimensional arrays; nothing is allocated inside; results are written into
   arguments named in ``out``;
-* unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed; and
-  numba turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write
+* unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed;
+  and numba turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write
   ``u64(1)``);
 * a kernel may call other kernels, of its own file or imported by name. numba's disk cache notices a changed
   file, not a changed callee elsewhere; so what is kept on disk is named after the other files, too.
@@ -48,8 +49,8 @@ def u64(value: Any) -> Any:
 def fetch(array: Any, index: Any) -> None:
     """Say that ``array[index]`` will be written to soon: fetch it meanwhile. Nothing in the plain form.
 
-    A store to a line of memory that is far away holds up every store after it, and unlike a load that is made
-    early, this never waits. The index may lie anywhere; it must be unsigned.
+    A store to a line of memory that is far away holds up every store after it, and unlike a load that is
+    made early, this never waits. The index may lie anywhere; it must be unsigned.
     """
 
 
@@ -75,10 +76,13 @@ class Kernel:
     ----------
     plain : the function as written.
     out : names of the array arguments it writes into.
+    inline : whether LLVM shall put it into its callers. For what is called at every step with many
+        arrays: each of them is seven arguments.
     """
 
-    def __init__(self, plain: FunctionType, out: Sequence[str]) -> None:
+    def __init__(self, plain: FunctionType, out: Sequence[str], *, inline: bool = False) -> None:
         self.plain = plain
+        self.inline = inline
         self.__name__ = plain.__name__
         self.__doc__ = plain.__doc__
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
@@ -124,12 +128,12 @@ class Kernel:
         return self._compiled
 
 
-def kernel(*, out: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Kernel]:
-    """Mark a function as a kernel that writes into the arguments named in ``out``."""
+def kernel(*, out: Sequence[str] = (), inline: bool = False) -> Callable[[Callable[..., Any]], Kernel]:
+    """Mark a function as a kernel that writes into the arguments named in ``out``; see :class:`Kernel`."""
 
     def mark(plain: Callable[..., Any]) -> Kernel:
         assert isinstance(plain, FunctionType)
-        return Kernel(plain, out)
+        return Kernel(plain, out, inline=inline)
 
     return mark
 
@@ -145,7 +149,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     if keep and elsewhere:
         content = b"".join(Path(name).read_bytes() for name in sorted(elsewhere))
         twin.__qualname__ += f"_{hashlib.sha256(content).hexdigest()[:16]}"
-    return numba.njit(cache=keep, nogil=True, fastmath=False)(twin)
+    return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline)(twin)
 
 
 def _callees(k: Kernel) -> set[Kernel]:
@@ -223,6 +227,7 @@ def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) 
 def _cache_works(k: Kernel) -> bool:
     """Whether numba can keep compiled code on disk for this file.
 
-    A frozen or zipped installation has no file to stamp; numba would raise at decoration instead of going on.
+    A frozen or zipped installation has no file to stamp; numba would raise at decoration instead of going
+    on.
     """
     return os.path.exists(k.plain.__code__.co_filename)

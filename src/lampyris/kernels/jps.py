@@ -55,7 +55,7 @@ from lampyris.kernels.bits import ahead, back, bit
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
 
 
-@kernel(out=("nodes", "heap"))
+@kernel(out=("nodes", "heap"), inline=True)
 def _push(nodes, heap, size, j, f):
     """Put a node into the heap, or up to where it belongs by now; return the size of the heap."""
     k = nodes[u64(6 * j + 5)]
@@ -77,7 +77,7 @@ def _push(nodes, heap, size, j, f):
     return size
 
 
-@kernel(out=("nodes", "heap"))
+@kernel(out=("nodes", "heap"), inline=True)
 def _pull(nodes, heap, size):
     """Take the first node out of a heap of ``size`` (which holds one less from then on)."""
     j = heap[u64(1)]
@@ -105,7 +105,7 @@ def _pull(nodes, heap, size):
     return j
 
 
-@kernel(out=("found",))
+@kernel(out=("found",), inline=True)
 def _look(
     words, east, south, west, north, stride, rise, goal, start_x, start_y, start_g, bits,
     straight, diagonal, cutting, steps, found,
@@ -177,7 +177,7 @@ def _look(
     return tail
 
 
-@kernel(out=("node", "nodes", "heap", "state"))
+@kernel(out=("node", "nodes", "heap", "state"), inline=True)
 def _heed(
     words, stride, width, goal_x, goal_y, straight, bend, cutting, steps, turns, i, tail, found,
     node, nodes, heap, state,
