@@ -60,7 +60,7 @@ CASES: list[Case] = [
     _scen(
         66, "two maps", RIGHT + RIGHT.replace("m.map", "b.map"), "SCEN_MAP", "line 2", "'b.map'", "one map"
     ),
-    _scen(66, "another map", _query("m.map", "b.map"), "SCEN_MAP", "line 2", "'b.map'", "the map is 'm.map'"),
+    _scen(66, "another map", _query("m.map", "b.map"), "SCEN_MAP", "line 2", "'b.map'", "'m.map'"),
     Case(
         66,
         "no such map",
