@@ -72,9 +72,7 @@ def test_cells(tmp_path: Path, kind: str) -> None:
     suffix = ".csv" if kind == "csv" else ""
     for n in (19, 20):
         assert load_map(put(tmp_path, WIDE[kind](n), f"m{suffix}"), max_cells=20).grid.blocked.size == n
-    with pytest.raises(
-        LimitError, match=r"21 is 21 cells; allowed: at most 20|21 x 1 is 21 cells; allowed: at most 20"
-    ) as caught:
+    with pytest.raises(LimitError, match=r"21( x 1)? is 21 cells; (allowed: )?at most 20") as caught:
         load_map(put(tmp_path, WIDE[kind](21), f"m{suffix}"), max_cells=20)
     assert caught.value.exit_code == 5
 
@@ -85,11 +83,11 @@ def test_cells_of_a_ros_map_and_of_a_bundled_one(tmp_path: Path) -> None:
         put(tmp_path, WIDE["P5"](n), "m.pgm")
         if n <= 20:
             assert load_map(path, max_cells=20).grid.width == n
-    with pytest.raises(LimitError, match="21 cells; (allowed: )?at most 20"):
+    with pytest.raises(LimitError, match=r"21 cells; (allowed: )?at most 20"):
         load_map(path, max_cells=20)
     for n in (100, 101):
         assert load_map("guide", max_cells=n).grid.blocked.size == 100
-    with pytest.raises(LimitError, match="100 cells; (allowed: )?at most 99"):
+    with pytest.raises(LimitError, match=r"100 cells; (allowed: )?at most 99"):
         load_map("guide", max_cells=99)
 
 
@@ -361,7 +359,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path, name: str, limit: 
     read = {"m.txt": load_map, "m.scen": read_scen, "t.csv": read_track}[name]
     with (
         memory() as grown,
-        pytest.raises(LimitError, match=f"1,099,511,627,776 bytes; (allowed: )?at most {limit:,} bytes"),
+        pytest.raises(LimitError, match=rf"1,099,511,627,776 bytes; (allowed: )?at most {limit:,} bytes"),
     ):
         read(path)  # type: ignore[operator]
     assert grown[0] < 2**20
