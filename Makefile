@@ -63,10 +63,12 @@ test-wheel: $(VENV)/.dev
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field
 	$(BIN)/python -m benchmarks.bench_repair
+	$(BIN)/python -m benchmarks.bench_query
 
 bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field --quick
 	$(BIN)/python -m benchmarks.bench_repair --quick
+	$(BIN)/python -m benchmarks.bench_query --quick
 
 requirements: $(VENV)/.dev
 	tools/compile_requirements.sh

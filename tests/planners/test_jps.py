@@ -315,13 +315,13 @@ def test_stops_are_where_the_definition_says_packed_or_mended(cutting: bool) -> 
 def test_many_changes_are_packed_anew_and_few_are_mended(monkeypatch: pytest.MonkeyPatch) -> None:
     free = np.ones((20, 30), dtype=bool)
     one = JumpSearch(free, MOVES["octile"])
-    packed = one._map
+    packed = one.packed
     other = free.copy()
     other[3, 3:9] = False
     assert one.take(other, None)
-    assert one._map is packed
+    assert one.packed is packed
     assert one.take(np.zeros_like(free), None)
-    assert one._map is not packed
+    assert one.packed is not packed
     assert not one.take(free, np.ones(free.shape, np.uint8))
 
 
@@ -331,7 +331,7 @@ def test_closed_cells_are_open_again_afterwards() -> None:
         free = rng.random((20, 70)) >= 0.2
         start, goal = free_cell(rng, free), free_cell(rng, free)
         one = JumpSearch(free, MOVES[name])
-        words = one._map.words.copy()
+        words = one.packed.words.copy()
         first = one.way(start, goal)
         closed = [free_cell(rng, free) for _ in range(12)]
         closed = [c for c in [*closed, *closed[:3], (0, 0), (69, 19)] if c not in (start, goal)]
@@ -340,7 +340,7 @@ def test_closed_cells_are_open_again_afterwards() -> None:
             shut[y, x] = False
         mine = one.way(start, goal, closed=closed)
         assert cost(mine, MOVES[name]) == cost(JumpSearch(shut, MOVES[name]).way(start, goal), MOVES[name])
-        assert np.array_equal(one._map.words[20:-20], words[20:-20])
+        assert np.array_equal(one.packed.words[20:-20], words[20:-20])
         assert told(one.way(start, goal)) == told(first)
 
 

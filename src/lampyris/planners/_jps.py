@@ -24,8 +24,8 @@ _STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """East, south, west, north, south-east, south-west, north-west, north-east: the kernel's directions."""
 
 FIRST_NODES = 64
-"""Room for so many jump points at first, and one in 8 cells. Few maps have more; a search that runs out of room
-is run again. What is not used costs nothing when compiled; the plain form turns arrays into lists.
+"""Room for so many jump points at first, and one in 8 cells. Few maps have more; a search that runs out of
+room is run again. What is not used costs nothing when compiled; the plain form turns arrays into lists.
 """
 
 
@@ -68,6 +68,8 @@ class PackedMap:
             np.empty((width + 2, in_column), dtype=np.uint64),
             *(behind[k * column : (k + 1) * column].reshape(-1, in_column) for k in range(2)),
         ]
+        self.sheets = (self._rows, self._columns)
+        """Rows, then columns: walls, stops onwards, stops backwards; a line is a row of the array."""
         for sheets, cells in ((self._rows, free), (self._columns, free.T)):
             sheets[0][:] = _packed(cells)
             self._mark(sheets, np.arange(1, len(sheets[0]) - 1))
@@ -147,7 +149,7 @@ class JumpSearch:
         self._room(min(n, FIRST_NODES + n // 8))
         began = time.perf_counter()
         self._free = free
-        self._map = PackedMap(free, sides)
+        self.packed = PackedMap(free, sides)
         self._pack_s = time.perf_counter() - began
 
     def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
@@ -161,12 +163,12 @@ class JumpSearch:
         changed = free != self._free
         self._free, before = free, self._free
         if np.count_nonzero(changed) > sum(free.shape):
-            self._map = PackedMap(free, self._moves.corner_cutting)
+            self.packed = PackedMap(free, self._moves.corner_cutting)
         else:
             for blocked in (False, True):
                 y, x = np.nonzero(changed & (before if blocked else free))
                 if len(x):
-                    self._map.edit(x, y, blocked=blocked)
+                    self.packed.edit(x, y, blocked=blocked)
         self._pack_s += time.perf_counter() - began
         return True
 
@@ -187,7 +189,7 @@ class JumpSearch:
     def _shut(self, cells: _Ints, blocked: bool) -> None:
         if len(cells):
             began = time.perf_counter()
-            self._map.edit(cells[:, 0], cells[:, 1], blocked=blocked)
+            self.packed.edit(cells[:, 0], cells[:, 1], blocked=blocked)
             self._pack_s += time.perf_counter() - began
 
     def _room(self, nodes: int) -> None:
@@ -196,7 +198,7 @@ class JumpSearch:
         self._heap = np.empty(2 * nodes, dtype=np.int64)
 
     def _run(self, start: Cell, goal: Cell, budget: int | None) -> Answer:
-        m = self._map
+        m = self.packed
         height, width = self._free.shape
         ends = (start[0] + 1, start[1] + 1, goal[0] + 1, goal[1] + 1, -1 if budget is None else budget)
         while True:
