@@ -13,7 +13,7 @@
 
 An answer is not an error: "no path" is a :class:`lampyris.model.plan.Status` (exit 4).
 
-Every message reads ``error[CODE]: WHERE: what is wrong (value); what is allowed; what to do``.
+Every message reads ``error[CODE]: WHERE: what is wrong (value); allowed: what is; what to do``.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class LampyrisError(Exception):
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
-        parts = (self.what, self.allowed, self.todo)
+        parts = (self.what, f"allowed: {self.allowed}" if self.allowed else "", self.todo)
         return f"error[{self.code}]: {_line(place)}" + "; ".join(_line(p) for p in parts if p)
 
     def __reduce__(self) -> tuple[object, ...]:

@@ -121,9 +121,9 @@ def test_pgm_read(tmp_path: Path, case: str) -> None:
 
 
 BAD_PGM = {
-    "maxval 0": (b"P5 1 1 0\n\0", "PGM_MAXVAL", "0; 1 to 65535"),
+    "maxval 0": (b"P5 1 1 0\n\0", "PGM_MAXVAL", "0; allowed: 1 to 65535"),
     "maxval 70000": (b"P5 1 1 70000\n\0\0", "PGM_MAXVAL", "70000"),
-    "sample": (b"P5 3 1 100\n\0\0\xc8", "PGM_SAMPLE", "pixel (2,0): sample 200; 0 to 100"),
+    "sample": (b"P5 3 1 100\n\0\0\xc8", "PGM_SAMPLE", "pixel (2,0): sample 200; allowed: 0 to 100"),
     "sample P2": (b"P2 2 1 100 0 101", "PGM_SAMPLE", "sample 101"),
     "negative": (b"P5 -5 5 255\n", "PGM_SIZE", "width -5"),
     "zero": (b"P5 0 0 255\n", "PGM_SIZE", "width 0"),

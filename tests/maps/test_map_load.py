@@ -72,7 +72,7 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
     [
         (b"", "a.png", "IMG_EMPTY"),
         (b"hello", "a.png", 'IMG_FORMAT.*starts with "hell"'),
-        (b"GIF89a" + bytes(20), "a.png", "IMG_FORMAT.*this is GIF; PNG, BMP, PGM"),
+        (b"GIF89a" + bytes(20), "a.png", "IMG_FORMAT.*this is GIF; allowed: PNG, BMP, PGM"),
         (b"\xff\xd8\xff\xe0", "a.jpg", "IMG_FORMAT.*JPEG.*; save it as PNG"),
         (b"II*\0aa", "a.map", "IMG_FORMAT.*TIFF"),
         (b"RIFFxxxxWEBP", "a.png", "IMG_FORMAT.*WebP"),

@@ -37,7 +37,7 @@ def test_line_ends_and_white_space(tmp_path: Path, data: bytes) -> None:
 
 
 BAD = {
-    "tile": (HEAD.replace(b"octile", b"tile"), "MAP_TYPE", "line 1: 'type tile'; type octile"),
+    "tile": (HEAD.replace(b"octile", b"tile"), "MAP_TYPE", "line 1: 'type tile'; allowed: type octile"),
     "order": (b"height 2\ntype octile\nwidth 7\nmap\n", "MAP_TYPE", "line 1"),
     "no height": (b"type octile\nwidth 7\nmap\n", "MAP_HEADER", "line 2"),
     "minus": (HEAD.replace(b" 2", b" -4"), "MAP_HEADER", "line 2: 'height -4'"),
@@ -50,10 +50,10 @@ BAD = {
     "short row": (HEAD + b".......\n...\n", "MAP_TRUNCATED", "line 6: row 2 has 3 of 7 cells"),
     "short last": (HEAD + b".......\n......\n", "MAP_TRUNCATED", "line 6: row 2 has 6 of 7 cells"),
     "missing row": (HEAD + b".......\n", "MAP_TRUNCATED", "1 of 2 rows"),
-    "long row": (HEAD + b".......\n........\n", "MAP_ROW", "line 6: 8 cells; 7, the width"),
+    "long row": (HEAD + b".......\n........\n", "MAP_ROW", "line 6: 8 cells; allowed: 7, the width"),
     "shifted rows": (HEAD + b"......\n........\n", "MAP_TRUNCATED", "line 5: row 1 has 6 of 7"),
     "more rows": (HEAD + b".......\n" * 3, "MAP_ROW", "line 7: 3 rows"),
-    "X": (HEAD + b".......\n..X....\n", "MAP_CELL", "line 6 column 3: 'X'; one of . G S @ O T W"),
+    "X": (HEAD + b".......\n..X....\n", "MAP_CELL", "line 6 column 3: 'X'; allowed: one of . G S @ O T W"),
     "digit": (HEAD + b"0......\n.......\n", "MAP_CELL", "line 5 column 1: '0'"),
     "NUL": (HEAD + b".......\n......\0\n", "MAP_CELL", "line 6 column 7: byte 0"),
     "not ASCII": (HEAD + b".......\n.....\xc3\xa9\n", "MAP_CELL", "line 6 column 6: byte 195"),
@@ -119,13 +119,17 @@ def test_scen(tmp_path: Path) -> None:
     ("text", "code", "says"),
     [
         ("version 7\n", "SCEN_VERSION", "line 1: 'version 7'"),
-        (f"version 1\n\n{LINE[:-6].replace(' ', '')}", "SCEN_LINE", "line 3: 8 fields; 9 fields"),
-        ("type octile\nheight 2\n", "SCEN_LINE", "line 1: 2 fields; 9 fields; this is a map"),
-        ("x\n", "SCEN_LINE", "line 1: 1 field; 9 fields"),
+        (f"version 1\n\n{LINE[:-6].replace(' ', '')}", "SCEN_LINE", "line 3: 8 fields; allowed: 9 fields"),
+        ("type octile\nheight 2\n", "SCEN_LINE", "line 1: 2 fields; allowed: 9 fields; this is a map"),
+        ("x\n", "SCEN_LINE", "line 1: 1 field; allowed: 9 fields"),
         (LINE.replace("12.50", "nan"), "SCEN_LINE", "'nan'"),
         (LINE.replace("12.50", "-1"), "SCEN_LINE", "'-1'"),
         (LINE.replace("12.50", "1e999"), "SCEN_LINE", "1e999"),
-        (LINE.replace("\t9\t", "\t10\t"), "SCEN_RANGE", "line 1: goal x 10; 0 to 9: the map's width is 10"),
+        (
+            LINE.replace("\t9\t", "\t10\t"),
+            "SCEN_RANGE",
+            "line 1: goal x 10; allowed: 0 to 9: the map's width is 10",
+        ),
         (LINE.replace("\t2\t", "\t20\t"), "SCEN_RANGE", "start y 20"),
         (LINE.replace("\t1\t", "\t-1\t"), "SCEN_LINE", "'-1'"),
         (LINE.replace("\t1\t", "\t1.0\t"), "SCEN_LINE", "'1.0'"),

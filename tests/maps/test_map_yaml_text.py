@@ -79,7 +79,7 @@ def test_every_value_has_its_place() -> None:
     assert found.at_key("map", "size") == "f.yaml:3:3"
     assert found.at("map", "missing", 3) == "f.yaml:3:3", "what it should be in"
     problem = found.error("CODE", "wrong", "x", allowed="right")
-    assert str(problem) == "error[CODE]: f.yaml:5:4: wrong; right"
+    assert str(problem) == "error[CODE]: f.yaml:5:4: wrong; allowed: right"
 
 
 def test_one_document_may_be_marked() -> None:
@@ -100,7 +100,7 @@ def test_limits_hold_at_their_edges() -> None:
     with pytest.raises(LimitError, match="YAML_DEPTH"):
         read_yaml("a: " + "[" * 32 + "]" * 32, "f")
     assert read_yaml("a: [1, 2]", "f", max_values=4).data == {"a": [1, 2]}
-    with pytest.raises(LimitError, match=r"YAML_SIZE.*too many values; at most 3"):
+    with pytest.raises(LimitError, match=r"YAML_SIZE.*too many values; allowed: at most 3"):
         read_yaml("a: [1, 2]", "f", max_values=3)
 
 

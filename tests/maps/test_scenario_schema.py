@@ -149,7 +149,7 @@ def test_the_page_names_every_field_and_its_examples_are_right(
     assert len(read[0].scene.traffic) == 5
     for line in re.findall(r"^    (error\[.*)$", page, re.MULTILINE):
         code, key = re.findall(r"error\[(\w+)\]: a\.yaml:\d+:\d+: (/\S+):", line)[0]
-        body = {"/robot/a_max": "robot: {a_max: 0}", "/robt": "robt: {}"}[key]
+        body = {"/robot/a_max": "robot: {a_max: 0}", "/seeed": "# one line\nseeed: 1"}[key]
         Path("a.yaml").write_text(f"version: 1\nmap: guide\n{body}\n")
         with pytest.raises(LampyrisError) as caught:
             lampyris.load_scenario("a.yaml")

@@ -130,7 +130,7 @@ def test_only_found_and_arrived_are_true() -> None:
 
 def test_errors_read_as_one_sentence_and_survive_pickling() -> None:
     error = InputError("CODE", "what", where="a.map:3", allowed="this", todo="do that")
-    assert str(error) == "error[CODE]: a.map:3: what; this; do that"
+    assert str(error) == "error[CODE]: a.map:3: what; allowed: this; do that"
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is InputError
     assert str(again) == str(error)

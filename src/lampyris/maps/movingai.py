@@ -251,10 +251,12 @@ def check_query(query: ScenQuery, document: MapDocument, name: str) -> None:
     grid = document.grid
     if (query.width, query.height) != (grid.width, grid.height):
         size = f"{query.width} x {query.height}"
-        raise FileError("SCEN_SIZE", size, where=where, allowed=f"the map is {grid.width} x {grid.height}")
+        allowed = f"{grid.width} x {grid.height}, the map's size"
+        raise FileError("SCEN_SIZE", size, where=where, allowed=allowed)
     named = PurePosixPath(query.map.replace("\\", "/")).name
     if document.format == "movingai" and named != grid.name:
-        raise FileError("SCEN_MAP", repr(query.map[:60]), where=where, allowed=f"the map is {grid.name!r}")
+        allowed = f"{grid.name!r}, the map's name"
+        raise FileError("SCEN_MAP", repr(query.map[:60]), where=where, allowed=allowed)
     for what, cell in (("start", query.start), ("goal", query.goal)):
         letter = letter_at(document, cell)
         # Water is no mistake of the line: whoever begins there stays there, and whoever does not cannot come

@@ -165,7 +165,7 @@ def read_scenario(
             "VERSION",
             brief(version) + (": made for a newer release" if newer else ""),
             where=spot(said, ("version",)),
-            allowed=f"this one reads version {VERSION}",
+            allowed=f"version {VERSION}",
         )
     obstacles = said.data.get("obstacles")
     if isinstance(obstacles, list) and len(obstacles) > MAX_BODIES:
