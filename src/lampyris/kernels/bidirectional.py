@@ -10,13 +10,14 @@ round takes one side, say 1, and the cell u of M with the least f1; u leaves M. 
 best, where F2 is at most the least f2 in M, u is dropped; else its neighbours *in M* are offered g1(u) +
 step. Over when a side has nothing left in M, or its least f is at least ``best``.
 
-Why ``best`` is then the least cost ----------------------------------- Claim: while best > C, the cost of
-a cheapest way, there is a cheapest way v0 = s .. vk = t and a < b so that v0 .. va were expanded (not
-dropped) by side 1 with exact g1, vb .. vk by side 2 with exact g2, and the cells between are all in M;
-and there is at least one such cell. At the beginning all are.
+Why ``best`` is then the least cost
+-----------------------------------
+Claim: while best > C, the cost of a cheapest way, there is a cheapest way v0 = s .. vk = t and a < b so that
+v0 .. va were expanded (not dropped) by side 1 with exact g1, vb .. vk by side 2 with exact g2, and the cells
+between are all in M; and there is at least one such cell. At the beginning all are (a = -1, b = k + 1).
 
 * *Then neither side is empty or stopped by its f*: v(a+1) was in M when va was expanded, so g1(v(a+1)) is
-  exact, f1(v(a+1)) <= C < best. Likewise f2(v(b-1)) <= C.
+  exact (if a = -1 it is s, at cost 0), f1(v(a+1)) <= C < best. Likewise f2(v(b-1)) <= C.
 * *Side 1 takes a cell u that is not between*: the way stays as it is.
 * *Side 1 takes u = vm, a < m < b.* By consistency f1(v(a+1)) <= g1*(vm) + h1(vm) <= f1(vm), the least, so
   all three are equal and g1(u) is exact (* marks exact values). u is not dropped: F2 <= f2(v(b-1)) =
@@ -285,8 +286,10 @@ def meet_even(
 ):  # fmt: skip
     """As :func:`meet`, on plain ground: with a queue for each raise of f instead of heaps.
 
-    Parameters ---------- free, stride, start, goal, budget, offset, via, across, dx, dy, cost, slope,
-        slot, shift, queues : as for :func:`lampyris.kernels.search.search`.
+    Parameters
+    ----------
+    free, stride, start, goal, budget, offset, via, across, dx, dy, cost, slope, slot, shift, queues : as for
+        :func:`lampyris.kernels.search.search`.
     base : what every f of this search is counted from: at least ``SPAN`` below that of the search before.
         A cell that has left M has it for f on either side.
     after, before : int32, (2 (n + queues),); scratch: one side, then the other.
