@@ -241,18 +241,19 @@ def test_budgets_and_ends() -> None:
 # ---- bits --------------------------------------------------------------------------------------
 
 
-def test_the_next_bit_and_the_one_before() -> None:
+@pytest.mark.parametrize("form", ["plain", "compiled"])
+def test_the_next_bit_and_the_one_before(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, form)
     rng = np.random.default_rng(49)
     for crowd in (0.5, 0.05, 0.005):
         bits = rng.random(64 * 12) < crowd
         bits[0] = bits[-1] = True
         words = np.packbits(bits, bitorder="little").view("<u8").astype(np.uint64)
         at = np.flatnonzero(bits).tolist()
-        for form in (lambda k: k.run_plain, lambda k: k.compiled()):
-            for k in (*range(1, 70), *rng.integers(1, len(bits) - 1, 60).tolist(), len(bits) - 2):
-                assert form(bit)(words, k) == bits[k]
-                assert k + form(ahead)(words, k) == min(v for v in at if v > k)
-                assert k - form(back)(words, k) == max(v for v in at if v < k)
+        for k in (*range(1, 70), *rng.integers(1, len(bits) - 1, 60).tolist(), len(bits) - 2):
+            assert bit(words, k) == bits[k]
+            assert k + ahead(words, k) == min(v for v in at if v > k)
+            assert k - back(words, k) == max(v for v in at if v < k)
     assert [lowest(1 << k) for k in (0, 1, 63)] == [highest((1 << k) | 1) for k in (0, 1, 63)]
 
 

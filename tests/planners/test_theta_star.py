@@ -151,20 +151,20 @@ def _apart(cell: tuple[int, int], begin: tuple[int, int], end: tuple[int, int]) 
 # ---- lines of sight ----------------------------------------------------------------------------
 
 
-def look(free: np.ndarray, begin: tuple[int, int], end: tuple[int, int], rule: int, form: str) -> bool:
+def look(free: np.ndarray, begin: tuple[int, int], end: tuple[int, int], rule: int) -> bool:
     height, width = free.shape
     padded = np.zeros((height + 2, width + 2), np.uint8)
     padded[1:-1, 1:-1] = free
     (x0, y0), (x1, y1) = begin, end
     at = (y0 + 1) * (width + 2) + x0 + 1
-    call = _sees.run_plain if form == "plain" else _sees.compiled()
     weight = np.zeros(1, np.uint8)
-    return bool(call(padded.ravel(), weight, 0, width + 2, at, x0 + 1, y0 + 1, x1 + 1, y1 + 1, rule))
+    return bool(_sees(padded.ravel(), weight, 0, width + 2, at, x0 + 1, y0 + 1, x1 + 1, y1 + 1, rule))
 
 
 @pytest.mark.parametrize("form", ["plain", "compiled"])
-def test_lines_of_sight_are_exact(form: str) -> None:
+def test_lines_of_sight_are_exact(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both rules for points, and the referee's own judgement, against fractions."""
+    use(monkeypatch, form)
     rng = np.random.default_rng(73)
     seen = {CUT: 0, TOUCH: 0}
     for _ in range(220):
@@ -173,8 +173,8 @@ def test_lines_of_sight_are_exact(form: str) -> None:
         begin, end = (free[int(rng.integers(len(free)))] for _ in range(2))
         for rule, name in ((CUT, "dissertation"), (TOUCH, "octile")):
             truth = sees(set(cells_where(walls)), begin, end, rule == CUT)
-            assert look(~walls, begin, end, rule, form) == truth
-            assert look(~walls, end, begin, rule, form) == truth
+            assert look(~walls, begin, end, rule) == truth
+            assert look(~walls, end, begin, rule) == truth
             wall = line_meets(walls, begin, end, Scene(Grid(walls), begin, end, name))
             assert (wall is None) == truth
             assert wall is None or walls[wall[1], wall[0]]
@@ -185,19 +185,19 @@ def test_lines_of_sight_are_exact(form: str) -> None:
 def test_corners() -> None:
     """Between two blocked cells, past one, and along a wall."""
     between = np.array([[True, False], [False, True]])
-    assert look(between, (0, 0), (1, 1), CUT, "plain")
-    assert not look(between, (0, 0), (1, 1), TOUCH, "plain")
+    assert look(between, (0, 0), (1, 1), CUT)
+    assert not look(between, (0, 0), (1, 1), TOUCH)
     past = np.ones((3, 4), dtype=bool)
     past[2, 1] = False
     # From (0, 2) to (3, 1) the line runs through the side cell; from (0, 1) straight along it.
-    assert not look(past, (0, 2), (3, 1), CUT, "plain")
-    assert look(past, (0, 1), (3, 1), TOUCH, "plain")
+    assert not look(past, (0, 2), (3, 1), CUT)
+    assert look(past, (0, 1), (3, 1), TOUCH)
     # (0, 0) to (3, 3) touches the corner of (1, 2) and (2, 1).
     diagonal = np.ones((4, 4), dtype=bool)
     diagonal[1, 2] = False
-    assert look(diagonal, (0, 0), (3, 3), CUT, "plain")
-    assert not look(diagonal, (0, 0), (3, 3), TOUCH, "plain")
-    assert not look(diagonal, (0, 0), (3, 3), WIDE, "plain")
+    assert look(diagonal, (0, 0), (3, 3), CUT)
+    assert not look(diagonal, (0, 0), (3, 3), TOUCH)
+    assert not look(diagonal, (0, 0), (3, 3), WIDE)
 
 
 def test_a_line_for_a_disc_keeps_the_disc_clear() -> None:
@@ -212,12 +212,12 @@ def test_a_line_for_a_disc_keeps_the_disc_clear() -> None:
             continue
         begin, end = (cells[int(rng.integers(len(cells)))] for _ in range(2))
         room = clearance(set(cells_where(walls)), begin, end)
-        if look(free, begin, end, WIDE, "plain"):
+        if look(free, begin, end, WIDE):
             seen += 1
             assert room >= radius - 1e-9
         elif room >= radius:
             refused += 1
-        assert look(free, begin, end, WIDE, "plain") == look(free, end, begin, WIDE, "compiled")
+        assert look(free, begin, end, WIDE) == look(free, end, begin, WIDE)
         scene = Scene(Grid(walls), begin, end, "octile", Robot(radius=radius))
         # 400 points of the line may all miss the place where the disc just touches a wall.
         if abs(room - radius) > 0.02:

@@ -39,12 +39,13 @@ beside it turns from blocked (x - 1) to free (x) (with corner cutting: from bloc
 bit for each of these, in four arrays for the four directions, makes a run one shift and one count of zeros
 for 64 cells. The goal is added to the stops for the time of a search.
 
-Roads not taken, measured on seven MovingAI maps, the median query: buckets of f instead of a heap (the same
-within 8 %, 1.3 times as long in mazes, with their empty levels); ending a diagonal run at the first cell from
-which a straight run finds something, as published in 2011 (1.2 to 2.0 times, on a random map 0.9); ending it
-there only once f has risen (0.9 to 1.4). Turns looked for by branches, half of them mispredicted, took a
-quarter more. What is found is listed first, written unconditionally, and a node is one record: with everything
-taken up at once, in ten arrays, it took 0.9 (in a maze) to 3.3 times as long (in clutter).
+Roads not taken, measured on seven MovingAI maps, the median query: buckets of f instead of a heap (the
+same within 8 %, 1.3 times as long in mazes, with their empty levels); ending a diagonal run at the first
+cell from which a straight run finds something, as published in 2011 (1.2 to 2.0 times, on a random map
+0.9); ending it there only once f has risen (0.9 to 1.4). Turns looked for by branches, half of them
+mispredicted, took a quarter more. What is found is listed first, written unconditionally, and a node is
+one record: with everything taken up at once, in ten arrays, it took 0.9 (in a maze) to 3.3 times as long
+(in clutter).
 """
 
 from __future__ import annotations
@@ -300,11 +301,10 @@ def jump(
 ):  # fmt: skip
     """Cheapest way between two cells.
 
-    Parameters
-    ----------
-    words : uint64; bits, 64 in a word, the lowest first. From bit 0: rows of walls, 1 where the robot may not
-        be; x and y count from 1, a border of walls runs all around. From the bits ``east`` and ``west``: the
-        same rows, 1 where a run along the row has to stop. From ``south`` and ``north``: columns, likewise.
+    Parameters ---------- words : uint64; bits, 64 in a word, the lowest first. From bit 0: rows of walls,
+        1 where the robot may not be; x and y count from 1, a border of walls runs all around. From the
+        bits ``east`` and ``west``: the same rows, 1 where a run along the row has to stop. From ``south``
+        and ``north``: columns, likewise.
     stride, rise : bits of a row, bits of a column; multiples of 64.
     width : cells of a row, border included.
     budget : greatest number of expansions; -1: no limit.

@@ -43,9 +43,7 @@ def lines_violation(plan: Plan, scene: Scene) -> Violation | None:
     walked = math.fsum(math.dist(a, b) for a, b in pairwise(cells))
     said = plan.any_angle_length
     if length > walked * (1 + 1e-12) or said is None or abs(said - length) > 1e-12 * length:
-        return Violation(
-            "waypoints", "plan", f"lines of {length!r} cells, said {said!r}, walk {walked!r}"
-        )
+        return Violation("waypoints", "plan", f"lines of {length!r} cells, said {said!r}, walk {walked!r}")
     for k, (begin, end) in enumerate(pairwise(told)):
         wall = line_meets(scene.grid.blocked, begin, end, scene)
         if wall is not None:
