@@ -158,3 +158,32 @@ def test_help_imports_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def plan(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", "from lampyris.cli import main; main()", "plan", *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+def test_metres_off_the_map_are_told_in_metres(tmp_path: Path) -> None:
+    (tmp_path / "m.pgm").write_bytes(b"P5\n8 4\n255\n" + b"\xff" * 32)
+    (tmp_path / "m.yaml").write_text(
+        "image: m.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
+        "free_thresh: 0.196\n"
+    )
+    done = plan(tmp_path / "m.yaml", "--start-m", "-17,0", "--goal-m", "0,3")
+    assert done.returncode == 3
+    assert "error[START_OUTSIDE]: --start-m: (-17, 0) metres is outside the map" in done.stderr
+    assert "x -0.75 to 2.75, y 2.25 to 3.75" in done.stderr
+
+
+def test_a_misspelt_file_is_told_from_those_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "floor.txt").write_text("..\n..\n")
+    done = plan(tmp_path / "flor.txt")
+    assert done.returncode == 3
+    assert "did you mean floor.txt?" in done.stderr

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import SettingError, UsageError, did_you_mean
+from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean
 from lampyris.field.layers import moves_for
 from lampyris.maps import library
 from lampyris.maps.document import MapDocument
@@ -115,7 +115,10 @@ class Request:
             return (x, y)
         if metres is not None:
             x, y = _pair(metres, f"--{what}-m", float)
-            return document.grid.to_cell(x, y)
+            found = document.grid.to_cell(x, y)
+            if not document.grid.contains(found):
+                raise _outside(what, (x, y), document.grid)
+            return found
         own = getattr(document, what)
         if own is None and document.queries:
             own = getattr(document.queries[0], what)
@@ -134,6 +137,21 @@ def about(scene: Scene) -> tuple[str, ...]:
     if (driven.offsets, driven.corner_cutting) == (asked.offsets, asked.corner_cutting):
         return ()
     return (f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",)
+
+
+def _outside(what: str, point: tuple[float, float], grid: Grid) -> SceneError:
+    """A point in metres that is off the map; the corners say where the map is, turned or not."""
+    corners = grid.to_metres(
+        [(0, 0), (grid.width - 1, 0), (0, grid.height - 1), (grid.width - 1, grid.height - 1)]
+    )
+    (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+    turned = " (the map is turned)" if grid.origin[2] else ""
+    return SceneError(
+        f"{what.upper()}_OUTSIDE",
+        f"({point[0]:g}, {point[1]:g}) metres is outside the map",
+        where=f"--{what}-m",
+        allowed=f"x {x0:g} to {x1:g}, y {y0:g} to {y1:g}{turned}",
+    )
 
 
 @dataclass(frozen=True)

@@ -154,10 +154,15 @@ def _format(source: Source) -> Format:
 
 
 def _missing(name: str) -> FileError:
+    try:
+        beside = os.listdir(os.path.dirname(name) or ".")[:1000]
+    except (OSError, ValueError):
+        beside = []
+    near = did_you_mean(os.path.basename(name), beside, 0.75) or did_you_mean(name, library.names())
     return FileError(
         "FILE_MISSING",
         "neither a file nor a bundled map",
         where=name if name.isprintable() and 0 < len(name) <= 200 else repr(name[:200]),
         allowed="a map file, or a name that `lampyris maps` lists",
-        todo=did_you_mean(name, library.names()),
+        todo=near,
     )

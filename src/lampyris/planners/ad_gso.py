@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, did_you_mean
 from lampyris.model.scene import Scene
 from lampyris.planners.ad_gso_layers import LayeredSession
 from lampyris.planners.ad_gso_session import AdGsoSession
@@ -125,7 +125,8 @@ def _number(value: object) -> bool:
 
 def _one_of(code: str, what: str, value: object, allowed: tuple[str, ...]) -> None:
     if not isinstance(value, str) or value not in allowed:
-        raise SettingError(code, f"{what} {value!r}", where="ad-gso", allowed=", ".join(allowed))
+        todo = did_you_mean(value, allowed)
+        raise SettingError(code, f"{what} {value!r}", where="ad-gso", allowed=", ".join(allowed), todo=todo)
 
 
 def _whole(code: str, what: str, value: object, most: int) -> None:
