@@ -57,6 +57,13 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
             ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
             ("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"),
         ]
+    if found.schedule is not None:
+        ticks = found.schedule.tolist()
+        waits = ticks[-1] - ticks[0] - len(ticks) + 1
+        rows.append(("schedule", f"on the goal at tick {ticks[-1]}, {waits} ticks of waiting on the way"))
+    if found.any_angle_length is not None and found.waypoints is not None:
+        told = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
+        rows.append(("any angle", told))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = ", ".join(f"{g.cell}" for g in found.gates_on_path) or "none"
     rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))

@@ -154,7 +154,9 @@ class TimedSession:
         route = self._chosen(table, route, change.tick)
         assert route.cells is not None
         self._way = route
-        settled = change.bodies is None or (bool(bodies) and all(s.period is not None for s in bodies))
+        # Where everything is known there is nothing to ask again for. Who is told of nobody may yet meet some.
+        known = all(s.period is not None for s in bodies)
+        settled = known and (change.bodies is None or bool(bodies))
         return Plan(
             Status.FOUND,
             self._name,

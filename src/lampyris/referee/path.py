@@ -16,6 +16,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.referee.any_angle import lines_violation
+from lampyris.referee.schedule import schedule_violation
 from lampyris.referee.shapes import Ints, disc_cells, first_overlap, stands_free, swept_cells
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
@@ -266,7 +267,8 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
     Rules of its own, before those of :func:`check_path`: ``status`` (a path exactly when found; found, or no
     way, only between cells where the robot can stand; occupied only where it cannot), ``numbers`` (counts
     that are negative), and after them ``gap`` (better than the best), ``gates`` (a gate on the way that is
-    not on it), and those of :func:`lampyris.referee.any_angle.lines_violation`.
+    not on it), and those of :func:`lampyris.referee.schedule.schedule_violation` and
+    :func:`lampyris.referee.any_angle.lines_violation`.
 
     Parameters
     ----------
@@ -284,6 +286,9 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
         return lines_violation(plan, scene)
     begin = scene.start if start is None else start
     broken = check_path(plan.path, scene.grid, scene.robot, scene.moves, begin, scene.goal)
+    if broken is not None:
+        return broken
+    broken = schedule_violation(plan, scene, from_the_start=start is None)
     if broken is not None:
         return broken
     best = plan.optimal_exact
