@@ -154,7 +154,7 @@ class TimedSession:
         route = self._chosen(table, route, change.tick)
         assert route.cells is not None
         self._way = route
-        # Where everything is known there is nothing to ask again for. Who is told of nobody may yet meet some.
+        # Where all is known there is nothing to ask again for; who is told of nobody may yet meet some.
         known = all(s.period is not None for s in bodies)
         settled = known and (change.bodies is None or bool(bodies))
         return Plan(
