@@ -18,6 +18,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, RandomWalk, Recorded
+from lampyris.planners._timed_session import _hidden
 from lampyris.planners.base import Budget
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
@@ -296,6 +297,38 @@ def test_a_simulation_among_known_tracks_drives_the_plan_to_the_tick() -> None:
         assert plan.schedule is not None
         assert trace.ticks == plan.schedule[-1]
         assert trace.replans == trace.flips == 0
+
+
+@pytest.mark.parametrize("planner", ["sipp", "space-time-astar"])
+@pytest.mark.parametrize("forecast", ["velocity", "reach", "still"])
+def test_nobody_waits_for_ever_before_one_that_never_moves(planner: str, forecast: str) -> None:
+    blocked = np.zeros((11, 11), dtype=bool)
+    blocked[:, 5] = True
+    blocked[5, 5] = blocked[10, 5] = False
+    # It stands in the gap ahead; the other one is six ticks out of the way. The track ends at once, and an
+    # obstacle is where it ended: also where tracks are hidden.
+    scene = Scene(Grid(blocked), (0, 5), (10, 5), traffic=(Recorded(((5, 5),)),))
+    trace = api.simulate(scene, planner, tracks="hidden", forecast=forecast)
+    assert trace.arrived
+    assert trace.waits <= 8
+    assert trace.flips <= 2
+    assert api.simulate(scene, planner).waits == 0
+
+
+def test_what_is_hidden_of_a_track_is_its_future() -> None:
+    scene = Scene(Grid(np.zeros((1, 9), dtype=bool)), (0, 0), (8, 0))
+    # Ended at tick 2, on the only way: at tick 9 it is still there.
+    ended = Seen(0, ((3, 0), (2, 0), (1, 0)), 0, 1)
+    plan = (
+        Sipp(tracks="hidden", horizon=3).open(scene, RNG).plan(Change(robot=(0, 0), bodies=(ended,), tick=9))
+    )
+    assert plan.schedule is not None
+    assert plan.schedule[1] > 9 + 3
+    # One that goes back and forth, by the tick: it is on (3, 0) and has come from (4, 0).
+    paces = Seen(0, ((3, 0), (4, 0)), 0, 2)
+    assert _hidden(paces, 10) == Seen(0, ((4, 0), (3, 0)), 9, None)
+    assert _hidden(ended, 1) == Seen(0, ((3, 0), (2, 0)), 0, None)
+    assert _hidden(ended, 0) == Seen(0, ((3, 0),), 0, None)
 
 
 def test_a_margin_keeps_the_robot_on_its_way() -> None:

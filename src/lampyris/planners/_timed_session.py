@@ -27,6 +27,10 @@ from lampyris.typing import BoolGrid, Cell
 GUESSES = ("velocity", "reach", "still")
 TRACKS = ("known", "hidden")
 MAX_HORIZON = 1000
+PERSISTENCE = 2
+"""An obstacle that has been standing for n ticks may stay for so many times n more. Without that a robot
+waits for ever before one that never moves: it always seems quicker to sit out the horizon than to drive
+around. (As long again would do, and would wait twice as long before a long way round.)"""
 MOST_UNROLLED = 1 << 17
 """Ticks for which tracks that repeat themselves are written out at most."""
 
@@ -39,8 +43,9 @@ class Timed:
     ----------
     forecast : what an obstacle does whose future is not known: ``velocity``, it goes on as in its last step;
         ``reach``, it may be wherever it could have walked to; ``still``, it stays.
-    horizon : for how many ticks that is believed, 0 to 1000. Beyond it nothing is said of such an obstacle.
-        If no way can be found, half as many are believed, and so on down to none.
+    horizon : for how many ticks that is believed, 0 to 1000. Beyond it nothing is said of such an obstacle,
+        save that one which has been standing may stay for twice as long again. If no way can be found, half
+        as many are believed, and so on down to none; with none, standing ones are not minded either.
     growth : cells a tick by which the disc around a ``velocity`` forecast grows, 0 to 10.
     margin : ticks that a new way must save before the robot leaves one that is still good, 0 to 1000. With 0
         it turns for any gain, and among obstacles that wander it turns often.
@@ -89,6 +94,7 @@ class TimedSession:
         self._by_ticks = by_ticks
         self._robot = scene.start
         self._way: Route | None = None
+        self._stood: dict[int, tuple[Cell, int]] = {}
         self._lay(scene)
 
     def _lay(self, scene: Scene) -> None:
@@ -135,6 +141,7 @@ class TimedSession:
         if self._search.steps_left(start) < 0:
             return Plan(Status.NO_PATH, self._name, iterations=1)
         bodies, closed = self._told(change)
+        self._watch(bodies)
         spent = 0
         believed = self._settings.horizon if any(s.period is None for s in bodies) else 0
         while True:
@@ -183,11 +190,32 @@ class TimedSession:
             seen = list(change.bodies)
         if self._settings.tracks == "hidden":
             now = change.tick + (change.bodies is not None and change.tick > 0)
-            seen = [
-                replace(s, track=s.track[: max(now - s.since, 0) + 1], period=None) if s.period else s
-                for s in seen
-            ]
+            seen = [_hidden(s, now) for s in seen]
         return seen, []
+
+    def _watch(self, bodies: list[Seen]) -> None:
+        """Note where each obstacle of unknown future is, and since when."""
+        stood = {}
+        for seen in bodies:
+            if seen.period is None:
+                here, since = seen.track[-1], seen.since + len(seen.track) - 1
+                for cell in seen.track[-2::-1]:
+                    if cell != here:
+                        break
+                    since -= 1
+                known, first = self._stood.get(seen.body, (here, since))
+                stood[seen.body] = here, min(first, since) if known == here else since
+        self._stood = stood
+
+    def _standing(self, bodies: list[Seen]) -> dict[int, int]:
+        """The obstacles that have been standing, and for how many ticks more they may."""
+        for_ = {}
+        for seen in bodies:
+            if seen.period is None:
+                stood = seen.since + len(seen.track) - 1 - self._stood[seen.body][1]
+                if stood > 0:
+                    for_[seen.body] = min(PERSISTENCE * stood, MAX_HORIZON)
+        return for_
 
     def _route(
         self, bodies: list[Seen], closed: list[Cell], tick: int, believed: int, budget: int | None
@@ -203,7 +231,8 @@ class TimedSession:
         )
         spent = 0
         while True:
-            forbidden = self._forecaster.forbidden(bodies, tick, believed, min(unrolled, most))
+            unroll = min(unrolled, most)
+            forbidden = self._forecaster.forbidden(bodies, tick, believed, unroll, self._standing(bodies))
             if closed:
                 forbidden = _closing(forbidden, closed, tick, self._scene.grid.width)
             table = search.timetable(forbidden)
@@ -235,6 +264,16 @@ class TimedSession:
     def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
         self._way = None
         return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)
+
+
+def _hidden(seen: Seen, now: int) -> Seen:
+    """The same obstacle with no more known than where it is at a tick, and where it was the tick before."""
+    if seen.period is None:
+        return seen
+    n, since = len(seen.track), max(now - 1, seen.since)
+    ticks = (t - seen.since for t in range(since, max(now, seen.since) + 1))
+    places = tuple(seen.track[t if t < n else n - seen.period + (t - n) % seen.period] for t in ticks)
+    return replace(seen, track=places, since=since, period=None)
 
 
 def _single(moves: Moves) -> Moves:

@@ -10,12 +10,13 @@ guessed, by one of
 * ``reach``: it may be on any cell that it could have walked to by then;
 * ``still``: it stays where it is;
 
-for ``horizon`` ticks from the last one that is known. Beyond that nothing is said of it.
+for ``horizon`` ticks from the last one that is known. Beyond that nothing is said of it, save of one that is
+told to be standing: whatever else it may do, it may also stay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -78,7 +79,14 @@ class Forecaster:
         self._growth = growth
         self._height, self._width = free.shape
 
-    def forbidden(self, bodies: Iterable[Seen], tick: int, horizon: int, unrolled: int) -> Forbidden:
+    def forbidden(
+        self,
+        bodies: Sequence[Seen],
+        tick: int,
+        horizon: int,
+        unrolled: int,
+        standing: Mapping[int, int] | None = None,
+    ) -> Forbidden:
         """Everything forbidden after ``tick``.
 
         Parameters
@@ -87,6 +95,8 @@ class Forecaster:
         tick : when the robot stands where it is; its first step ends at ``tick + 1``.
         horizon : for how many ticks unknown futures are guessed; 0: only what is known counts.
         unrolled : for how many ticks tracks that repeat themselves are written out.
+        standing : bodies that have been standing, by number, and for how many ticks more they may. Counts for
+            those with an unknown future, and not with a horizon of 0.
         """
         notes = _Notes()
         alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[Seen]] = {}
@@ -99,6 +109,9 @@ class Forecaster:
             self._known(tracks, since, period, cells, tick, unrolled, notes)
             if period is None and horizon > 0:
                 self._guessed(tracks, since, cells, tick, horizon, notes)
+        for seen in bodies:
+            if horizon > 0 and seen.period is None and standing and seen.body in standing:
+                self._stays(seen, standing[seen.body], notes)
         at, steps, forever = (
             _rows(notes.at, 2),
             _rows(notes.steps, 4),
@@ -194,6 +207,13 @@ class Forecaster:
                 disc = np.array(_disc(self._growth * k), dtype=np.int64)
                 around = (places[k][:, None, :] + disc).reshape(-1, 2)
                 self._note_spread(around[self._standing(around)], met, last + k, notes)
+
+    def _stays(self, seen: Seen, ticks: int, notes: _Notes) -> None:
+        """A body that may stay where it is for so many ticks."""
+        around = np.array(seen.track[-1], dtype=np.int64) + _offsets(self._own, seen.footprint)
+        last = seen.since + len(seen.track) - 1
+        when = np.repeat(np.arange(last + 1, last + ticks + 1, dtype=np.int64), len(around))
+        self._note_cells(np.tile(around, (ticks, 1)), when, notes.at)
 
     def _reached(self, cell: Cell, horizon: int) -> Iterator[tuple[int, _Ints]]:
         """The cells that can be walked to from a cell in k ticks, for k = 1 .. horizon; (m, 2) each."""
