@@ -63,7 +63,8 @@ def plan(
 
     Parameters
     ----------
-    scene : what to plan in. Its traffic is not looked at: see :func:`simulate`.
+    scene : what to plan in. Of its traffic, planners that see traffic (``sipp``) plan with the recorded
+        obstacles, from tick 0; nobody else looks at it: see :func:`simulate`.
     planner : a name (see ``lampyris.planners()``) or a planner object.
     seed : root of every draw; the same seed gives the same plan.
     budget : when to give up.

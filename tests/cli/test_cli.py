@@ -193,6 +193,48 @@ def test_lists_of_maps_and_planners() -> None:
         assert "ad-gso" in done.stdout or "guide" in done.stdout
 
 
+def test_one_planner_tells_what_all_its_settings_mean() -> None:
+    for name, words in {
+        "sipp": ("forecast :", "horizon :", "margin :", "tracks :"),
+        "lpso": ("ring :", "inertia :", "waypoints :", "swarm :", "slack :"),
+        "dstar16-lpso": ("particles :", "gates :"),
+        "astar": (),
+    }.items():
+        done = run("planners", name)
+        assert done.returncode == 0
+        assert all(word in done.stdout for word in words), done.stdout
+        assert ":class:" not in done.stdout
+        assert "Raises" not in done.stdout
+
+
+def test_a_plan_that_waits_says_what_its_duration_leaves_out(tmp_path: Path) -> None:
+    np.save(tmp_path / "m.npy", np.zeros((1, 12), bool))
+    (tmp_path / "s.yaml").write_text(
+        "version: 1\nmap: {file: m.npy}\nstart: [0, 0]\ngoal: [8, 0]\nplanner: {name: sipp}\n"
+        "obstacles: [{kind: recorded, track: [[4, 0], [4, 0], [4, 0], [4, 0], [4, 0], [5, 0], [6, 0], "
+        "[7, 0], [8, 0], [9, 0], [10, 0]]}]\n"
+    )
+    done = run("run", str(tmp_path / "s.yaml"))
+    assert done.returncode == 0, done.stderr
+    told = " ".join(done.stdout.split())
+    assert "of waiting on the way" in told
+    assert " 0 ticks of waiting" not in told
+    assert "without the waiting" in told
+    assert "recorded ones by planners that see traffic" in done.stderr
+
+
+def test_words_for_settings_of_planners_get_a_suggestion() -> None:
+    for planner, setting, meant in (
+        ("sipp", "forecast=velocty", "velocity"),
+        ("dstar-lpso", "gates=replann", "replan"),
+        ("mmas-dstar", "guide=rize", "rise"),
+        ("gso", "choice=roulete", "roulette"),
+    ):
+        done = run("plan", "guide", "--planner", planner, "--set", setting)
+        assert done.returncode == 3
+        assert f"did you mean {meant}?" in done.stderr
+
+
 def test_a_closed_pipe_is_no_error() -> None:
     done = subprocess.run(
         f"{sys.executable} -c 'from lampyris.cli import main; main()' plan env-1 --json | head -c 10",

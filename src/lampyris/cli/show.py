@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -57,10 +58,12 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
             ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
             ("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"),
         ]
+    waiting = ""
     if found.schedule is not None:
         ticks = found.schedule.tolist()
         waits = ticks[-1] - ticks[0] - len(ticks) + 1
         rows.append(("schedule", f"on the goal at tick {ticks[-1]}, {waits} ticks of waiting on the way"))
+        waiting = ", without the waiting" if waits else ""
     if found.any_angle_length is not None and found.waypoints is not None:
         told = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
         rows.append(("any angle", told))
@@ -70,12 +73,8 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
     if found.gates_met:
         rows.append(("replanned at", ", ".join(map(str, found.gates_met))))
     if profile is not None:
-        rows.append(
-            (
-                "speed",
-                f"mean {profile.mean:.4g} {profile.units} ({profile.law} law); {_duration(profile)} in all",
-            )
-        )
+        mean = f"mean {profile.mean:.4g} {profile.units} ({profile.law} law)"
+        rows.append(("speed", f"{mean}; {_duration(profile)} in all{waiting}"))
         rows.append(("held by", _causes(profile.cause)))
     seconds = found.timing.get("total_s")
     if seconds is not None:
@@ -235,7 +234,11 @@ def planner(row: PlannerInfo, about: str) -> None:
         ("source", row.source),
     ]
     _console().print(_facts(row.name, rows))
-    print(about.partition("\n\nRaises\n")[0].replace("``", "`"))
+    # ":class:`lampyris.planners.sipp.Sipp`" is for readers of the code: here the name is enough.
+    plain = re.sub(
+        r":(?:(?:class|func|meth|attr):`(?:[\w.]*\.)?|mod:`)([\w.]+)`", r"\1", about.replace("``", "`")
+    )
+    print(plain)
 
 
 def _traits(row: PlannerInfo) -> list[str]:

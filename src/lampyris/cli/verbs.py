@@ -197,6 +197,23 @@ def maps(name: str | None, as_json: bool) -> int:
     return 0
 
 
+def _about(kind: type) -> str:
+    """What a planner's class says of itself, and what those it shares settings with say of these."""
+    import inspect
+
+    parts = [inspect.cleandoc(kind.__doc__ or "")]
+    for base in kind.__mro__[1:]:
+        doc = inspect.cleandoc(base.__dict__.get("__doc__") or "")
+        settings = doc.partition("\nParameters\n----------\n")[2]
+        if settings:
+            parts.append(settings)
+    # What follows the heading of errors is for readers of the code.
+    own, *shared = (part.partition("\n\nRaises\n")[0] for part in parts)
+    if not shared:
+        return own
+    return "\n".join((own, "\nSettings shared with others\n---------------------------", *shared))
+
+
 def planners(name: str | None, as_json: bool) -> int:
     """``lampyris planners``. Returns the exit code."""
     from lampyris.planners.registry import planner_class, table
@@ -222,9 +239,7 @@ def planners(name: str | None, as_json: bool) -> int:
     if name is None:
         show.planners(rows)
     else:
-        import inspect
-
-        show.planner(rows[0], inspect.getdoc(planner_class(name)) or "")
+        show.planner(rows[0], _about(planner_class(name)))
     return 0
 
 

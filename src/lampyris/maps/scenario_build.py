@@ -74,7 +74,10 @@ class _Build:
             raise_all(in_order(self.said, self.faults))
         how: Any = file.simulate
         if traffic and how is None:
-            self.notes.append("nothing is simulated (no `simulate`): the obstacles are left aside")
+            self.notes.append(
+                "nothing is simulated (no `simulate`): the obstacles are left aside, "
+                "but for recorded ones by planners that see traffic"
+            )
         ticks, patience = (None, None) if how is None else (how.ticks, how.patience)
         return Scenario(
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,

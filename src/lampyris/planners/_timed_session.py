@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, did_you_mean
 from lampyris.field.footprint import footprint
 from lampyris.field.layers import free_cells, free_space, moves_for
 from lampyris.model.change import Change, Seen
@@ -66,7 +66,8 @@ class Timed:
     def __post_init__(self) -> None:
         for what, word, known in (("forecast", self.forecast, GUESSES), ("tracks", self.tracks, TRACKS)):
             if not isinstance(word, str) or word not in known:
-                raise SettingError(what.upper(), f"{what} {word!r}", allowed=", ".join(known))
+                todo = did_you_mean(word, known)
+                raise SettingError(what.upper(), f"{what} {word!r}", allowed=", ".join(known), todo=todo)
         for what, n in (("horizon", self.horizon), ("margin", self.margin)):
             if not isinstance(n, int) or isinstance(n, bool) or not 0 <= n <= MAX_HORIZON:
                 raise SettingError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, did_you_mean
 
 
 def whole(where: str, name: str, value: object, least: int, most: int) -> None:
@@ -29,8 +29,8 @@ def flag(where: str, name: str, value: object) -> None:
 def one_of(where: str, name: str, value: object, allowed: tuple[str, ...]) -> None:
     """One of some words."""
     if not isinstance(value, str) or value not in allowed:
-        _refuse(where, name, value, ", ".join(allowed))
+        _refuse(where, name, value, ", ".join(allowed), did_you_mean(value, allowed))
 
 
-def _refuse(where: str, name: str, value: object, allowed: str) -> None:
-    raise SettingError(name.upper(), f"{name} {value!r}", where=where, allowed=allowed)
+def _refuse(where: str, name: str, value: object, allowed: str, todo: str = "") -> None:
+    raise SettingError(name.upper(), f"{name} {value!r}", where=where, allowed=allowed, todo=todo)
