@@ -64,11 +64,13 @@ bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field
 	$(BIN)/python -m benchmarks.bench_repair
 	$(BIN)/python -m benchmarks.bench_query
+	$(BIN)/python -m benchmarks.bench_timed
 
 bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field --quick
 	$(BIN)/python -m benchmarks.bench_repair --quick
 	$(BIN)/python -m benchmarks.bench_query --quick
+	$(BIN)/python -m benchmarks.bench_timed --quick
 
 requirements: $(VENV)/.dev
 	tools/compile_requirements.sh

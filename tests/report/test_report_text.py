@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 from report_samples import sample_plan, sample_profile, sample_scene, sample_trace
 
+from lampyris import api
 from lampyris.errors import FileError, UsageError
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Recorded
 from lampyris.report.csv_out import PLAN_COLUMNS, TRACE_COLUMNS, write_plan_csv, write_trace_csv
 from lampyris.report.metrics import path_metrics
 from lampyris.report.tables import jump_tables, text
@@ -122,3 +125,18 @@ def test_jump_tables_list_rings_and_mark_the_choice() -> None:
     assert lines[1].split() == ["ring", "accepted", "luciferin", "probability", "chosen"]
     assert len({line.index(mark) for line, mark in zip(lines[2:4], ("1.500", "3.250"), strict=True)}) == 1
     assert jump_tables(replace(plan, jumps=())) == ()
+
+
+def test_a_plan_with_a_schedule_says_the_tick_of_each_node(tmp_path: Path) -> None:
+    scene = Scene(
+        Grid(np.array([[c == "#" for c in row] for row in ("##.##", ".....", "##.##")])),
+        (0, 1),
+        (4, 1),
+        traffic=(Recorded(((2, 0), (2, 0), (2, 1), (2, 2))),),
+    )
+    plan = api.plan(scene, "sipp")
+    write_plan_csv(tmp_path / "p.csv", plan, api.profile(plan, scene), scene.grid)
+    with (tmp_path / "p.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [int(r["tick"]) for r in rows] == [0, 1, 3, 4, 5]
+    assert [(r["x"], r["y"]) for r in rows] == [(str(x), "1") for x in range(5)]

@@ -24,7 +24,8 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     Columns: ``x_m``, ``y_m`` metres of the map frame (cell centres); ``yaw`` radians in the map frame, -pi
     to pi, of the step that leaves the node (the last keeps the one before); ``v``, ``t``, ``s``, ``a`` in
     the units of the profile's law (m/s, s, m, m/s2; or velocity units and transfers); ``cause`` what binds
-    v; ``x``, ``y`` the cell.
+    v; ``x``, ``y`` the cell. A plan with a schedule has ``tick`` besides: when the robot is to enter the
+    cell. Its times ``t`` are of the drive alone and know nothing of the waiting.
 
     Raises
     ------
@@ -51,7 +52,11 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
             strict=True,
         )
     )
-    _write(out, PLAN_COLUMNS, rows)
+    if plan.schedule is None:
+        _write(out, PLAN_COLUMNS, rows)
+        return
+    ticks = plan.schedule.tolist()
+    _write(out, (*PLAN_COLUMNS, "tick"), ((*row, t) for row, t in zip(rows, ticks, strict=True)))
 
 
 def write_trace_csv(out: OutFile, trace: Trace) -> None:
