@@ -26,7 +26,7 @@ from matplotlib import pyplot as plt
 ANY_ANGLE = ("theta-star", "lazy-theta-star")
 FAMILIES = (
     ("the dissertation's", "#c0392b", ("ad-gso", "dstar-lpso", "dstar16-lpso")),
-    ("one query", "#2c5f8a", ("astar", "dijkstra", "jps", "bidirectional-astar", *ANY_ANGLE)),
+    ("one query", "#2c5f8a", ("astar", "dijkstra", "jps", "bidirectional-astar", "fastest", *ANY_ANGLE)),
     ("incremental", "#1f7a5c", ("dstar", "focussed-dstar", "lpa-star", "dstar-lite")),
     ("sees traffic", "#8e5ea2", ("sipp", "space-time-astar")),
     ("swarms", "#b9770e", ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")),
