@@ -11,6 +11,8 @@ anew and searched. The field of the bare map, which a session solves once, is to
 * textbook: space-time A* as one writes it in Python, heapq and sets, eight steps, given the same bound
   (steps left on the bare map); it lays out occupied cells and forbidden steps in sets, as ours do in arrays.
 
+A second line tells of the search alone, over what was laid out before.
+
 No installable rival plans among moving obstacles on eight neighbours without cut corners, swaps or
 crossings; so the textbook is the rival that can be named. All three must arrive at the same tick.
 """
@@ -33,6 +35,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.planners._timed_search import TimedSearch
+from lampyris.planners.forecast import Forecaster
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
 
@@ -123,6 +126,21 @@ def measure(size: int, share: float, count: int, rounds: int) -> dict[str, Any]:
     search = TimedSearch(free, scene.moves, goal, None)
     left = [[search.steps_left((x, y)) for x in range(size)] for y in range(size)]
     last = 600
+    forbidden = Forecaster(free, ((0, 0),), guess="still", growth=0.0).forbidden(seen, 0, 0, 0)
+    table = search.timetable(forbidden)
+    taken, banned = what_is_forbidden(seen, last)
+    rows = free.tolist()
+    alone: dict[str, list[float]] = {"sipp": [], "space-time-astar": [], "textbook": []}
+    asks = (
+        lambda: search.by_intervals(table, start, 0, None),
+        lambda: search.by_ticks(table, start, 0, None),
+        lambda: textbook(rows, left, start, goal, taken, banned, last),
+    )
+    for _ in range(rounds):
+        for name, ask in zip(alone, asks, strict=True):
+            began = time.perf_counter()
+            ask()
+            alone[name].append(1e3 * (time.perf_counter() - began))
     times: dict[str, list[float]] = {name: [] for name in (*sessions, "textbook")}
     for _ in range(rounds):
         for name, (planner, _) in sessions.items():
@@ -145,6 +163,7 @@ def measure(size: int, share: float, count: int, rounds: int) -> dict[str, Any]:
         "first_ms": 1e3 * opened,
         "ms": middle,
         "expansions": {name: n for name, (_, n) in sessions.items()},
+        "search_ms": {name: statistics.median(t) for name, t in alone.items()},
         "ratio": {name: middle[name] / middle["sipp"] for name in middle},
     }
 
@@ -169,6 +188,9 @@ def main() -> None:
             f" {ms['space-time-astar']:14.2f} ({ratio['space-time-astar']:.1f})"
             f" {ms['textbook']:18.1f} ({ratio['textbook']:.1f})"
         )
+        bare = row["search_ms"]
+        told = ", ".join(f"{name} {t:.2f} ({t / bare['sipp']:.1f})" for name, t in bare.items())
+        print(f"            the search alone, ms (ratio): {told}")
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
