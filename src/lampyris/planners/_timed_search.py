@@ -283,8 +283,9 @@ def _intervals(at: _Ints, forever: _Ints, touched: _Ints) -> tuple[_Ints, _Ints,
     new[1:] = last[:-1]
     closes = np.concatenate((busy[new, 1] - 1, ends - 1))
     closer = np.concatenate((where[new], np.arange(len(touched))))
-    # As many open as close in each cell, alternating: sorted apart they fit together.
-    first, second = np.lexsort((opens, owner)), np.lexsort((closes, closer))
+    # As many open as close in each cell, alternating: sorted apart they fit together. Each is two ascending
+    # runs, of which the one that comes first in every cell stands first: a stable sort by cell merges them.
+    first, second = np.argsort(owner, kind="stable"), np.argsort(closer, kind="stable")
     begin, end, cell = opens[first], closes[second], touched[owner[first]]
     real = begin <= end
     return begin[real], end[real], cell[real]
