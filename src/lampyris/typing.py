@@ -26,5 +26,7 @@ Ticks: TypeAlias = NDArray[np.int64]
 """int64, (n,): ticks of the simulation."""
 Floats: TypeAlias = NDArray[np.float64]
 """float64, (n,)."""
+Points: TypeAlias = NDArray[np.float64]
+"""float64, (n, 2): x and y, cells unless said otherwise; the centre of cell (x, y) is at (x, y)."""
 Cell: TypeAlias = tuple[int, int]
 """One cell: x (column), y (row), origin top left."""

@@ -293,7 +293,14 @@ def test_the_speed_chart_shows_each_cause_in_its_colour(tmp_path: Path, law: str
 
 def test_a_profile_of_one_node_has_a_chart(tmp_path: Path) -> None:
     one = replace(
-        sample_profile(sample_plan(sample_scene())), s=[0.0], v=[0.0], a=[0.0], t=[0.0], cause=("start",)
+        sample_profile(sample_plan(sample_scene())),
+        s=[0.0],
+        v=[0.0],
+        a=[0.0],
+        t=[0.0],
+        cause=("start",),
+        about=None,
+        caps=(),
     )
     draw_speed(one, tmp_path / "one.svg")
     assert (tmp_path / "one.svg").stat().st_size > 1000

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.grid import frozen
-from lampyris.typing import Floats
+from lampyris.typing import Floats, Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profile:
-    """A speed for every node of a path, with the cause that binds it.
+    """A speed for every node of a way, with the cause that binds it.
+
+    A wait is two nodes at one distance, both with v = 0 and a = 0, the second later than the first.
 
     Parameters
     ----------
-    law : ``physical`` (SI units) or ``dissertation`` (velocity units, one transfer a node).
-    s : distance along the path at each node; metres for ``physical``, cells for ``dissertation``; shape (n,).
+    law : the law's name. The dissertation's own is in velocity units, one transfer a node; all others are in
+        SI units.
+    s : distance along the way at each node, never falling; metres, or cells for ``dissertation``; shape (n,).
     v : speed at each node; m/s, or velocity units.
     a : acceleration on the way to the next node (0 at the last); m/s2, or velocity units a transfer.
     t : time of arrival at each node; seconds, or transfers.
-    cause : what binds each speed.
+    cause : what binds each speed, in one or two words.
     units : the unit of v.
+    about : int64 (n,): what the cause speaks of: for ``braking`` the node braked for, for ``moving
+        obstacle`` and ``obstacle`` its number; -1: nothing. None: -1 everywhere.
+    caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap says nothing; what a
+        chart draws as faint lines.
+    xy : float64 (n, 2): where the nodes are, cells; None: at the cells of the path.
     """
 
     law: str
@@ -32,6 +41,9 @@ class Profile:
     t: Floats
     cause: tuple[str, ...]
     units: str
+    about: NDArray[np.int64] = field(default=None)  # type: ignore[arg-type]
+    caps: tuple[tuple[str, Floats], ...] = ()
+    xy: Points | None = None
 
     def __post_init__(self) -> None:
         n = len(self.cause)
@@ -40,6 +52,19 @@ class Profile:
             if array.shape != (n,) or not np.isfinite(array).all():
                 raise ValueError(f"Profile.{name} must be {n} finite numbers")
             object.__setattr__(self, name, array)
+        about = np.full(n, -1) if self.about is None else self.about
+        object.__setattr__(self, "about", frozen(np.array(about, dtype=np.int64)))
+        caps = tuple((cause, frozen(np.array(v, dtype=np.float64))) for cause, v in self.caps)
+        object.__setattr__(self, "caps", caps)
+        if any(len(v) != n for v in (self.about, *(v for _, v in caps))):
+            raise ValueError(f"Profile.about and each of Profile.caps must have {n} values")
+        if self.xy is not None:
+            object.__setattr__(self, "xy", frozen(np.array(self.xy, dtype=np.float64).reshape(n, 2)))
+
+    @property
+    def metric(self) -> bool:
+        """Whether it is in metres and seconds."""
+        return self.units == "m/s"
 
     @property
     def mean(self) -> float:
@@ -51,3 +76,15 @@ class Profile:
     def duration(self) -> float:
         """Time from start to goal, in the unit of t."""
         return float(self.t[-1])
+
+    def why(self, k: int) -> str:
+        """The binding cause of node ``k`` in words: ``braking for node 41 (curvature)``."""
+        return reason(self.cause, self.about, k)
+
+
+def reason(cause: tuple[str, ...], about: NDArray[np.int64], k: int) -> str:
+    """What binds node ``k``, in words."""
+    word, of = cause[k], int(about[k])
+    if of < 0:
+        return word
+    return f"braking for node {of} ({cause[of]})" if word == "braking" else f"{word} {of}"

@@ -23,22 +23,31 @@ class Robot:
     v_max : greatest speed, m/s, > 0.
     a_max : greatest acceleration, m/s2, > 0.
     d_max : greatest braking, m/s2, > 0.
+    lat_max : greatest lateral acceleration in a bend, m/s2, > 0.
+    turn_radius : the smallest radius it can drive, metres, >= 0. Where no arc of that radius fits, it must
+        stand still and turn on the spot. 0: it drives any bend, as slowly as lat_max asks.
+    jerk_max : greatest change of acceleration, m/s3; None: no limit.
 
     Raises
     ------
-    SettingError : a limit that is not a number from 1e-6 to 1e6 (radius: from 0).
+    SettingError : a limit that is not a number from 1e-6 to 1e6 (a radius: from 0).
     """
 
     radius: float = 0.0
     v_max: float = 1.0
     a_max: float = 0.5
     d_max: float = 1.0
+    lat_max: float = 1.0
+    turn_radius: float = 0.0
+    jerk_max: float | None = None
 
     def __post_init__(self) -> None:
         for f in fields(self):
             value = getattr(self, f.name)
+            if f.name == "jerk_max" and value is None:
+                continue
             real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-            least = 0.0 if f.name == "radius" else LEAST
+            least = 0.0 if f.name.endswith("radius") else LEAST
             if not (real and math.isfinite(value) and least <= value <= GREATEST):
                 raise SettingError(
                     "ROBOT_LIMIT",

@@ -26,6 +26,7 @@ class Outcome(StrEnum):
     START_OCCUPIED = "start-occupied"
     GOAL_OCCUPIED = "goal-occupied"
     COLLISION = "collision"
+    STOPPED = "stopped"
 
     @property
     def sentence(self) -> str:
@@ -45,6 +46,7 @@ _SENTENCES = {
     Outcome.START_OCCUPIED: "The start is not a free cell for this robot.",
     Outcome.GOAL_OCCUPIED: "The goal is not a free cell for this robot.",
     Outcome.COLLISION: "The robot drove into a moving obstacle.",
+    Outcome.STOPPED: "The robot stopped: what it was told of the obstacles could not be trusted.",
 }
 
 

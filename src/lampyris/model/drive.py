@@ -1,0 +1,137 @@
+"""Drive: what happened in continuous time, the robot between cells, with real accelerations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.model.curve import Curve
+from lampyris.model.grid import frozen
+from lampyris.model.movers import Track
+from lampyris.model.profile import reason
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome
+from lampyris.model.traffic import Body
+from lampyris.typing import Floats, Points
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Something worth telling: ``appear replan wait hit contact fault stop arrive``.
+
+    Parameters
+    ----------
+    t : seconds.
+    word : what.
+    xy : where, cells.
+    sentence : in words.
+    body : which obstacle; -1: none.
+    """
+
+    t: float
+    word: str
+    xy: tuple[float, float]
+    sentence: str = ""
+    body: int = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """A simulation in continuous time, whole.
+
+    The robot's motion is a list of stretches: stretch k begins at ``t[k]`` on curve ``leg[k]`` at distance
+    ``s[k]`` with speed ``v[k]`` and has the constant acceleration ``a[k]`` until ``t[k + 1]``; the last entry
+    is the end (a = 0). Where the leg changes the robot stands still.
+
+    Parameters
+    ----------
+    scene : what was simulated.
+    planner, law, seed : who planned, who chose the speed, and the root of every draw.
+    outcome : how it ended.
+    curves : the ways followed, one after the other.
+    t, s, v, a : float64 (n,); seconds, metres, m/s, m/s2.
+    leg : int64 (n,), index into ``curves``.
+    cause : what bound the speed of each stretch; ``about`` (int64 (n,)) which obstacle or node, -1 none.
+    tracks : where each obstacle was.
+    bodies : what each was.
+    moments : events in order of time.
+    period : seconds between two decisions.
+    optimum : seconds that the fastest drive of the first curve takes without obstacles; None: not known.
+    replans, expansions : of the planner.
+    error : greatest distance between where the robot was and where it was commanded to be, metres.
+    detail : why it ended so, in words.
+    timing : seconds; the only part that differs from run to run.
+    """
+
+    scene: Scene
+    planner: str
+    law: str
+    seed: int
+    outcome: Outcome
+    curves: tuple[Curve, ...]
+    t: Floats
+    s: Floats
+    v: Floats
+    a: Floats
+    leg: NDArray[np.int64]
+    cause: tuple[str, ...]
+    about: NDArray[np.int64]
+    tracks: tuple[Track, ...]
+    bodies: tuple[Body, ...]
+    moments: tuple[Moment, ...]
+    period: float
+    optimum: float | None = None
+    replans: int = 0
+    expansions: int = 0
+    error: float = 0.0
+    detail: str = ""
+    timing: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = len(self.cause)
+        for name, kind in (
+            ("t", float),
+            ("s", float),
+            ("v", float),
+            ("a", float),
+            ("leg", int),
+            ("about", int),
+        ):
+            array = frozen(np.array(getattr(self, name), dtype=np.float64 if kind is float else np.int64))
+            if array.shape != (n,) or not np.isfinite(array).all():
+                raise ValueError(f"Drive.{name} must be {n} finite numbers")
+            object.__setattr__(self, name, array)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the start to the end."""
+        return float(self.t[-1]) if len(self.t) else 0.0
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the robot stands on the goal at the end."""
+        return bool(self.outcome)
+
+    def at(self, t: Floats) -> tuple[Points, Floats]:
+        """Where the robot is at some times (cells, (m, 2)) and how fast (m/s, (m,))."""
+        t = np.clip(np.atleast_1d(np.asarray(t, dtype=np.float64)), self.t[0], self.t[-1])
+        k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 1)
+        d = t - self.t[k]
+        s = self.s[k] + d * (self.v[k] + 0.5 * self.a[k] * d)
+        xy = np.zeros((len(t), 2))
+        for leg in np.unique(self.leg[k]).tolist():
+            here = self.leg[k] == leg
+            xy[here] = self.curves[leg].at(s[here])[0]
+        return xy, np.maximum(self.v[k] + self.a[k] * d, 0.0)
+
+    def why(self, k: int) -> str:
+        """What bound the speed of stretch ``k``, in words."""
+        return self.cause[k] if self.cause[k] == "braking" else reason(self.cause, self.about, k)
+
+    @property
+    def sentence(self) -> str:
+        """What a person should read."""
+        return self.detail or self.outcome.sentence
