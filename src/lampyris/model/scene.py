@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import LimitError, SceneError, SettingError
-from lampyris.model.grid import Grid
+from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
-from lampyris.model.robot import Robot
+from lampyris.model.robot import LEAST, Robot
 from lampyris.model.traffic import Patrol, Recorded, Traffic
-from lampyris.typing import Cell
+from lampyris.typing import Cell, FloatGrid
 
 MAX_RADIUS = 250
 """Greatest radius of a robot or an obstacle, in cells."""
@@ -20,7 +20,7 @@ MAX_RADIUS = 250
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A grid, two ends, a robot with its moves, and what moves around it.
+    """A grid, two ends, a robot with its moves, what moves around it, and how fast it may drive where.
 
     Parameters
     ----------
@@ -29,12 +29,15 @@ class Scene:
     moves : a :class:`Moves` or its name.
     robot : size and limits.
     traffic : specifications of moving obstacles; one alone is taken as a list of one.
+    zones : float64 (height, width): speed limit of each cell, m/s, > 0, infinity where there is none. It
+        holds while the robot's centre touches the cell. None: no limits.
 
     Raises
     ------
     SceneError : an end or a waypoint outside the map. (A blocked end is an answer, not a mistake: see
         :class:`lampyris.model.plan.Status`.)
-    SettingError : an end that is not two whole numbers, unknown moves, something of the wrong type.
+    SettingError : an end that is not two whole numbers, unknown moves, something of the wrong type;
+        ``ZONES``: not one number a cell, or a limit that is not positive.
     LimitError : a radius of more than 250 cells.
     """
 
@@ -44,6 +47,7 @@ class Scene:
     moves: Moves = field(default="octile")  # type: ignore[assignment]
     robot: Robot = field(default_factory=Robot)
     traffic: tuple[Traffic, ...] = ()
+    zones: FloatGrid | None = None
 
     def __post_init__(self) -> None:
         for what, kind in (("grid", Grid), ("robot", Robot)):
@@ -64,6 +68,8 @@ class Scene:
                 allowed = "RandomWalk, Patrol, Crossing or Recorded"
                 raise SettingError("TYPE", f"a {type(body).__name__}", where=f"traffic[{k}]", allowed=allowed)
             check_obstacle(self.grid, k, one)
+        if self.zones is not None:
+            object.__setattr__(self, "zones", _zones(self.grid, self.zones))
 
     def _end(self, what: str, given: Any) -> Cell:
         pair = tuple(given) if isinstance(given, tuple | list | np.ndarray) else ()
@@ -103,6 +109,30 @@ def check_obstacle(grid: Grid, k: int, one: Traffic) -> None:
                 f"obstacle {k} is at {cell} at step {t}",
                 allowed=f"cells of the map, {grid.width} x {grid.height}",
             )
+
+
+def _zones(grid: Grid, given: Any) -> FloatGrid | None:
+    """Speed limits, checked; None where they limit nothing."""
+    array = np.asarray(given)
+    if array.shape != grid.blocked.shape or array.dtype.kind not in "fiu":
+        raise SettingError(
+            "ZONES",
+            f"shape {array.shape} of {array.dtype}",
+            where="zones",
+            allowed=f"m/s, one number a cell: shape {grid.blocked.shape}",
+        )
+    limits = np.array(array, dtype=np.float64, order="C")
+    wrong = ~(limits >= LEAST)
+    if wrong.any():
+        y, x = divmod(int(wrong.argmax()), grid.width)
+        raise SettingError(
+            "ZONES",
+            f"{float(limits[y, x])!r} m/s at ({x}, {y})",
+            where="zones",
+            allowed=f"at least {LEAST:g} m/s, or infinity: no limit",
+            todo="block the cells of a map where the robot must not drive",
+        )
+    return None if np.isinf(limits).all() else frozen(limits)
 
 
 def _small_enough(grid: Grid, who: str, radius: float) -> None:

@@ -26,6 +26,68 @@ def limit(count: int, v_max: float) -> Floats:
     return np.full(count, v_max, dtype=np.float64)
 
 
+def curvature(kappa: Floats, *, lat_max: float) -> Floats:
+    """Slow enough for the bend: ``v <= sqrt(lat_max / |kappa|)``, infinity where it is straight.
+
+    Parameters
+    ----------
+    kappa : 1/m, the greatest that touches the node; (n,).
+    lat_max : lateral acceleration, m/s2.
+
+    Source: uniform motion on a circle, ``a = v^2 kappa``.
+    """
+    out = np.full(len(kappa), np.inf)
+    size = np.abs(kappa)
+    np.divide(lat_max, size, out=out, where=size > 0.0)
+    return np.sqrt(out, out=out)
+
+
+def approach(left: Floats, *, v_max: float, distance: float, v_app: float) -> Floats:
+    """Slower towards the goal: ``max(v_max left / distance, v_app)`` within ``distance`` of it.
+
+    Parameters
+    ----------
+    left : metres of the way that are left; (n,).
+    v_max : m/s, at the distance where it begins and beyond.
+    distance : metres, > 0.
+    v_app : m/s, > 0: never less for this reason; the goal itself is braked for.
+
+    Source: the approach rule of Nav2's Regulated Pure Pursuit.
+    """
+    return np.where(left < distance, np.maximum(v_max * (left / distance), v_app), np.inf)
+
+
+def narrow(margin: Floats, *, sigma_0: float, sigma_v: float, k: float, creep: float) -> Floats:
+    """Slow enough that uncertainty fits the room: ``k (sigma_0 + sigma_v v) <= margin``.
+
+    Parameters
+    ----------
+    margin : metres between the robot's edge and the nearest surface; (n,).
+    sigma_0 : standard deviation of the position when standing, metres.
+    sigma_v : what each m/s adds to it, seconds.
+    k : how many standard deviations must fit.
+    creep : m/s, never less than this.
+
+    The criterion is Miura's, Negishi's and Shirai's (2006), the formula ours: docs/speed/uncertainty.md.
+    """
+    return np.maximum(creep, (margin - k * sigma_0) / (k * sigma_v))
+
+
+def undecided(distance: Floats, *, observations: int, period: float, creep: float) -> Floats:
+    """Slow enough to observe what is ahead often enough: ``v <= distance / (observations period)``.
+
+    Parameters
+    ----------
+    distance : metres between the robot's edge and the nearest cell not known to be free; (n,).
+    observations : how many it takes to be sure.
+    period : seconds between two.
+    creep : m/s, never less than this.
+
+    The criterion is Miura's, Negishi's and Shirai's (2006), the formula ours: docs/speed/uncertainty.md.
+    """
+    return np.maximum(creep, distance / (observations * period))
+
+
 def clearance(distance: Floats, *, radius: float, d_max: float, creep: float) -> Floats:
     """Slow enough to stop before the nearest surface: ``v <= sqrt(2 d_max (distance - radius))``.
 
@@ -39,8 +101,7 @@ def clearance(distance: Floats, *, radius: float, d_max: float, creep: float) ->
         stops promising what its name says: the robot needs ``creep^2 / (2 d_max)`` metres to stop.
 
     Source: stopping distance v^2 / (2 d) of uniform braking; the bound on speed by what is near is Lumelsky's
-    ``V = sqrt(2 p r)`` with the clearance in place of the radius of vision (dissertation, related work;
-    algorithms.md 7).
+    ``V = sqrt(2 p r)`` with the clearance in place of the radius of vision (dissertation, related work).
     """
     return np.maximum(creep, np.sqrt(2.0 * d_max * np.maximum(distance - radius, 0.0)))
 

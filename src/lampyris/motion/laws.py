@@ -10,9 +10,11 @@ from typing import Any, Protocol
 from numpy.typing import NDArray
 
 from lampyris.errors import UsageError, did_you_mean
+from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
+from lampyris.motion.course import Course
 from lampyris.motion.dissertation import DissertationLaw, law_profile
 from lampyris.motion.physical import PhysicalLaw, physical_profile
 from lampyris.motion.profile import OnInfeasible
@@ -24,11 +26,12 @@ class Build(Protocol):
 
     def __call__(
         self,
-        path: Path,
+        way: Path | Course,
         scene: Scene,
         law: Any,
         *,
         obstacles: Iterable[Cell] | NDArray[Any],
+        movers: Movers | None,
         v0: float,
         previous: Cell | None,
         on_infeasible: OnInfeasible,
@@ -79,23 +82,25 @@ def names() -> tuple[str, ...]:
 
 
 def profile(
-    path: Path,
+    way: Path | Course,
     scene: Scene,
     *,
     law: str | DissertationLaw | PhysicalLaw = "physical",
     obstacles: Iterable[Cell] | NDArray[Any] = (),
+    movers: Movers | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
-    """A speed for every node of a path, each with its cause.
+    """A speed for every node of a way, each with its cause.
 
     Parameters
     ----------
-    path : the whole path, or what is left of it from the cell the robot stands on.
+    way : a path of cells or a course, whole, or what is left of it from where the robot is.
     scene : its map and robot are used.
     law : a name, or settings of a law.
     obstacles : cells that moving bodies cover now; any iterable of pairs, or an integer array (m, 2).
+    movers : moving obstacles in continuous time, as sensed now.
     v0 : the robot's speed at the first node, in the law's units.
     previous : the cell the robot came from, if it came from one.
     on_infeasible : ``raise`` for a plan. ``brake`` for a robot on its way, when an obstacle has turned up
@@ -113,10 +118,11 @@ def profile(
             "ON_INFEASIBLE", f"{on_infeasible!r}", where="on_infeasible", allowed="raise or brake"
         )
     return row.build(
-        path,
+        way,
         scene,
         settings,
         obstacles=obstacles,
+        movers=movers,
         v0=v0,
         previous=previous,
         on_infeasible=on_infeasible,

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.near import nearest_squares
+from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
+from lampyris.motion.course import Course
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.rings import as_cells
 from lampyris.typing import BoolGrid, Cell
@@ -48,11 +50,12 @@ class PhysicalLaw:
 
 
 def physical_profile(
-    path: Path,
+    way: Path | Course,
     scene: Scene,
     law: PhysicalLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
+    movers: Movers | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -73,6 +76,9 @@ def physical_profile(
     SettingError : ``PROFILE_INFEASIBLE`` (unless ``on_infeasible`` is ``brake``), ``START_SPEED``,
         ``PATH_OUTSIDE``.
     """
+    if isinstance(way, Course):
+        raise NotImplementedError
+    path = way
     robot = scene.robot
     resolution = scene.grid.resolution
     cells = path.cells.astype(np.int64)
