@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris.errors import SettingError
+from lampyris.kernels.speed import sweep
+from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.profile import OnInfeasible, lowest, only, start_speed, sweep
+from lampyris.motion.course import Course
+from lampyris.motion.profile import OnInfeasible, lowest, only, start_speed
 from lampyris.motion.rings import Reading, cells_of, count, headings, step_error
 from lampyris.typing import Cell, Floats
 
@@ -153,15 +156,16 @@ def dissertation_profile(
     found = cells_of(cells)
     n = len(found)
     n1, n2 = _counts(ring1, n, 1), _counts(ring2, n, 2)
-    return _speeds(headings(found, previous), n1, n2, law, start_speed(v0), previous is not None)
+    return _speeds(headings(found, previous), n1, n2, law, start_speed(v0), previous is not None)[:2]
 
 
 def law_profile(
-    path: Path,
+    way: Path | Course,
     scene: Scene,
     law: DissertationLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
+    movers: Movers | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -176,15 +180,18 @@ def law_profile(
     ------
     SettingError : ``START_SPEED``, ``PATH_STEP``.
     """
+    if isinstance(way, Course):
+        raise NotImplementedError
+    path = way
     cells = path.cells.astype(np.int64)
     heading = headings(cells, previous)
     blocked = scene.grid.blocked
     n1, n2 = count(cells, heading, blocked, obstacles, law.ring1, law.ring2, law.outside1, law.outside2)
-    v, cause = _speeds(heading, n1, n2, law, start_speed(v0), previous is not None)
+    v, cause, about = _speeds(heading, n1, n2, law, start_speed(v0), previous is not None)
     a = np.zeros(len(v))
     np.subtract(v[1:], v[:-1], out=a[:-1])
     t = np.arange(len(v), dtype=np.float64)
-    return Profile("dissertation", path.arc, v, a, t, cause, "velocity units")
+    return Profile("dissertation", path.arc, v, a, t, cause, "velocity units", about)
 
 
 def _speeds(
@@ -194,8 +201,11 @@ def _speeds(
     law: DissertationLaw,
     v0: float,
     came: bool,
-) -> tuple[Floats, tuple[str, ...]]:
-    """The law itself, from headings and counts; ``came``: whether the first heading was really driven."""
+) -> tuple[Floats, tuple[str, ...], NDArray[np.int64]]:
+    """The law itself, from headings and counts; ``came``: whether the first heading was really driven.
+
+    Speeds, causes, and the node that each braking one brakes for.
+    """
     n = len(heading)
     up = _rises(heading, law)
     by_rings = caps.rings(
@@ -206,7 +216,7 @@ def _speeds(
     bend = slice(0 if came else 1, n - 1)
     turn = _TURN[heading[:-1], heading[1:]][bend]
     by_angle[bend] = caps.angle(turn, v_180=law.v_180, v_135=law.v_135, v_90=law.v_90)
-    v, cause = lowest(
+    low = lowest(
         [
             ("start", only(n, 0, v0)),
             ("limit", caps.limit(n, law.v_max)),
@@ -216,19 +226,18 @@ def _speeds(
             ("goal", only(n, -1, 0.0)),
         ]
     )
-    sweep(v, up, [law.braking] * (n - 1), cause)
-    return np.array(v), tuple(cause)
+    sweep(low.v, up, np.full(n - 1, law.braking), low.keeps, low.cause, low.about)
+    return low.v, low.words, low.about
 
 
-def _rises(heading: NDArray[np.int64], law: DissertationLaw) -> list[float]:
+def _rises(heading: NDArray[np.int64], law: DissertationLaw) -> Floats:
     """How much the velocity may rise on the way into each node but the first."""
     kinds = _KIND[heading[1:]].tolist()
     if -1 in kinds:
         k = kinds.index(-1) + 1
         dy, dx = divmod(int(heading[k]), 5)
         raise step_error(k, dx - 2, dy - 2, "straight, diagonal and knight's steps")
-    rise = (law.a_straight, law.a_diagonal, law.a_knight)
-    return [rise[k] for k in kinds]
+    return np.array((law.a_straight, law.a_diagonal, law.a_knight))[kinds]
 
 
 def _counts(given: Sequence[Any], n: int, ring: int) -> NDArray[np.int64]:

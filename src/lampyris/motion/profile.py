@@ -1,9 +1,10 @@
 """The minimum of the caps, taken once, then made feasible by two passes; each node with its cause.
 
 Both laws are one scheme in a different quantity x: the dissertation's is linear in the speed itself (x = v,
-so much more or less a transfer), the physical one in its square (x = v^2, because a constant acceleration
-changes v^2 by 2 a ds). In either, ``x[i+1] <= x[i] + up[i]`` and ``x[i] <= x[i+1] + down[i]``: two passes
-reach the greatest x that satisfies both and the caps.
+so much more or less a transfer), all others in its square (x = v^2, because a constant acceleration changes
+v^2 by 2 a ds). In either, ``x[i+1] <= x[i] + up[i]`` and ``x[i] <= x[i+1] + down[i]``: two passes
+(:func:`lampyris.kernels.speed.sweep`) reach the greatest x that satisfies both and the caps. Equations,
+errors and measurements: docs/speed/profile.md.
 """
 
 from __future__ import annotations
@@ -13,29 +14,77 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
+from lampyris.kernels.speed import ACCELERATION, BRAKING, brake_floor, clock, sweep
+from lampyris.motion.cap import Cap
 from lampyris.typing import Floats
 
 OnInfeasible: TypeAlias = Literal["raise", "brake"]
+
+CapLike: TypeAlias = Cap | tuple[str, Floats]
+"""A cap, or its cause and speeds alone."""
 
 _ROUNDING = 1e-12
 """Share of v0^2 that rounding may eat before a start speed counts as too fast."""
 
 _SMALL, _LARGE = 1e-100, 1e100
-"""Speeds and accelerations outside these (and not 0) are refused: their squares would overflow."""
+"""Speeds, accelerations and edges outside these (and not 0) are refused: their squares would overflow."""
 
-_BEFORE_ACCELERATION = frozenset(("start", "limit"))
+_KEEPS = ("start", "limit")
 """Causes that keep their node when the forward pass reaches the very same value."""
+
+_NAMES = ("acceleration", "braking", "start", "goal", "turn")
+"""Words of the first cause numbers; those of the caps follow."""
+
+_START, _GOAL, _TURN = 2, 3, 4
+assert (_NAMES[ACCELERATION], _NAMES[BRAKING]) == _NAMES[:2]
 
 
 class Feasible(NamedTuple):
-    """Speeds, accelerations, times and causes, one a node; units are those of what was given."""
+    """Speeds, accelerations, times and causes, one a node; units are those of what was given.
+
+    ``about`` is what each cause speaks of, int64 (n,): for braking the node braked for, for a cap what the
+    cap says, -1: nothing.
+    """
 
     v: Floats
     a: Floats
     t: Floats
     cause: tuple[str, ...]
+    about: NDArray[np.int64]
+
+
+class Lowest(NamedTuple):
+    """The least cap at each node.
+
+    Parameters
+    ----------
+    v : float64 (n,).
+    cause : int64 (n,), places in ``names``.
+    about : int64 (n,); -1: nothing.
+    names : words of the causes, ``acceleration`` and ``braking`` first.
+    """
+
+    v: Floats
+    cause: NDArray[np.int64]
+    about: NDArray[np.int64]
+    names: tuple[str, ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The cause of each node as a word."""
+        return tuple(np.array(self.names, dtype=object)[self.cause].tolist())
+
+    @property
+    def keeps(self) -> NDArray[np.bool_]:
+        """Where the cause keeps a tie with acceleration: ``start`` and ``limit``; bool (n,)."""
+        out = np.zeros(len(self.cause), dtype=np.bool_)
+        for code, name in enumerate(self.names):
+            if name in _KEEPS:
+                out |= self.cause == code
+        return out
 
 
 def start_speed(v0: float) -> float:
@@ -58,62 +107,43 @@ def only(count: int, node: int, value: float) -> Floats:
     return out
 
 
-def lowest(caps: Sequence[tuple[str, Floats]]) -> tuple[list[float], list[str]]:
-    """The least cap at each node and its name; the first named wins a tie.
+def lowest(caps: Sequence[CapLike]) -> Lowest:
+    """The least cap at each node and its cause; the first named wins a tie.
 
     Parameters
     ----------
-    caps : (cause, speeds of shape (n,)) in the order in which ties are decided; infinity where a cap says
-        nothing.
+    caps : in the order in which ties are decided, at least one; infinity where a cap says nothing.
     """
-    names = [name for name, _ in caps]
-    table = np.array([values for _, values in caps], dtype=np.float64)
+    table = np.array([cap[1] for cap in caps], dtype=np.float64)
     row = table.argmin(axis=0)
-    return table[row, np.arange(table.shape[1])].tolist(), [names[k] for k in row.tolist()]
-
-
-def sweep(x: list[float], up: Sequence[float], down: Sequence[float], cause: list[str]) -> None:
-    """Lower ``x`` in place until it neither rises nor falls faster than it may, and note why.
-
-    Parameters
-    ----------
-    x : a monotone function of speed at each node, (n,): v or v^2.
-    up, down : the most x may rise, or fall, on the way from node i to i + 1; shape (n - 1,), > 0.
-    cause : names, (n,); becomes ``acceleration`` or ``braking`` where a pass binds. ``start`` and ``limit``
-        keep a tie with acceleration, everything keeps a tie with braking.
-    """
-    at = x[0]
-    for i, rise in enumerate(up, 1):
-        reach = at + rise
-        at = x[i]
-        if reach < at or (reach == at and cause[i] not in _BEFORE_ACCELERATION):
-            x[i] = at = reach
-            cause[i] = "acceleration"
-    at = x[-1]
-    for i in range(len(x) - 2, -1, -1):
-        reach = at + down[i]
-        at = x[i]
-        if reach < at:
-            x[i] = at = reach
-            cause[i] = "braking"
+    nodes = np.arange(table.shape[1])
+    about = np.full(len(row), -1, dtype=np.int64)
+    for k, cap in enumerate(caps):
+        if len(cap) > 2 and cap[2] is not None:
+            about = np.where(row == k, cap[2], about)
+    names = (*_NAMES, *(cap[0] for cap in caps))
+    return Lowest(table[row, nodes], row + len(_NAMES), about, names)
 
 
 def feasible_profile(
     s: Floats,
-    caps: Sequence[tuple[str, Floats]],
+    caps: Sequence[CapLike],
     *,
     a_max: float,
     d_max: float,
     v0: float = 0.0,
     on_infeasible: OnInfeasible = "raise",
+    stop: NDArray[np.bool_] | None = None,
+    jerk_max: float | None = None,
 ) -> Feasible:
     """The fastest speeds under the caps, with bounded acceleration and braking, standing still at the end.
 
     Parameters
     ----------
     s : metres along the path, strictly rising; shape (n,), n >= 1.
-    caps : (cause, m/s) pairs, > 0; without ``start`` and ``goal``, which are added here. In the order of
-        ties.
+    caps : :class:`lampyris.motion.cap.Cap` or (cause, m/s) pairs, at least one; without ``start``, ``goal``
+        and ``turn``, which are added here. In the order of ties. 0 is allowed at the two ends only, where
+        the robot may stand, and at stops.
     a_max, d_max : m/s2, > 0.
     v0 : m/s at the first node, >= 0.
     on_infeasible : what to do with a v0 too fast for the caps or the way that is left. ``raise`` refuses.
@@ -121,6 +151,9 @@ def feasible_profile(
         the first node on and exceeds a cap for as long as that takes (cause ``braking``); if even so it
         cannot stand at the last node, the speed left there is told, not hidden. A feasible v0 gives the
         same profile either way.
+    stop : bool (n,): where the robot stands still to turn on the spot, cause ``turn``; None: nowhere.
+    jerk_max : m/s3, the greatest change of acceleration, see :mod:`lampyris.motion.jerk`; None: no limit.
+        Of no effect where ``brake`` has to break a cap.
 
     Returns
     -------
@@ -128,49 +161,48 @@ def feasible_profile(
     way to node i + 1, and 0 at the last; t with t[0] = 0 and t[i+1] = t[i] + 2 ds / (v[i] + v[i+1]), exact
     for it. Speed is monotone between nodes, so a limit that holds at two neighbours holds between them.
 
-    One edge cannot be driven so: a path of two nodes with v0 = 0, still at both ends. It is driven as
-    :func:`stop_to_stop`, never faster than the lesser cap of its two nodes; there a[0] is 0, the mean over
-    the edge. No other edge is still at both ends, because caps, a_max and d_max are positive.
+    Rounding: ``v[i+1]^2 <= v[i]^2 + 2 a_max ds``, its twin for braking, and the caps hold to 1e-12 of the
+    greater v^2. A v0 beyond the limit by no more than that (5e-13 of it) is taken as the limit; what
+    ``allowed`` of the refusal prints is itself accepted. t strictly rises, see
+    :func:`lampyris.kernels.speed.clock`.
+
+    One kind of edge cannot be driven so: still at both ends, which are a path of two nodes with v0 = 0, and
+    neighbouring stops. It is driven as :func:`stop_to_stop` under the lesser cap of its two nodes; there a
+    is 0, the mean over the edge.
 
     Raises
     ------
-    SettingError : ``PROFILE_INFEASIBLE`` with the distance that v0 needs and the distance there is;
-        ``START_SPEED``.
+    SettingError : ``PROFILE_INFEASIBLE`` with the distance that v0 needs and the distance there is, and the
+        greatest start speed; ``PROFILE_BLOCKED``: a cap of 0 on the way; ``START_SPEED``,
+        ``PROFILE_SPACING``, ``PROFILE_LIMIT``.
     """
     v0 = start_speed(v0)
+    s = np.asarray(s, dtype=np.float64)
     n = len(s)
-    ds = s[1:] - s[:-1]
-    if n == 0 or not (ds > 0).all():
-        raise SettingError(
-            "PROFILE_SPACING",
-            "nodes at equal or falling distance",
-            where="path",
-            allowed="at least one node, distances strictly rising",
-        )
-    least = min(a_max, d_max, *(float(c.min()) for _, c in caps))
-    if not (least >= _SMALL and max(a_max, d_max) <= _LARGE):
-        raise SettingError("PROFILE_LIMIT", f"{least!r}", where="limits", allowed=f"{_SMALL:g} to {_LARGE:g}")
-    cap, cause = lowest([("start", only(n, 0, v0)), *caps, ("goal", only(n, -1, 0.0))])
-    x = [c * c for c in cap]
-    down = (2.0 * d_max * ds).tolist()
+    ds = _edges(s)
+    halt = np.zeros(n, dtype=np.bool_) if stop is None else np.asarray(stop, dtype=np.bool_)
+    low = _checked(s, caps, halt, a_max, d_max)
+    x = low.v * low.v
+    cause, about = low.cause.copy(), low.about.copy()
+    for where, code in ((halt, _TURN), (-1, _GOAL), (0, _START)):
+        cause[where], about[where] = code, -1
+    x[halt] = x[-1] = 0.0
+    x[0] = min(x[0], v0 * v0)
+    up, down = 2.0 * a_max * ds, 2.0 * d_max * ds
+    bound = low._replace(cause=cause)
     if on_infeasible == "brake":
-        _brake_floor(x, down, v0, cause)
-    sweep(x, (2.0 * a_max * ds).tolist(), down, cause)
+        brake_floor(x, down, v0 * v0, cause)
+    sweep(x, up, down, bound.keeps, cause, about)
     if on_infeasible == "raise" and x[0] < v0 * v0 * (1.0 - _ROUNDING):
-        raise _infeasible(s, caps, d_max, v0)
-    x[0], cause[0] = v0 * v0, "start"
-    squares = np.array(x)
-    v = np.sqrt(squares)
+        raise _infeasible(s, low, halt, down, d_max, v0)
+    x[0], cause[0], about[0] = v0 * v0, _START, -1
+    v = np.sqrt(x)
     v[0] = v0
-    pace = v[:-1] + v[1:]
-    if n == 2 and pace[0] == 0.0:
-        dt = np.array([stop_to_stop(float(ds[0]), a_max, d_max, min(c.min() for _, c in caps))[1]])
-    else:
-        dt = 2.0 * ds / pace
     a, t = np.zeros(n), np.zeros(n)
-    np.divide(squares[1:] - squares[:-1], 2.0 * ds, out=a[:-1])
-    np.cumsum(dt, out=t[1:])
-    return Feasible(v, a, t, tuple(cause))
+    # Where an edge is short for its speed, the difference of squares is mostly rounding.
+    np.clip((x[1:] - x[:-1]) / (2.0 * ds), -d_max, a_max, out=a[:-1])
+    clock(_durations(ds, v, low.v, a_max, d_max), t)
+    return Feasible(v, a, t, bound.words, about)
 
 
 def stop_to_stop(ds: float, a_max: float, d_max: float, cap: float) -> tuple[float, float]:
@@ -185,28 +217,109 @@ def stop_to_stop(ds: float, a_max: float, d_max: float, cap: float) -> tuple[flo
     return peak, peak * slope + cruise / peak
 
 
-def _brake_floor(x: list[float], down: Sequence[float], v0: float, cause: list[str]) -> None:
-    """Raise x to what full braking from v0 cannot avoid."""
-    x[0] = floor = v0 * v0
-    for i in range(1, len(x)):
-        floor -= down[i - 1]
-        if floor <= 0.0:
-            break
-        if floor > x[i]:
-            x[i], cause[i] = floor, "braking"
+def _edges(s: Floats) -> Floats:
+    """Length of each edge, checked."""
+    ds = s[1:] - s[:-1]
+    if s.ndim != 1 or len(s) == 0 or not ((ds >= _SMALL) & (ds <= _LARGE)).all():
+        raise SettingError(
+            "PROFILE_SPACING",
+            "nodes at equal or falling distance",
+            where="path",
+            allowed=f"at least one node, distances strictly rising, by {_SMALL:g} to {_LARGE:g}",
+        )
+    return ds
 
 
-def _infeasible(s: Floats, caps: Sequence[tuple[str, Floats]], d_max: float, v0: float) -> SettingError:
+def _checked(
+    s: Floats, caps: Sequence[CapLike], halt: NDArray[np.bool_], a_max: float, d_max: float
+) -> Lowest:
+    """The least cap at each node; nothing that cannot be driven."""
+    for name, values in (*((cap[0], cap[1]) for cap in caps), ("stop", halt)):
+        if np.shape(values) != s.shape:
+            raise SettingError(
+                "PROFILE_LIMIT", f"{np.shape(values)} values", where=name, allowed=f"one a node: {len(s)}"
+            )
+    low = lowest(caps)
+    for name, value in (("a_max", a_max), ("d_max", d_max)):
+        if not _SMALL <= value <= _LARGE:
+            raise SettingError("PROFILE_LIMIT", f"{value!r}", where=name, allowed=f"{_SMALL:g} to {_LARGE:g}")
+    bad = ~((low.v >= _SMALL) | (low.v == 0.0))
+    if bad.any():
+        k = int(bad.argmax())
+        raise SettingError(
+            "PROFILE_LIMIT",
+            f"{float(low.v[k])!r} m/s at node {k}",
+            where=low.names[low.cause[k]],
+            allowed=f"0, or at least {_SMALL:g}",
+        )
+    shut = (low.v == 0.0) & ~halt
+    shut[[0, -1]] = False
+    if len(s) == 2 and not low.v.any():
+        shut[1] = True
+    if shut.any():
+        k = int(shut.argmax())
+        raise SettingError(
+            "PROFILE_BLOCKED",
+            f"the robot may not drive at node {k}, {float(s[k] - s[0]):.6g} m from the start: "
+            f"0 m/s for the cause {_told(low, k)}",
+            where="path",
+            allowed="a speed above 0 everywhere but at the ends and where the robot stops to turn",
+            todo="plan another way, or wait",
+        )
+    return low
+
+
+def _told(low: Lowest, k: int) -> str:
+    """Cause and about of node k in words."""
+    word, of = low.names[low.cause[k]], int(low.about[k])
+    return word if of < 0 else f"{word} {of}"
+
+
+def _durations(ds: Floats, v: Floats, cap: Floats, a_max: float, d_max: float) -> Floats:
+    """Seconds on each edge: exact for its constant acceleration, or from rest to rest."""
+    pace = v[:-1] + v[1:]
+    rest = pace == 0.0
+    if not rest.any():
+        out: Floats = 2.0 * ds / pace
+        return out
+    dt = 2.0 * ds / np.where(rest, 1.0, pace)
+    for k in np.flatnonzero(rest).tolist():
+        length, low, high = float(ds[k]), *sorted((float(cap[k]), float(cap[k + 1])))
+        a, d = a_max, d_max
+        if low == 0.0:
+            # The caps' squares are taken as straight lines between nodes: from 0, they bound a ramp.
+            ramp = high * high / (2.0 * length)
+            low = high
+            if cap[k] == 0.0:
+                a = min(a, ramp)
+            else:
+                d = min(d, ramp)
+        dt[k] = stop_to_stop(length, a, d, low)[1]
+    return dt
+
+
+def _infeasible(
+    s: Floats, low: Lowest, halt: NDArray[np.bool_], down: Floats, d_max: float, v0: float
+) -> SettingError:
     """The refusal, told by the node that asks for the slowest start."""
-    cap, cause = lowest([*caps, ("goal", only(len(s), -1, 0.0))])
-    start = [c * c + 2.0 * d_max * float(d) for c, d in zip(cap, s - s[0], strict=True)]
-    k = start.index(min(start))
-    needed = (v0 * v0 - cap[k] * cap[k]) / (2.0 * d_max)
+    cap = np.where(halt, 0.0, low.v)
+    cap[-1] = 0.0
+    x = (cap * cap).tolist()
+    # The very sums of the backward pass, so that the speed named is one that it lets through.
+    k = len(x) - 1
+    start = x[k]
+    for i, fall in zip(range(len(x) - 2, -1, -1), reversed(down.tolist()), strict=True):
+        start += fall
+        if x[i] <= start:
+            k, start = i, x[i]
+    why = "goal" if k == len(x) - 1 else "turn" if halt[k] else _told(low, k)
+    needed = (v0 * v0 - x[k]) / (2.0 * d_max)
+    greatest = math.sqrt(start) if start >= _SMALL * _SMALL else 0.0
     return SettingError(
         "PROFILE_INFEASIBLE",
-        f"{v0:g} m/s at the start is too fast for {cap[k]:g} m/s at node {k} ({cause[k]}): "
+        f"{v0:g} m/s at the start is too fast for {float(cap[k]):g} m/s at node {k} ({why}): "
         f"braking needs {needed:.6g} m and {float(s[k] - s[0]):.6g} m are there",
         where="v0",
-        allowed=f"at most {math.sqrt(start[k]):.6g} m/s",
+        allowed=f"at most {greatest!r} m/s",
         todo="start slower, or brake harder",
     )
