@@ -16,7 +16,7 @@ import pytest
 import lampyris
 from lampyris.api import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
-from lampyris.maps import dob, image, json_text, movingai, numpy_file, pgm, tracks, yaml_text
+from lampyris.maps import csv_table, dob, image, json_text, movingai, numpy_file, pgm, tracks, yaml_text
 from lampyris.maps.document import byte_limit
 from lampyris.maps.json_text import read_json
 from lampyris.maps.load import load_map
@@ -297,12 +297,12 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "track": (tracks.MAX_TICKS, one_track, "LIMIT"),
     "track by ticks": (tracks.MAX_TICKS, one_track_by_ticks, "LIMIT"),
     "line of a track file": (
-        tracks.MAX_LINE,
+        csv_table.MAX_LINE,
         lambda f, n: read_track(put(f, b"x,y\n1,2," + b"z" * (n - 5) + b"\n", "t.csv")),
         "LIMIT",
     ),
     "file of a track": (
-        tracks.MAX_BYTES,
+        csv_table.MAX_BYTES,
         sized("t.csv", b"x,y\n1,2\n", b"\n", read_track),
         "FILE_TOO_LARGE",
     ),

@@ -17,11 +17,12 @@ import numpy as np
 
 from lampyris.maps.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.maps.document import BLOCKED, FREE, UNKNOWN, Reading, Source, first_bad
-from lampyris.typing import ByteGrid
+from lampyris.typing import ByteGrid, FloatGrid
 
 MAGIC = b"\x93NUMPY"
 HEADER_BYTES = 4096
 _TYPE = re.compile(r"[|<>=]?(?:b1|[iu][1248])")
+_REAL = re.compile(r"[<>=]?f[248]")
 _SHAPE = re.compile(r"\s*([0-9]{1,10})L?\s*,\s*([0-9]{1,10})L?\s*,?\s*")
 _DESCR = re.compile(r"'descr'\s*:\s*'([^']*)'")
 # Patterns, not ast.literal_eval: that prints a SyntaxWarning for some inputs, and nothing here needs a
@@ -51,6 +52,26 @@ def read_npy(source: Source) -> Reading:
         todo = "save it as .astype(bool), or costmap values as .astype('uint8')" if real else ""
         what = f"element type {header.kind[:40]!r}"
         raise source.error("NPY_TYPE", what, allowed="bool, or whole numbers", todo=todo)
+    cells = _cells(header, source)
+    return read_costs(_costs(cells, source)) if source.values == "costmap" else Reading(_codes(cells, source))
+
+
+def read_floats(source: Source) -> FloatGrid:
+    """Read a ``.npy`` of real numbers, (height, width).
+
+    Raises
+    ------
+    FileError, LimitError : as :func:`read_npy`.
+    """
+    header = _header(source)
+    if not _REAL.fullmatch(header.kind):
+        what = f"element type {header.kind[:40]!r}"
+        raise source.error("NPY_TYPE", what, allowed="real numbers", todo="save it as .astype('float64')")
+    return _cells(header, source).astype(np.float64, order="C")
+
+
+def _cells(header: _Header, source: Source) -> np.ndarray[Any, Any]:
+    """The array itself, (height, width)."""
     two = _SHAPE.fullmatch(header.shape)
     if two is None or int(two[1]) == 0 or int(two[2]) == 0:
         raise source.error("NPY_SHAPE", f"shape ({header.shape[:60]})", allowed="(height, width), not empty")
@@ -64,8 +85,7 @@ def read_npy(source: Source) -> Reading:
             code, f"{there} bytes of cells", allowed=f"{size}, for {height} x {width} of {dtype}"
         )
     flat = np.frombuffer(source.data, dtype=dtype, offset=header.offset)
-    cells = flat.reshape((width, height)).T if header.fortran else flat.reshape((height, width))
-    return read_costs(_costs(cells, source)) if source.values == "costmap" else Reading(_codes(cells, source))
+    return flat.reshape((width, height)).T if header.fortran else flat.reshape((height, width))
 
 
 def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dtype[np.uint8]]:

@@ -103,7 +103,7 @@ def check_keys(document: YamlDocument, doubts: Doubts) -> MapYaml:
         )
         doubts.add(problem, "where both hold, the cell is free")
     origin = _origin(document)
-    return MapYaml(name, resolution, origin, _negate(document, doubts), occupied, free, _mode(document))
+    return MapYaml(name, resolution, origin, _negate(document, doubts), occupied, free, mode_of(document))
 
 
 def _unknown_key(document: YamlDocument, key: str, missing: list[str], doubts: Doubts) -> None:
@@ -166,7 +166,13 @@ def _negate(document: YamlDocument, doubts: Doubts) -> bool:
     raise document.error("MAP_NEGATE", f"negate {shown(value)}", "negate", allowed="0, 1, true or false")
 
 
-def _mode(document: YamlDocument) -> str:
+def mode_of(document: YamlDocument) -> str:
+    """How grey is read: ``trinary``, ``scale`` or ``raw``.
+
+    Raises
+    ------
+    FileError : MAP_MODE: none of them.
+    """
     value = document.data.get("mode", "trinary")
     word = value.lower() if isinstance(value, str) else ""
     if word not in MODES:

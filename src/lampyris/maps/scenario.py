@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 
 from lampyris.errors import FileError, LimitError
+from lampyris.maps.csv_table import MAX_BYTES
 from lampyris.maps.document import read_regular
 from lampyris.maps.make import MAX_CELLS
-from lampyris.maps.tracks import MAX_BYTES
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import MAX_BODIES

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError, UsageError
 from lampyris.maps import dob, library
 from lampyris.maps import scenario_file as form
+from lampyris.maps.csv_table import MAX_BYTES
 from lampyris.maps.document import MapDocument, Source, document, read_regular
 from lampyris.maps.load import load_map
 from lampyris.maps.make import make_ground, recipe_named
@@ -19,7 +20,7 @@ from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.scenario import PRESETS, Bundled, Made, MapFile, MapSource, Names, Scenario
 from lampyris.maps.scenario_faults import Document, in_order, raise_all, spot
 from lampyris.maps.text import read_text
-from lampyris.maps.tracks import MAX_BYTES, MAX_TICKS, read_track
+from lampyris.maps.tracks import MAX_TICKS, read_track
 from lampyris.maps.yaml_text import Where, shown
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot

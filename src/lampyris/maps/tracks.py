@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import csv
-import io
 import os
 import re
 from collections.abc import Iterator
 
 from lampyris.errors import FileError, LimitError
+from lampyris.maps.csv_table import MAX_BYTES, lines
 from lampyris.maps.document import read_regular
 from lampyris.typing import Cell
 
-MAX_BYTES = 2**24
 MAX_TICKS = 100_000
-MAX_LINES = 2 * MAX_TICKS
-"""Blank ones are counted, too."""
-MAX_LINE = 2**16
-"""Bytes of a line."""
 _WHOLE = re.compile(r"\s*[-+]?[0-9]{1,10}\s*", re.ASCII)
 
 
@@ -70,28 +65,12 @@ def read_track(path: str | os.PathLike[str]) -> tuple[Cell, ...]:
 
 def _rows(data: bytes, name: str) -> Iterator[tuple[int, list[str]]]:
     """Line numbers and fields."""
-    reader = csv.reader(_lines(data, name), strict=True)
+    reader = csv.reader((text for _, text in lines(data, name, "TRACK")), strict=True)
     try:
         for row in reader:
             yield reader.line_num, row
     except csv.Error as problem:
         raise FileError("TRACK", f"{problem}", where=f"{name}:{reader.line_num}", allowed="CSV") from None
-
-
-def _lines(data: bytes, name: str) -> Iterator[str]:
-    """Line after line: of 16 MiB of short ones, or of commas, a list would need twenty times as much."""
-    stream = io.BytesIO(data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
-    for number, raw in enumerate(stream, 1):
-        where = f"{name}:{number}"
-        if len(raw) > MAX_LINE:
-            raise LimitError("LIMIT", f"a line of {len(raw):,} bytes", where=where, allowed=f"{MAX_LINE:,}")
-        if number > MAX_LINES:
-            raise LimitError("LIMIT", "more lines", where=where, allowed=f"{MAX_LINES:,}")
-        try:
-            yield raw.decode("utf-8")
-        except UnicodeDecodeError as problem:
-            what = f"byte 0x{raw[problem.start]:02x} is not UTF-8"
-            raise FileError("TRACK", what, where=where, todo="save it as UTF-8") from None
 
 
 def _whole(row: list[str], k: int, column: str, where: str) -> int:

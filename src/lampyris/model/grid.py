@@ -107,6 +107,17 @@ class Grid:
         cos, sin = math.cos(yaw), math.sin(yaw)
         return np.stack((x0 + cos * local_x - sin * local_y, y0 + sin * local_x + cos * local_y), axis=-1)
 
+    def to_points(self, x_m: ArrayLike, y_m: ArrayLike) -> Floats:
+        """Points of the map frame, metres, as points of the grid, cells; (n, 2), or (2,) of two numbers.
+
+        The inverse of :meth:`to_metres`, to the last digits: the centre of cell (x, y) is at (x, y).
+        """
+        x0, y0, yaw = self.origin
+        dx, dy = np.asarray(x_m, dtype=np.float64) - x0, np.asarray(y_m, dtype=np.float64) - y0
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        right, up = (cos * dx + sin * dy) / self.resolution, (cos * dy - sin * dx) / self.resolution
+        return np.stack((right - 0.5, self.height - up - 0.5), axis=-1)
+
     def to_cell(self, x_m: float, y_m: float) -> Cell:
         """The cell that holds a point of the map frame; it may lie outside the map.
 
