@@ -19,6 +19,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.referee.motion import check_motion
 from lampyris.referee.path import check_path, check_plan
 from lampyris.referee.profile import check_profile
 from lampyris.referee.to_go import sum_cost_to_go
@@ -28,6 +29,7 @@ from lampyris.referee.verdict import Violation, demand
 __all__ = [
     "Violation",
     "certify",
+    "check_motion",
     "check_path",
     "check_plan",
     "check_profile",
@@ -44,8 +46,8 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
 
     Parameters
     ----------
-    result : a path or plan (needs ``scene``), a profile (needs ``scene`` and ``path``), or a trace (brings
-        its own scene).
+    result : a path or plan (needs ``scene``), a profile (needs ``scene``, and ``path`` or its own ``xy``), or
+        a trace (brings its own scene).
 
     Raises
     ------
@@ -55,7 +57,7 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
     if isinstance(result, Trace):
         demand(check_trace(result))
         return result
-    if scene is None or (isinstance(result, Profile) and path is None):
+    if scene is None or (isinstance(result, Profile) and path is None and result.xy is None):
         raise UsageError(
             "CERTIFY",
             f"a {type(result).__name__} alone",
@@ -64,7 +66,6 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
     if isinstance(result, Plan):
         demand(check_plan(result, scene))
     elif isinstance(result, Profile):
-        assert path is not None
         demand(check_profile(result, path, scene))
     else:
         demand(check_path(result, scene.grid, scene.robot, scene.moves, scene.start, scene.goal))
