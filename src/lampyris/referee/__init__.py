@@ -1,12 +1,13 @@
-"""The referee: the stranger who judges any path, plan, profile or trace, and names the first broken rule.
+"""The referee: the stranger who judges paths, plans, profiles, traces and drives; it names the first broken rule.
 
 It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
 costs added up, discs laid against walls and clearances measured a second time here, by other means. Each
 ``check_`` returns the first :class:`Violation`, or None. :func:`demand` turns one into an
 :class:`lampyris.errors.InternalFault`; :func:`certify` does both.
 
-What it cannot see: whether a "no path" is true (the tests compare that with an exhaustive search), and what
-happens *between* ticks beyond swaps and crossings: bodies are cells at ticks, not discs in continuous time.
+What it cannot see: whether a "no path" is true (the tests compare that with an exhaustive search), and, of a
+trace, what happens *between* ticks beyond swaps and crossings: there bodies are cells at ticks. Of a drive
+they are discs in continuous time, and every moment of it is judged.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from __future__ import annotations
 from typing import TypeVar
 
 from lampyris.errors import UsageError
+from lampyris.model.drive import Drive
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.referee.drive import check_drive
 from lampyris.referee.motion import check_motion
 from lampyris.referee.path import check_path, check_plan
 from lampyris.referee.profile import check_profile
@@ -29,6 +32,7 @@ from lampyris.referee.verdict import Violation, demand
 __all__ = [
     "Violation",
     "certify",
+    "check_drive",
     "check_motion",
     "check_path",
     "check_plan",
@@ -38,7 +42,7 @@ __all__ = [
     "sum_cost_to_go",
 ]
 
-_Judged = TypeVar("_Judged", Path, Plan, Profile, Trace)
+_Judged = TypeVar("_Judged", Path, Plan, Profile, Trace, Drive)
 
 
 def certify(result: _Judged, scene: Scene | None = None, path: Path | None = None) -> _Judged:
@@ -47,7 +51,7 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
     Parameters
     ----------
     result : a path or plan (needs ``scene``), a profile (needs ``scene``, and ``path`` or its own ``xy``), or
-        a trace (brings its own scene).
+        a trace or a drive (they bring their own scene).
 
     Raises
     ------
@@ -56,6 +60,9 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
     """
     if isinstance(result, Trace):
         demand(check_trace(result))
+        return result
+    if isinstance(result, Drive):
+        demand(check_drive(result))
         return result
     if scene is None or (isinstance(result, Profile) and path is None and result.xy is None):
         raise UsageError(

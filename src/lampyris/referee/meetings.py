@@ -1,0 +1,102 @@
+"""Robot and obstacles: sizes, speeds, who touched whom, and whether it was told."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lampyris.model.drive import Drive
+from lampyris.model.trace import Outcome
+from lampyris.referee.motion_discs import (
+    Motion,
+    Pairs,
+    first_contact,
+    gap_at,
+    moving,
+    pairs_of,
+    standing_contacts,
+)
+from lampyris.referee.verdict import Violation
+
+ROUNDING = 1e-9
+"""Share of a value that sums may be off by."""
+
+DUST = 1e-12
+"""What a value near 0 may be off by: metres, m/s."""
+
+NEAR = 1e-6
+"""Metres within which a contact that is told of must be."""
+
+_MET = ("hit", "contact")
+
+
+def pairs_in(drive: Drive, motion: Motion) -> Pairs:
+    """Every part of the robot's motion with every obstacle that is there."""
+    return pairs_of(motion, drive.tracks, drive.scene.robot.radius, drive.scene.grid.resolution)
+
+
+def tracks_violation(drive: Drive) -> Violation | None:
+    """Whether an obstacle has another size than its body, or is faster than it can be."""
+    resolution = drive.scene.grid.resolution
+    for k, (track, body) in enumerate(zip(drive.tracks, drive.bodies, strict=True)):
+        if body.radius > 0 and abs(track.radius - body.radius) > ROUNDING * max(1.0, body.radius):
+            return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, {body.radius!r}")
+        if len(track.t) < 2:
+            continue
+        dt = np.diff(track.t)
+        pace = np.hypot(*np.diff(track.xy, axis=0).T) * resolution / dt
+        # Places are rounded; over a short time that is a speed.
+        give = ROUNDING * track.top_speed + 1e-13 * resolution * (1.0 + np.abs(track.xy).max()) / dt
+        fast = pace > track.top_speed + give + DUST
+        if fast.any():
+            i = int(fast.argmax())
+            since = float(track.t[i])
+            what = f"{float(pace[i])!r} m/s from {since:g} s on; its top speed is {track.top_speed:g}"
+            return Violation("body speed", f"body {k}", what)
+    return None
+
+
+def meetings_violation(drive: Drive, motion: Motion) -> Violation | None:
+    """Contacts: none while the robot moves but a collision that is owned up to; the others are told."""
+    if not drive.tracks:
+        return _told(drive, motion)
+    pairs = pairs_in(drive, motion)
+    late = drive.duration - drive.period - ROUNDING * drive.duration
+    met = first_contact(motion, pairs) if moving(motion, pairs).any() else None
+    if met is not None and (drive.outcome is not Outcome.COLLISION or met[0] < late):
+        t, body, d = met
+        reach = drive.scene.robot.radius + drive.tracks[body].radius
+        what = f"{d:.9g} m from the robot's centre at {t:.9g} s while it moves; the radii make {reach:g}"
+        return Violation("collision", f"body {body}", what)
+    if met is None and drive.outcome is Outcome.COLLISION:
+        return Violation("outcome", "drive", "collision, but nobody was touched while the robot moved")
+    episodes = standing_contacts(motion, pairs)
+    for one in episodes:
+        if drive.bodies[one.body].yields:
+            what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
+            return Violation("yield", f"body {one.body}", what)
+    told = [(m.body, m.t) for m in drive.moments if m.word in _MET]
+    for one in episodes:
+        lo, hi = one.begin - drive.period - NEAR, one.end + drive.period + NEAR
+        if not any(body == one.body and lo <= t <= hi for body, t in told):
+            what = f"touches the standing robot from {one.begin:.9g} s on; no moment tells of it"
+            return Violation("untold contact", f"body {one.body}", what)
+    if drive.outcome is Outcome.HIT and not any(e.end >= late for e in episodes):
+        return Violation("outcome", "drive", "hit, but nobody is on the robot at the end")
+    return _told(drive, motion)
+
+
+def _told(drive: Drive, motion: Motion) -> Violation | None:
+    """What is told of as a contact is one, within a micrometre."""
+    radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
+    for k, m in enumerate(drive.moments):
+        if m.word not in _MET:
+            continue
+        if not 0 <= m.body < len(drive.tracks):
+            return Violation(
+                "told contact", f"moment {k}", f"{m.word} with body {m.body}, which is not there"
+            )
+        gap = gap_at(motion, drive.tracks[m.body], radius, resolution, m.t)
+        if gap > NEAR and len(motion.t0):
+            what = f"{m.word} with body {m.body} at {m.t:.9g} s, which is {gap:.6g} m away"
+            return Violation("told contact", f"moment {k}", what)
+    return None
