@@ -33,6 +33,33 @@ def test_within_two_units_in_the_last_place(name: str, low: float, high: float) 
     assert off.max() <= 2.0
 
 
+@pytest.mark.parametrize("spread", [0.0, 1.0, 20.0, 300.0])
+def test_angles_within_two_units_in_the_last_place(spread: float) -> None:
+    rng = np.random.default_rng(2)
+    y, x = (rng.uniform(-1, 1, 20_000) * 10.0 ** rng.uniform(-spread, spread, 20_000) for _ in range(2))
+    # Every other one beside a ratio where the eighths change, or on a diagonal.
+    y[::2] = x[::2] * (rng.integers(-33, 34, 10_000) / 16 + rng.integers(-2, 3, 10_000) * 1e-16)
+    known = np.array([math.atan2(a, b) for a, b in zip(y.tolist(), x.tolist(), strict=True)])
+    with np.errstate(all="raise"):
+        angle = elementary.atan2(y, x)
+    off = np.abs(angle - known) / np.spacing(np.abs(known))
+    assert off.max() <= 2.0
+
+
+def test_angles_at_the_edges() -> None:
+    values = [0.0, -0.0, 1.0, -1.0, 5e-324, -5e-324, 1.7e308, -1.7e308, math.inf, -math.inf]
+    with np.errstate(all="raise"):
+        for y in values:
+            for x in values:
+                got, known = float(elementary.atan2(y, x)), math.atan2(y, x)
+                assert got == pytest.approx(known, rel=3e-16, abs=0.0), (y, x)
+                assert math.copysign(1.0, got) == math.copysign(1.0, known), (y, x)
+                assert abs(got) <= math.pi
+        assert np.isnan(elementary.atan2([math.nan, 1.0, math.nan], [1.0, math.nan, math.nan])).all()
+    assert elementary.atan2(np.ones((3, 1)), np.ones(2)).shape == (3, 2)
+    assert elementary.atan2(1.0, 1.0).shape == ()
+
+
 @pytest.mark.parametrize("name", ["sin", "cos"])
 def test_close_to_the_zeros_nothing_is_lost(name: str) -> None:
     quarters = np.arange(-50_000, 50_000, 7) * (math.pi / 2)
@@ -65,8 +92,14 @@ def test_the_bits_are_these() -> None:
     # Written down once: another machine, another NumPy must give the very same bits.
     x = np.linspace(-20.0, 20.0, 4001)
     got = [f(x) for f in (elementary.exp, elementary.sin, elementary.cos)] + [elementary.log(x + 20.5)]
+    assert _digest(got) == 1246083479956840651
+    got = [elementary.atan2(x, y) for y in (1.0, -0.3, 7.0)]
+    assert _digest(got) == 75736930366447475
+
+
+def _digest(got: list[np.ndarray]) -> int:
     total = 0
     for values in got:
         for bits in values.view(np.uint64).tolist():
             total = (total * 1_000_003 + bits) % 2**61
-    assert total == 1246083479956840651
+    return total

@@ -1,7 +1,7 @@
 """Elementary functions that give the same bits on every machine.
 
-The mathematics library of a system, and NumPy's own vector loops, round ``exp``, ``log``, ``sin`` and ``cos``
-as they please: one machine's last bit is not another's, and a swarm that compares two such numbers takes
+The mathematics library of a system, and NumPy's own vector loops, round ``exp``, ``log``, ``sin``, ``cos``
+and ``atan2`` as they please: one machine's last bit is not another's, and a swarm that compares two such numbers takes
 another way from there. Code that decides calls these instead. They use ``+ - * /``, rounding to whole
 numbers, and taking a number apart into mantissa and exponent: all exactly defined (IEEE 754), in a stated
 order, one NumPy operation at a time, so that nothing can be contracted.
@@ -36,6 +36,24 @@ _EXP = tuple(1.0 / math.factorial(k) for k in range(13, 1, -1))
 _ATANH = tuple(1.0 / k for k in range(23, 1, -2))
 _SIN = tuple((-1.0) ** (k // 2) / math.factorial(k) for k in range(17, 1, -2))
 _COS = tuple((-1.0) ** (k // 2) / math.factorial(k) for k in range(18, 2, -2))
+_ATAN = tuple((-1.0) ** (k // 2) / k for k in range(15, 1, -2))
+
+# atan(k / 8) for k = 0 to 8, and 0, pi / 2 and pi: the nearest double, and what it leaves over.
+_EIGHTHS = np.array(
+    [
+        [0.0, 0.0],
+        [0.12435499454676144, -3.1253241424539383e-18],
+        [0.24497866312686414, 1.0698755618734451e-17],
+        [0.35877067027057225, -2.4623815582638635e-17],
+        [0.4636476090008061, 2.2698777452961687e-17],
+        [0.5585993153435624, -5.4556305485916264e-18],
+        [0.6435011087932844, 1.5834785051444286e-17],
+        [0.7188299996216245, -2.1478388444456983e-17],
+        [0.7853981633974483, 3.061616997868383e-17],
+    ]
+)
+_QUARTERS = np.array([[0.0, 0.0], [1.5707963267948966, 6.123233995736766e-17]])
+_QUARTERS = np.concatenate((_QUARTERS, 2.0 * _QUARTERS[1:]))
 
 
 def _sum(coefficients: tuple[float, ...], z: Reals) -> Reals:
@@ -87,6 +105,38 @@ def cos(x: ArrayLike) -> Reals:
     """Cosine of x in radians, float64, same shape; not a number beyond a million quarter turns."""
     r, quarter = _reduced(x)
     return _by_quarter(r, quarter + 1)
+
+
+def atan2(y: ArrayLike, x: ArrayLike) -> Reals:
+    """Angle of the point (x, y) in radians, -pi to pi, float64, shape of both together; as ``math.atan2``.
+
+    The ratio of the lesser to the greater is taken to the nearest eighth c by atan t = atan c + atan((t - c)
+    / (1 + c t)), which leaves at most 1/16 for the series.
+    """
+    y, x = np.broadcast_arrays(np.asarray(y, dtype=np.float64), np.asarray(x, dtype=np.float64))
+    high, wide = np.abs(y), np.abs(x)
+    steep = high > wide
+    less, more = np.where(steep, wide, high), np.where(steep, high, wide)
+    both = np.isinf(less)  # Two infinities lie on the diagonal.
+    less, more = np.where(both, 1.0, less), np.where(both, 1.0, np.where(more == 0.0, 1.0, more))
+    with np.errstate(under="ignore"):
+        ratio = less / more
+        eighth = np.rint(8.0 * np.where(np.isnan(ratio), 0.0, ratio)).astype(np.int64)
+        # Scaled, so that what is added up neither overflows nor loses digits.
+        more, exponent = np.frexp(np.where(np.isinf(more), 1.0, more))
+        less = np.ldexp(less, -exponent)
+        c = 0.125 * eighth
+        z = np.where(eighth == 0, ratio, (less - c * more) / (more + c * less))
+        zz = z * z
+        rest = _EIGHTHS[eighth, 1] + z * (zz * _sum(_ATAN, zz))
+    # The angle is base plus or minus atan t, base a quarter or two: 0 + t, 1 - t, 1 + t or 2 - t.
+    base = np.where(steep, 1, np.where(np.signbit(x), 2, 0))
+    sign = np.where(steep != np.signbit(x), -1.0, 1.0)
+    near = _QUARTERS[base, 0] + sign * _EIGHTHS[eighth, 0]
+    lost = sign * _EIGHTHS[eighth, 0] - (near - _QUARTERS[base, 0])
+    whole = near + sign * z
+    lost = (lost + (sign * z - (whole - near))) + (_QUARTERS[base, 1] + sign * rest)
+    return np.copysign(whole + lost, y)
 
 
 def _reduced(x: ArrayLike) -> tuple[Reals, NDArray[np.int64]]:
