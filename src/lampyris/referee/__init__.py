@@ -1,4 +1,4 @@
-"""The referee: the stranger who judges paths, plans, profiles, traces and drives; it names the first broken rule.
+"""The referee: the stranger who judges paths, plans, profiles, traces and drives, and names the broken rule.
 
 It imports the nouns and NumPy, and shares no code with planners, field, motion or sim: steps are classified,
 costs added up, discs laid against walls and clearances measured a second time here, by other means. Each

@@ -35,10 +35,11 @@ def pairs_in(drive: Drive, motion: Motion) -> Pairs:
 
 
 def tracks_violation(drive: Drive) -> Violation | None:
-    """Whether an obstacle has another size than its body, or is faster than it can be."""
+    """Whether an obstacle's disc is smaller than its body, or faster than it can be."""
     resolution = drive.scene.grid.resolution
     for k, (track, body) in enumerate(zip(drive.tracks, drive.bodies, strict=True)):
-        if body.radius > 0 and abs(track.radius - body.radius) > ROUNDING * max(1.0, body.radius):
+        # A small body of the tick model fills its cell: its disc may be larger than its radius, never smaller.
+        if track.radius < body.radius * (1 - ROUNDING):
             return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, {body.radius!r}")
         if len(track.t) < 2:
             continue
