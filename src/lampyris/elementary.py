@@ -1,10 +1,10 @@
 """Elementary functions that give the same bits on every machine.
 
 The mathematics library of a system, and NumPy's own vector loops, round ``exp``, ``log``, ``sin``, ``cos``
-and ``atan2`` as they please: one machine's last bit is not another's, and a swarm that compares two such numbers takes
-another way from there. Code that decides calls these instead. They use ``+ - * /``, rounding to whole
-numbers, and taking a number apart into mantissa and exponent: all exactly defined (IEEE 754), in a stated
-order, one NumPy operation at a time, so that nothing can be contracted.
+and ``atan2`` as they please: one machine's last bit is not another's, and a swarm that compares two such
+numbers takes another way from there. Code that decides calls these instead. They use ``+ - * /``, rounding to
+whole numbers, and taking a number apart into mantissa and exponent: all exactly defined (IEEE 754), in a
+stated order, one NumPy operation at a time, so that nothing can be contracted.
 
 Method: the argument is reduced with a constant split into parts short enough that multiples of them are exact
 (Cody and Waite, "Software Manual for the Elementary Functions", 1980), then a Taylor sum by Horner's rule.
@@ -136,7 +136,8 @@ def atan2(y: ArrayLike, x: ArrayLike) -> Reals:
     lost = sign * _EIGHTHS[eighth, 0] - (near - _QUARTERS[base, 0])
     whole = near + sign * z
     lost = (lost + (sign * z - (whole - near))) + (_QUARTERS[base, 1] + sign * rest)
-    return np.copysign(whole + lost, y)
+    angle: Reals = np.copysign(whole + lost, y)
+    return angle
 
 
 def _reduced(x: ArrayLike) -> tuple[Reals, NDArray[np.int64]]:
