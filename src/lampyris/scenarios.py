@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from lampyris import api
-from lampyris.errors import LampyrisError, SettingError, did_you_mean
+from lampyris.errors import LampyrisError
 from lampyris.maps.make import MAX_CELLS, recipe_named
 from lampyris.maps.scenario import Made, Scenario, read_scenario
 from lampyris.maps.scenario_save import write_scenario
@@ -153,20 +153,9 @@ def speed_law(name: str, settings: Mapping[str, Any]) -> Any:
     UsageError : no such law.
     SettingError : a setting it does not have, or a value out of its range.
     """
-    default = laws.named(name).settings
-    known = [f.name for f in fields(default)] if is_dataclass(default) else []
-    for key in settings:
-        if key not in known:
-            raise SettingError(
-                "LAW_SETTING",
-                f"{name} has no setting {key!r}",
-                allowed=", ".join(known),
-                todo=did_you_mean(key, known, cutoff=0.5),
-            )
-    made = type(default)(**settings)
-    return name if made == default else made
+    made = laws.with_settings(name, settings)
+    return name if made == laws.named(name).settings else made
 
 
 def _law_settings(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    law = speed_law(name, settings)
-    return asdict(laws.named(name).settings if isinstance(law, str) else law)
+    return laws.settings_of(speed_law(name, settings))

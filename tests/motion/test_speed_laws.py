@@ -42,7 +42,9 @@ BODIES = [(5, 5), (3, 5), (8, 6), (9, 3)]
 
 
 def test_the_table_lists_itself() -> None:
-    assert laws.names() == ("dissertation", "physical")
+    assert laws.names() == (
+        "blind", "cloud", "constant", "dissertation", "optimum", "physical", "rpp", "three-speed", "uncertainty"
+    )  # fmt: skip
     for name, row in laws.LAWS.items():
         assert row.name == name
         assert row.summary
@@ -97,7 +99,7 @@ def test_adding_an_obstacle_never_raises_a_speed_of_the_dissertations_law() -> N
         assert (laws.profile(PATH, SCENE, law="dissertation", obstacles=some).v <= before.v).all()
 
 
-@pytest.mark.parametrize("law", laws.names())
+@pytest.mark.parametrize("law", ["physical", "dissertation"])
 def test_the_stranger_passes_both_laws(law: str) -> None:
     assert check_profile(laws.profile(PATH, SCENE, law=law, obstacles=BODIES), PATH, SCENE) is None
 
@@ -110,7 +112,7 @@ def test_an_unknown_law_is_a_usage_error_that_helps() -> None:
     with pytest.raises(UsageError) as raised:
         laws.profile(PATH, SCENE, law="phisical")
     assert raised.value.code == "LAW"
-    assert "dissertation, physical" in str(raised.value)
+    assert ", ".join(laws.names()) in str(raised.value)
     assert "did you mean physical?" in str(raised.value)
     with pytest.raises(UsageError):
         laws.profile(PATH, SCENE, law=None)  # type: ignore[arg-type]

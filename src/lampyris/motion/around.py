@@ -47,8 +47,8 @@ def room(course: Course, distance: Floats, reach: float) -> Floats:
     For a point p of a surface and a point x that divides a chord in the ratio L : 1 - L, Stewart's theorem
     says ``|x p|^2 = (1 - L) |a p|^2 + L |b p|^2 - L (1 - L) |a b|^2``. With the distances A and B of the two
     ends in place of those to p this bounds the distance everywhere on the chord from below, and its least
-    value is ``A^2 - (A^2 - B^2 + D)^2 / (4 D)``, D = |a b|^2, where that lies between the ends, the lesser end
-    otherwise. An arc leaves its chord by at most ``kappa ds^2 / 8``.
+    value is ``A^2 - (A^2 - B^2 + D)^2 / (4 D)``, D = |a b|^2, where that lies between the ends, the lesser
+    end otherwise. An arc leaves its chord by at most ``kappa ds^2 / 8``.
 
     Not taken: the bound by slope 1, ``(A + B - ds) / 2``. Half a cell from a wall, with nodes a quarter of a
     cell apart, it leaves 75 % of the room, this 97 %.

@@ -39,7 +39,8 @@ def curvature(kappa: Floats, *, lat_max: float) -> Floats:
     out = np.full(len(kappa), np.inf)
     size = np.abs(kappa)
     np.divide(lat_max, size, out=out, where=size > 0.0)
-    return np.sqrt(out, out=out)
+    np.sqrt(out, out=out)
+    return out
 
 
 def approach(left: Floats, *, v_max: float, distance: float, v_app: float) -> Floats:

@@ -12,13 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.speed import sweep
-from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.course import Course
-from lampyris.motion.profile import OnInfeasible, lowest, only, start_speed
+from lampyris.motion.profile import lowest, only, start_speed
 from lampyris.motion.rings import Reading, cells_of, count, headings, step_error
 from lampyris.typing import Cell, Floats
 
@@ -159,39 +157,52 @@ def dissertation_profile(
     return _speeds(headings(found, previous), n1, n2, law, start_speed(v0), previous is not None)[:2]
 
 
-def law_profile(
-    way: Path | Course,
+def path_profile(
+    path: Path,
     scene: Scene,
     law: DissertationLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
-    on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
     """A Profile by the dissertation's law, the rings counted on the scene's map and the moving obstacles.
 
     s in cells (path.arc), v in velocity units, t the number of transfers (the node's index), a the
-    difference of v to the next node, 0 at the last. ``on_infeasible`` says nothing here: no start velocity
-    is infeasible for this law (see :func:`dissertation_profile`).
+    difference of v to the next node, 0 at the last.
 
     Raises
     ------
     SettingError : ``START_SPEED``, ``PATH_STEP``.
     """
-    if isinstance(way, Course):
-        raise NotImplementedError
-    path = way
     cells = path.cells.astype(np.int64)
-    heading = headings(cells, previous)
-    blocked = scene.grid.blocked
-    n1, n2 = count(cells, heading, blocked, obstacles, law.ring1, law.ring2, law.outside1, law.outside2)
-    v, cause, about = _speeds(heading, n1, n2, law, start_speed(v0), previous is not None)
+    v, cause, about = cell_speeds(cells, scene, law, obstacles, start_speed(v0), previous)
     a = np.zeros(len(v))
     np.subtract(v[1:], v[:-1], out=a[:-1])
     t = np.arange(len(v), dtype=np.float64)
     return Profile("dissertation", path.arc, v, a, t, cause, "velocity units", about)
+
+
+def cell_speeds(
+    cells: NDArray[np.int64],
+    scene: Scene,
+    law: DissertationLaw,
+    obstacles: Iterable[Cell] | NDArray[Any],
+    v0: float,
+    previous: Cell | None = None,
+) -> tuple[Floats, tuple[str, ...], NDArray[np.int64]]:
+    """Velocity of each cell of a path, its cause, and for braking the cell braked for; the rings are counted.
+
+    ``cells`` : int64 (n, 2), by single steps.
+
+    Raises
+    ------
+    SettingError : ``PATH_STEP``.
+    """
+    heading = headings(cells, previous)
+    blocked = scene.grid.blocked
+    n1, n2 = count(cells, heading, blocked, obstacles, law.ring1, law.ring2, law.outside1, law.outside2)
+    return _speeds(heading, n1, n2, law, v0, previous is not None)
 
 
 def _speeds(
@@ -237,7 +248,8 @@ def _rises(heading: NDArray[np.int64], law: DissertationLaw) -> Floats:
         k = kinds.index(-1) + 1
         dy, dx = divmod(int(heading[k]), 5)
         raise step_error(k, dx - 2, dy - 2, "straight, diagonal and knight's steps")
-    return np.array((law.a_straight, law.a_diagonal, law.a_knight))[kinds]
+    rises: Floats = np.array((law.a_straight, law.a_diagonal, law.a_knight))[kinds]
+    return rises
 
 
 def _counts(given: Sequence[Any], n: int, ring: int) -> NDArray[np.int64]:
