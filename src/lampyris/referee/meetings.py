@@ -38,7 +38,7 @@ def tracks_violation(drive: Drive) -> Violation | None:
     """Whether an obstacle's disc is smaller than its body, or faster than it can be."""
     resolution = drive.scene.grid.resolution
     for k, (track, body) in enumerate(zip(drive.tracks, drive.bodies, strict=True)):
-        # A small body of the tick model fills its cell: its disc may be larger than its radius, never smaller.
+        # A small body of the tick model fills its cell: its disc may be larger than its radius.
         if track.radius < body.radius * (1 - ROUNDING):
             return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, {body.radius!r}")
         if len(track.t) < 2:
