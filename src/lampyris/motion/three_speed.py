@@ -40,7 +40,8 @@ class ThreeSpeed:
     step : seconds between two decisions.
     depth : decisions looked ahead, 1 to 6.
     ahead : seconds of predicted motion in which the law speaks; later nodes may be driven fast.
-    cost : of a decision step with contact, in steps of full speed.
+    cost : of a decision step with contact at full speed, in steps of full speed; at a lower speed so much
+        less.
     prior : shares of the intents keeps, stops, comes before anything was seen.
     accuracy : chance that what is seen of an obstacle in a step tells its intent rightly; 1/3 to 1.
     forget : share of the prior mixed into the belief after every step seen: intents change.
@@ -114,8 +115,8 @@ def choose(belief: FloatGrid, contact: FloatGrid, settings: ThreeSpeed) -> tuple
 
     Returns
     -------
-    index into :data:`SPEEDS` and the three values, in steps of full speed: progress less cost times expected
-    contacts. Of equal values the faster wins.
+    index into :data:`SPEEDS` and the three values, in steps of full speed: progress, less cost times share of
+    full speed of each expected contact. Of equal values the faster wins.
 
     A belief depends on how often each observation was made, not on their order. So the tree of
     ``(3 * 3^m)^depth`` leaves has only ``C(n + 2, 2)^m`` different beliefs after n steps, and the recursion
@@ -134,11 +135,12 @@ def choose(belief: FloatGrid, contact: FloatGrid, settings: ThreeSpeed) -> tuple
         for place in range(n * paces[2] + 1):
             options = []
             for a, pace in enumerate(paces):
-                gain = pace / paces[2] * total
+                share = pace / paces[2]
+                gain = share * total
                 for k in range(m):
                     risk = _summed(weight[k] * contact[n, place, a, k])
                     others = [_summed(w) if j != k else risk for j, w in enumerate(weight)]
-                    gain = gain - settings.cost * _product(others)
+                    gain = gain - settings.cost * share * _product(others)
                 if value is not None:
                     gain = gain + _after(value[place + pace], follow, m)
                 options.append(gain)
