@@ -87,7 +87,7 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
 
 
 def _duration(profile: Profile) -> str:
-    return f"{profile.duration:.4g} {'s' if profile.law == 'physical' else 'transfers'}"
+    return f"{profile.duration:.4g} {'s' if profile.metric else 'transfers'}"
 
 
 def _causes(causes: Sequence[str]) -> str:

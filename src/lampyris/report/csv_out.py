@@ -7,14 +7,20 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
+import numpy as np
+
 from lampyris.errors import UsageError
+from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.report.style import OutFile, cannot_write
+from lampyris.typing import Points
 
-PLAN_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "x", "y")
+PLAN_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "x", "y", "why")
+PROFILE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "why")
+DRIVE_COLUMNS = ("t", "x_m", "y_m", "yaw", "v", "a", "s", "leg", "cause", "why")
 TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "cause", "x", "y", "event")
 
 
@@ -24,8 +30,9 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     Columns: ``x_m``, ``y_m`` metres of the map frame (cell centres); ``yaw`` radians in the map frame, -pi
     to pi, of the step that leaves the node (the last keeps the one before); ``v``, ``t``, ``s``, ``a`` in
     the units of the profile's law (m/s, s, m, m/s2; or velocity units and transfers); ``cause`` what binds
-    v; ``x``, ``y`` the cell. A plan with a schedule has ``tick`` besides: when the robot is to enter the
-    cell. Its times ``t`` are of the drive alone and know nothing of the waiting.
+    v; ``x``, ``y`` the cell; ``why`` the cause in words, with what it speaks of. A plan with a schedule has
+    ``tick`` before that: when the robot is to enter the cell. Its times ``t`` are of the drive alone and
+    know nothing of the waiting.
 
     Raises
     ------
@@ -52,11 +59,87 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
             strict=True,
         )
     )
+    why = [profile.why(k) for k in range(len(profile.v))]
     if plan.schedule is None:
-        _write(out, PLAN_COLUMNS, rows)
+        _write(out, PLAN_COLUMNS, ((*row, w) for row, w in zip(rows, why, strict=True)))
         return
     ticks = plan.schedule.tolist()
-    _write(out, (*PLAN_COLUMNS, "tick"), ((*row, t) for row, t in zip(rows, ticks, strict=True)))
+    columns = (*PLAN_COLUMNS[:-1], "tick", PLAN_COLUMNS[-1])
+    _write(out, columns, ((*row, t, w) for row, t, w in zip(rows, ticks, why, strict=True)))
+
+
+def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Grid) -> None:
+    """Write a profile with its places, one row a node; an existing file is replaced.
+
+    Columns as in :func:`write_plan_csv`; the places are on the curve, not at cells. A wait is two rows at one
+    place.
+
+    Parameters
+    ----------
+    heading : float64 (n, 2), unit vectors, y down: where the robot leaves each node to.
+
+    Raises
+    ------
+    UsageError : a profile without places, or headings of another one.
+    FileError : the system refuses to write.
+    """
+    if profile.xy is None or len(heading) != len(profile.v):
+        what = f"{len(heading)} headings for {len(profile.v)} nodes"
+        raise UsageError("CSV", what, allowed="a profile of a course, and its headings")
+    numbers = (profile.v, profile.t, profile.s, profile.a)
+    rows = (
+        (*map(repr, (x, y, yaw, *more)), cause, profile.why(k))
+        for k, ((x, y), yaw, more, cause) in enumerate(
+            zip(
+                grid.to_metres(profile.xy).tolist(),
+                _yaws(heading, grid),
+                zip(*(n.tolist() for n in numbers), strict=True),
+                profile.cause,
+                strict=True,
+            )
+        )
+    )
+    _write(out, PROFILE_COLUMNS, rows)
+
+
+def write_drive_csv(out: OutFile, drive: Drive) -> None:
+    """Write a drive in continuous time, one row for each stretch and one for the end.
+
+    Columns: ``t`` seconds; ``x_m``, ``y_m``, ``yaw`` in the map frame; ``v`` m/s at that time, ``a`` m/s2
+    until the next row; ``s`` metres along the curve number ``leg``; ``cause`` what binds the speed until
+    the next row, ``why`` the same in words. The obstacles' tracks are in the JSON, not here.
+
+    Raises
+    ------
+    FileError : the system refuses to write.
+    """
+    grid, n = drive.scene.grid, len(drive.t)
+    xy, heading = np.zeros((n, 2)), np.zeros((n, 2))
+    for leg in np.unique(drive.leg).tolist():
+        here = drive.leg == leg
+        xy[here], heading[here] = drive.curves[leg].at(drive.s[here])
+    rows = (
+        (*map(repr, (t, x, y, yaw, v, a, s)), leg, cause, drive.why(k))
+        for k, (t, (x, y), yaw, v, a, s, leg, cause) in enumerate(
+            zip(
+                drive.t.tolist(),
+                grid.to_metres(xy).tolist(),
+                _yaws(heading, grid),
+                drive.v.tolist(),
+                drive.a.tolist(),
+                drive.s.tolist(),
+                drive.leg.tolist(),
+                drive.cause,
+                strict=True,
+            )
+        )
+    )
+    _write(out, DRIVE_COLUMNS, rows)
+
+
+def _yaws(heading: Points, grid: Grid) -> list[float]:
+    """Headings as angles of the map frame."""
+    return [_turned(math.atan2(-hy, hx), grid.origin[2]) for hx, hy in heading.tolist()]
 
 
 def write_trace_csv(out: OutFile, trace: Trace) -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TypedDict
+from collections.abc import Sequence
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
+from lampyris.model.profile import Profile
+from lampyris.typing import Floats
 
 
 class PathMetrics(TypedDict):
@@ -55,3 +58,47 @@ def path_metrics(path: Path, grid: Grid) -> PathMetrics:
         "sharpest_deg": math.degrees(max(turn, default=0.0)),
         "smoothness": 1.0 / (1.0 + total / length) if length else 1.0,
     }
+
+
+class CauseShare(NamedTuple):
+    """How much of a drive one cause holds: its share of the way and of the time, each 0 to 1."""
+
+    cause: str
+    way: float
+    time: float
+
+
+def cause_shares(profile: Profile) -> tuple[CauseShare, ...]:
+    """What held a robot back, the longest first.
+
+    Each node stands for half of the edge before it and half of the one behind it. A profile of one node has
+    no way and takes no time: its cause holds all of both.
+    """
+    return shares(profile.cause, _halves(profile.s), _halves(profile.t))
+
+
+def shares(cause: Sequence[str], way: Floats, time: Floats) -> tuple[CauseShare, ...]:
+    """The same for parts of a drive with a cause, a way and a time each."""
+    sums: dict[str, list[float]] = {}
+    for word, s, t in zip(cause, way.tolist(), time.tolist(), strict=True):
+        both = sums.setdefault(word, [0.0, 0.0])
+        both[0] += s
+        both[1] += t
+    whole, last = (float(x.sum()) for x in (way, time))
+    made = [
+        CauseShare(word, s / whole if whole else 1 / len(sums), t / last if last else 1 / len(sums))
+        for word, (s, t) in sums.items()
+    ]
+    return tuple(sorted(made, key=lambda c: (-c.time, -c.way, c.cause)))
+
+
+def worth_telling(some: Sequence[CauseShare]) -> tuple[CauseShare, ...]:
+    """Without the two ends, where they take no time worth a word; all, if nothing else is left."""
+    told = tuple(c for c in some if c.cause not in ("start", "goal") or c.time >= 0.005)
+    return told or tuple(some)
+
+
+def _halves(x: Floats) -> Floats:
+    """What of a line each of its nodes stands for."""
+    mid = np.concatenate((x[:1], (x[:-1] + x[1:]) / 2, x[-1:]))
+    return np.diff(mid)

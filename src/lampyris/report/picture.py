@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,46 +12,22 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
-from lampyris.report import style
-from lampyris.report.raster import draw_map
+from lampyris.report import canvas, style
+from lampyris.report.canvas import Frame
 from lampyris.report.speed_chart import draw_speed
-from lampyris.typing import Cell, FloatGrid
+from lampyris.typing import FloatGrid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 __all__ = ["draw_plan", "draw_speed"]
 
 LAYERS = ("luciferin", "cost", "none")
-DPI = 150
 
-_LONG = 6.6
-"""Longer side of the map, inches."""
-_LEAST = 2.6
-"""Shorter side of the map at least, inches."""
-_PIXELS = 1200
-"""Pixels of the map's longer side: a little more than are shown, so that cells stay square."""
 _ROOM = 9
 """Points between two jumps at least; nearer rings would hide the path, and none is drawn."""
 _MANY_GATES = 250
 """With more gates than this only those on the way are drawn; the rest would be a carpet."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Frame:
-    """Where things stand, inches: width and height of the figure, the map's box, and points a cell."""
-
-    width: float
-    height: float
-    left: float
-    bottom: float
-    map_width: float
-    map_height: float
-    cell: float
-
-    def box(self, x: float, y: float, w: float, h: float) -> tuple[float, float, float, float]:
-        return (x / self.width, y / self.height, w / self.width, h / self.height)
 
 
 def draw_plan(
@@ -87,24 +61,23 @@ def draw_plan(
     UsageError : another suffix, or no such layer.
     FileError : the system refuses to write.
     """
-    from matplotlib.figure import Figure
-
     suffix = style.suffix_of(out, (".png", ".svg"))
     if layer not in LAYERS:
         raise UsageError("LAYER", f"layer {layer!r}", allowed=", ".join(LAYERS))
     values = _layer(field, layer)
-    frame = _frame(grid, bars=(profile is not None) + (values is not None))
-    figure = Figure(figsize=(frame.width, frame.height), dpi=DPI, facecolor="white")
-    axes = figure.add_axes(frame.box(frame.left, frame.bottom, frame.map_width, frame.map_height))
-    _draw_ground(axes, grid, values, frame)
+    bars = _bars(profile, values, layer)
+    figure, axes, frame = canvas.blank(grid, bars, values)
     items = _draw_gates(axes, plan, frame)
     items = _draw_path(axes, plan, profile, frame) + items
-    items = _draw_ends(axes, plan, scene, frame) + items
-    items += _patches(grid, values)
-    _draw_bars(figure, frame, profile, values, layer)
-    hidden = values is not None and grid.terrain is not None
-    _draw_words(figure, frame, grid, plan, items, hidden)
-    style.save(figure, out, suffix, DPI)
+    if plan.path is not None:
+        first, last = plan.path.cells[[0, -1]].tolist()
+        items = canvas.draw_ends(axes, first, last, frame) + items
+    elif scene is not None:
+        items = canvas.draw_ends(axes, scene.start, scene.goal, frame) + items
+    items += canvas.patches(grid, values)
+    title = f"{plan.planner} on {grid.name or 'a map'}"
+    canvas.draw_words(figure, frame, title, _told(plan), _foot(grid, plan, values), items)
+    style.save(figure, out, suffix, canvas.DPI)
 
 
 def _layer(field: Field | None, layer: str) -> FloatGrid | None:
@@ -113,58 +86,7 @@ def _layer(field: Field | None, layer: str) -> FloatGrid | None:
     return field.luciferin if layer == "luciferin" else field.cost
 
 
-def _frame(grid: Grid, bars: int) -> _Frame:
-    long = max(grid.width, grid.height)
-    w = max(_LEAST, _LONG * grid.width / long)
-    h = max(_LEAST, _LONG * grid.height / long)
-    cell = 72 * min(w / grid.width, h / grid.height)
-    width = 0.75 + w + (1.35 if bars else 0.35)
-    return _Frame(max(width, 5.2), 0.8 + h + 1.25, 0.75, 1.25, w, h, cell)
-
-
-def _draw_ground(axes: Axes, grid: Grid, values: FloatGrid | None, frame: _Frame) -> None:
-    """Map and landscape as one image, then the cells' lines and numbers where there is room for them."""
-    from matplotlib.ticker import FixedLocator, MaxNLocator
-
-    raster = draw_map(grid, _PIXELS, values, style.landscape_colours())
-    rows, columns = raster.rgb.shape[:2]
-    # Blocks at the far edges may hang over; the extent says how far, so that a cell is where its number is.
-    right, lower = columns / raster.scale - 0.5, rows / raster.scale - 0.5
-    shown = "nearest" if raster.scale >= 1 else "antialiased"
-    axes.imshow(raster.rgb, extent=(-0.5, right, lower, -0.5), interpolation=shown, zorder=0)
-    axes.set(xlim=(-0.5, grid.width - 0.5), ylim=(grid.height - 0.5, -0.5), aspect="equal", anchor="C")
-    axes.set_xlabel("x (cells)", fontsize=9, color=style.INK)
-    axes.set_ylabel("y (cells)", fontsize=9, color=style.INK)
-    axes.tick_params(labelsize=8, colors=style.INK, length=3, width=0.6)
-    for side in axes.spines.values():
-        side.set(linewidth=0.8, color=style.INK)
-    for axis, count in ((axes.xaxis, grid.width), (axes.yaxis, grid.height)):
-        if count * frame.cell < 40:
-            axis.set_major_locator(FixedLocator([0]))
-        elif count <= 20:
-            axis.set_major_locator(FixedLocator(range(count)))
-        else:
-            axis.set_major_locator(MaxNLocator(10, integer=True, steps=[1, 2, 5, 10]))
-        if frame.cell >= 6:
-            axis.set_minor_locator(FixedLocator([k + 0.5 for k in range(count - 1)]))
-    if frame.cell >= 6:
-        axes.grid(which="minor", color="white", linewidth=min(0.8, frame.cell / 24), alpha=0.55, zorder=1)
-        axes.tick_params(which="minor", length=0)
-    if values is not None and frame.cell >= 30:
-        _draw_numbers(axes, values, frame)
-
-
-def _draw_numbers(axes: Axes, values: FloatGrid, frame: _Frame) -> None:
-    """The landscape in figures, as Table 4.2 prints it."""
-    size = min(7.5, frame.cell / 6)
-    for y, x in np.argwhere(np.isfinite(values)).tolist():
-        # In the corner, where only a diagonal of the path can hide it.
-        axes.text(
-            x - 0.45, y - 0.43, f"{values[y, x]:.2f}", va="top", fontsize=size, color=style.INK, zorder=2
-        )
-
-
-def _draw_path(axes: Axes, plan: Plan, profile: Profile | None, frame: _Frame) -> list[Any]:
+def _draw_path(axes: Axes, plan: Plan, profile: Profile | None, frame: Frame) -> list[Any]:
     """The path over a dark casing, coloured by the mean speed of each step; rings where AD-GSO jumped to."""
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
@@ -208,33 +130,7 @@ def _top_speed(profile: Profile) -> float:
     return float(profile.v.max()) or 1.0
 
 
-def _draw_ends(axes: Axes, plan: Plan, scene: Scene | None, frame: _Frame) -> list[Any]:
-    from matplotlib.lines import Line2D
-
-    ends: list[tuple[str, Cell, str, str, float]] = []
-    size = float(np.clip(frame.cell * 0.42, 8, 18))
-    if plan.path is not None:
-        first, last = plan.path.cells[0].tolist(), plan.path.cells[-1].tolist()
-    elif scene is not None:
-        first, last = list(scene.start), list(scene.goal)
-    else:
-        return []
-    ends = [
-        ("start", (first[0], first[1]), "o", style.START, size * 0.8),
-        ("goal", (last[0], last[1]), "*", style.GOAL, size * 1.35),
-    ]
-    items = []
-    for name, (x, y), marker, colour, points in ends:
-        look: dict[str, Any] = {"marker": marker, "markerfacecolor": colour, "linestyle": ""}
-        for edge, thick, order in (("white", 2.2, 6), (style.INK, 0.7, 7)):
-            how: dict[str, Any] = {"markeredgecolor": edge, "markeredgewidth": thick, "zorder": order}
-            axes.plot([x], [y], markersize=points, clip_on=False, **how, **look)
-        size = 11 if marker == "*" else 8
-        items.append(Line2D([], [], markersize=size, markeredgecolor=style.INK, label=name, **look))
-    return items
-
-
-def _draw_gates(axes: Axes, plan: Plan, frame: _Frame) -> list[Any]:
+def _draw_gates(axes: Axes, plan: Plan, frame: Frame) -> list[Any]:
     """Gates as diamonds: full on the way, hollow elsewhere; a dead end is crossed out."""
     from matplotlib.lines import Line2D
 
@@ -264,37 +160,8 @@ def _draw_gates(axes: Axes, plan: Plan, frame: _Frame) -> list[Any]:
     return items
 
 
-def _patches(grid: Grid, values: FloatGrid | None) -> list[Any]:
-    """Legend entries for the kinds of ground."""
-    from matplotlib.patches import Patch
-
-    def patch(colour: tuple[int, int, int], label: str, **more: Any) -> Any:
-        face = (colour[0] / 255, colour[1] / 255, colour[2] / 255)
-        return Patch(facecolor=face, edgecolor=style.FAINT, linewidth=0.5, label=label, **more)
-
-    items = []
-    unknown = grid.unknown if grid.unknown is not None else np.zeros_like(grid.blocked)
-    if (grid.blocked & ~unknown).any():
-        items.append(patch(style.WALL, "wall"))
-    if (grid.blocked & unknown).any():
-        items.append(patch(style.UNKNOWN, "unknown", hatch="////"))
-    if values is not None and (~grid.blocked & ~np.isfinite(values)).any():
-        items.append(patch(style.CUT_OFF, "no way to the goal"))
-    if values is None and grid.terrain is not None:
-        shades, (least, most) = style.terrain_colours(), style.terrain_range(grid.terrain)
-        label = style.terrain_label(least, most)
-        some = dict.fromkeys((least, (least + most) // 2, most))
-        items.append(tuple(patch(tuple(shades[c].tolist()), label) for c in some))
-    return items
-
-
-def _draw_bars(
-    figure: Figure, frame: _Frame, profile: Profile | None, values: FloatGrid | None, layer: str
-) -> None:
-    """Colour bars beside the map: speed above, landscape below."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
+def _bars(profile: Profile | None, values: FloatGrid | None, layer: str) -> list[tuple[Any, float, str]]:
+    """Colour bars: speed, then the landscape."""
     bars: list[tuple[Any, float, str]] = []
     if profile is not None:
         bars.append((style.speed_map(), _top_speed(profile), f"speed ({profile.units})"))
@@ -303,66 +170,17 @@ def _draw_bars(
         top = float(finite.max()) if finite.size else 0.0
         what = "luciferin (lower is better)" if layer == "luciferin" else "cost to the goal (cells)"
         bars.append((style.landscape_map(), top or 1.0, what))
-    gap = 0.3
-    each = (frame.map_height - gap * (len(bars) - 1)) / max(1, len(bars))
-    for k, (colours, top, label) in enumerate(bars):
-        low = frame.bottom + (len(bars) - 1 - k) * (each + gap)
-        axes = figure.add_axes(frame.box(frame.left + frame.map_width + 0.3, low, 0.16, each))
-        bar = figure.colorbar(ScalarMappable(Normalize(0, top), colours), cax=axes)
-        bar.set_label(label, fontsize=9, color=style.INK)
-        bar.ax.tick_params(labelsize=8, colors=style.INK, length=3, width=0.6)
-        bar.outline.set_linewidth(0.6)
+    return bars
 
 
-def _draw_words(
-    figure: Figure, frame: _Frame, grid: Grid, plan: Plan, items: list[Any], hidden: bool
-) -> None:
-    """Title above, legend and the map's size below; ``hidden``: the map has terrain that is not seen."""
-    from matplotlib.legend_handler import HandlerTuple
-
-    name = grid.name or "a map"
-    top = frame.height - 0.16
-    x = 0.2 / frame.width
-    title = f"{plan.planner} on {name}"
-    figure.text(x, top / frame.height, title, fontsize=13, fontweight="bold", color=style.INK, va="top")
-    room = int((frame.width - 0.4) * 72 / 4.9)
-    words = textwrap.shorten(_told(plan), 3 * room, placeholder=" ...")
-    figure.text(
-        x, (top - 0.28) / frame.height, textwrap.fill(words, room), fontsize=9, color=style.FAINT, va="top"
-    )  # fmt: skip
-    size = f"{grid.width} x {grid.height} cells of {grid.resolution:g} m"
-    if hidden:
+def _foot(grid: Grid, plan: Plan, values: FloatGrid | None) -> str:
+    """The map's size, and what of the map or the plan is not seen."""
+    size = canvas.size_of(grid)
+    if values is not None and grid.terrain is not None:
         size += "; the terrain lies under the landscape (layer none shows it)"
     if len(plan.gates_in_map) > _MANY_GATES:
         size += f"; {len(plan.gates_in_map)} gates in the map, those off the way not drawn"
-    figure.text(x, 0.1 / frame.height, size, fontsize=8, color=style.FAINT, va="bottom")
-    if items:
-        labels = [(item[0] if isinstance(item, tuple) else item).get_label() for item in items]
-        wide = sum(0.58 + 0.064 * len(label) for label in labels)
-        rows = max(1, -(-int(100 * wide) // int(100 * (frame.width - 0.4))))
-        figure.legend(
-            items,
-            labels,
-            loc="upper left",
-            bbox_to_anchor=(x, (frame.bottom - 0.5) / frame.height),
-            bbox_transform=figure.transFigure,
-            ncols=-(-len(items) // rows),
-            frameon=False,
-            fontsize=8.5,
-            borderaxespad=0,
-            borderpad=0,
-            # The shades of terrain stand side by side; other tuples are marks on top of each other.
-            handler_map={i: HandlerTuple(None, 0) for i in items if _is_shades(i)},
-            handletextpad=0.6,
-            columnspacing=1.4,
-            labelcolor=style.INK,
-        )
-
-
-def _is_shades(item: Any) -> bool:
-    from matplotlib.patches import Patch
-
-    return isinstance(item, tuple) and isinstance(item[0], Patch)
+    return size
 
 
 def _told(plan: Plan) -> str:

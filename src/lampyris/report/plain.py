@@ -6,14 +6,18 @@ Everything here is decided by map, settings and seed, save the one object ``timi
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any
 
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Jump, Plan
 from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.report.metrics import CauseShare
 
 STEP_WORDS = ("straight", "diagonal", "knight")
 
@@ -98,10 +102,9 @@ def grid_record(grid: Grid) -> dict[str, Any]:
     }
 
 
-def robot_record(scene: Scene) -> dict[str, float]:
+def robot_record(scene: Scene) -> dict[str, float | None]:
     """Size and limits, SI units."""
-    r = scene.robot
-    return {"radius": r.radius, "v_max": r.v_max, "a_max": r.a_max, "d_max": r.d_max}
+    return {f.name: getattr(scene.robot, f.name) for f in fields(Robot)}
 
 
 def gate_record(gate: Gate) -> dict[str, Any]:
@@ -129,9 +132,13 @@ def jump_record(jump: Jump) -> dict[str, Any]:
     }
 
 
-def profile_record(profile: Profile) -> dict[str, Any]:
-    """A speed profile, one entry a node."""
-    return {
+def profile_record(profile: Profile, *, caps: bool = False) -> dict[str, Any]:
+    """A speed profile, one entry a node.
+
+    ``xy`` (cells, where it has places of its own) and ``caps`` (if asked for; null where a rule says nothing)
+    come last.
+    """
+    record: dict[str, Any] = {
         "law": profile.law,
         "units": profile.units,
         "s": profile.s.tolist(),
@@ -139,9 +146,23 @@ def profile_record(profile: Profile) -> dict[str, Any]:
         "a": profile.a.tolist(),
         "t": profile.t.tolist(),
         "cause": list(profile.cause),
+        "about": profile.about.tolist(),
+        "why": [profile.why(k) for k in range(len(profile.cause))],
         "mean": profile.mean,
         "duration": profile.duration,
     }
+    if profile.xy is not None:
+        record["xy"] = profile.xy.tolist()
+    if caps:
+        record["caps"] = [
+            {"cause": cause, "v": [_finite(v) for v in speeds.tolist()]} for cause, speeds in profile.caps
+        ]
+    return record
+
+
+def shares_record(some: Sequence[CauseShare]) -> list[dict[str, Any]]:
+    """What held the robot back, the longest first."""
+    return [{"cause": c.cause, "way": c.way, "time": c.time} for c in some]
 
 
 def _finite(value: float) -> float | None:

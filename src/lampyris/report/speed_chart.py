@@ -11,7 +11,7 @@ from lampyris.typing import Floats
 DPI = 150
 
 _POINTS = 8
-"""Points drawn for each edge of a physical profile, where v over s is a root, not a line."""
+"""Points drawn for each edge of a profile in SI units, where v over s is a root, not a line."""
 
 
 def draw_speed(profile: Profile, out: style.OutFile) -> None:
@@ -31,9 +31,9 @@ def draw_speed(profile: Profile, out: style.OutFile) -> None:
     figure = Figure(figsize=(8.0, 3.2), dpi=DPI, facecolor="white")
     axes = figure.add_axes((0.085, 0.27, 0.895, 0.6))
     colours = style.cause_colours(profile.cause)
-    s, v = _line(profile)
+    s, v = line_of(profile)
     border = np.concatenate(([profile.s[0]], (profile.s[1:] + profile.s[:-1]) / 2, [profile.s[-1]]))
-    for first, last in _runs(profile.cause):
+    for first, last in runs_of(profile.cause):
         here = np.concatenate(([border[first]], s[(s > border[first]) & (s < border[last])], [border[last]]))
         axes.fill_between(
             here, np.interp(here, s, v), color=colours[profile.cause[first]], linewidth=0, alpha=0.8
@@ -41,7 +41,7 @@ def draw_speed(profile: Profile, out: style.OutFile) -> None:
     axes.plot(s, v, color=style.INK, linewidth=1.3, solid_joinstyle="round")
     if len(v) <= 60 * _POINTS:
         axes.plot(profile.s, profile.v, "o", color=style.INK, markersize=3)
-    unit = "m" if profile.law == "physical" else "cells"
+    unit = "m" if profile.metric else "cells"
     axes.set_xlabel(f"distance along the path ({unit})", fontsize=9, color=style.INK)
     axes.set_ylabel(f"speed ({profile.units})", fontsize=9, color=style.INK)
     axes.set_xlim(float(profile.s[0]), float(profile.s[-1]) or 1.0)
@@ -51,7 +51,7 @@ def draw_speed(profile: Profile, out: style.OutFile) -> None:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    time = "s" if profile.law == "physical" else "transfers"
+    time = "s" if profile.metric else "transfers"
     title = f"{profile.law} law:  mean {profile.mean:.4g} {profile.units}  ·  {profile.duration:.4g} {time}"
     figure.text(0.02, 0.965, title, fontsize=10, fontweight="bold", color=style.INK, va="top")
     handles = [Patch(facecolor=colour, alpha=0.8, label=cause) for cause, colour in colours.items()]
@@ -62,10 +62,10 @@ def draw_speed(profile: Profile, out: style.OutFile) -> None:
     style.save(figure, out, suffix, DPI)
 
 
-def _line(profile: Profile) -> tuple[Floats, Floats]:
-    """Points of the curve: between nodes v^2 is linear in s (physical law), or v is (dissertation's)."""
+def line_of(profile: Profile) -> tuple[Floats, Floats]:
+    """Points of the curve: between nodes v^2 is linear in s (SI units), or v is (dissertation's)."""
     s, v = profile.s, profile.v
-    if profile.law != "physical" or len(s) < 2:
+    if not profile.metric or len(s) < 2:
         return s, v
     part = np.arange(_POINTS) / _POINTS
     at = (s[:-1, None] + np.diff(s)[:, None] * part).ravel()
@@ -74,7 +74,7 @@ def _line(profile: Profile) -> tuple[Floats, Floats]:
     return np.append(at, s[-1]), np.append(np.sqrt(np.maximum(squared, 0.0)), v[-1])
 
 
-def _runs(causes: tuple[str, ...]) -> list[tuple[int, int]]:
+def runs_of(causes: tuple[str, ...]) -> list[tuple[int, int]]:
     """(first, one past the last) of each stretch of one cause."""
     cuts = [k for k in range(1, len(causes)) if causes[k] != causes[k - 1]]
     return list(zip([0, *cuts], [*cuts, len(causes)], strict=True))

@@ -43,21 +43,51 @@ GATE = "#7b2cbf"
 RING = "#ffffff"
 
 CAUSES = {
-    "start": "#999999",
-    "goal": "#555555",
+    "start": "#626262",
+    "goal": "#3c3c3c",
     "limit": "#0072b2",
     "acceleration": "#009e73",
     "braking": "#d55e00",
     "clearance": "#e69f00",
+    "curvature": "#56b4e9",
+    "moving obstacle": "#cc79a7",
+    "zone": "#f0e442",
+    "uncertainty": "#2e002b",
+    "undecided": "#000571",
+    "blind area": "#882af5",
+    "three speeds": "#811d00",
+    "danger": "#004b69",
+    "approach": "#e236f5",
+    "turn": "#f5b5a7",
+    "wait": "#ee1540",
+    "jerk": "#bfeac9",
+    "no data": "#000000",
+    # Of the laws of ticks and of transfers, which have none of the above but the first six.
     "obstacle": "#cc79a7",
+    "waiting": "#cc79a7",
     "ring 1": "#e69f00",
     "ring 2": "#f0e442",
     "angle": "#56b4e9",
-    "waiting": "#cc79a7",
 }
-"""Colour of each cause that binds a speed (Okabe and Ito's palette); others take :data:`SPARE` in order."""
+"""Colour of each cause that binds a speed. Okabe and Ito's palette for the frequent ones; the others were
+searched for by chance, so that any two that can meet are far apart to the colour-blind too: at least 12 in
+CIELAB, with and without each of the three kinds. Causes not named here take :data:`SPARE` in order."""
 
 SPARE = ("#882255", "#44aa99", "#ddcc77", "#332288", "#117733", "#aa4499")
+
+
+LAWS = {
+    "physical": ("#0072b2", "solid"),
+    "optimum": ("#20242c", "dashed"),
+    "constant": ("#8a8f98", "dashdot"),
+    "dissertation": ("#d55e00", "solid"),
+    "rpp": ("#009e73", "solid"),
+    "uncertainty": ("#2e002b", "solid"),
+    "blind": ("#882af5", "solid"),
+    "three-speed": ("#811d00", "solid"),
+    "cloud": ("#e69f00", "solid"),
+}
+"""Colour and line of each speed law in a comparison."""
 
 
 def suffix_of(out: OutFile, allowed: tuple[str, ...]) -> str:
@@ -134,6 +164,11 @@ def cause_colours(causes: tuple[str, ...]) -> dict[str, str]:
     """A colour for each cause that occurs, in order of first occurrence."""
     spare = iter(SPARE * (1 + len(causes) // len(SPARE)))
     return {c: CAUSES.get(c) or next(spare) for c in dict.fromkeys(causes)}
+
+
+def law_look(name: str) -> tuple[str, str]:
+    """Colour and kind of line of a speed law."""
+    return LAWS.get(name, (FAINT, "dotted"))
 
 
 def save(figure: Figure, out: OutFile, suffix: str, dpi: int) -> None:
