@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.model.trace import Trace
 from lampyris.report.film_frames import Stage
-from lampyris.report.style import OutFile, cannot_write, suffix_of
+from lampyris.report.style import OutFile, Rgb, cannot_write, suffix_of
 
 MAX_FRAMES = 240
 """Frames at most, the last held one not counted."""
@@ -28,9 +28,25 @@ HOLD_MS = 1200
 """How long the outcome stands at the end."""
 
 
+class Draws(Protocol):
+    """What draws the moments of a run, forward in time."""
+
+    def frame(self, moment: float) -> Rgb:
+        """The picture at a moment."""
+        ...
+
+    def rewind(self) -> None:
+        """Back to the first moment."""
+        ...
+
+    def palette_strip(self) -> Rgb:
+        """Every colour a film may need, as rows of its width."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
-class _Plan:
-    """Which moments are shown: ticks, whole or in between, and how long each stands."""
+class Shown:
+    """Which moments are shown (ticks, whole or in between; or seconds), and how long each stands."""
 
     moments: tuple[float, ...]
     each_ms: int
@@ -63,30 +79,53 @@ def film(
     UsageError : another suffix, or a number out of its range.
     FileError : the system refuses to write.
     """
-    suffix = suffix_of(out, (".webp", ".gif"))
+    check(out, fps, scale)
+    shown = _moments(trace.ticks, fps)
+    write_film(Stage(trace, scale, shown.stride), shown, out, progress)
+
+
+def check(out: OutFile, fps: float, scale: int | None) -> None:
+    """Refuse what no film can be made of.
+
+    Raises
+    ------
+    UsageError : another suffix than .webp and .gif, or a number out of its range.
+    """
+    suffix_of(out, (".webp", ".gif"))
     if not 1 <= fps <= 50:
         raise UsageError("FPS", f"fps {fps!r}", allowed="1 to 50 frames a second")
     if scale is not None and not 1 <= scale <= 64:
         raise UsageError("SCALE", f"scale {scale!r}", allowed="1 to 64 pixels a cell")
-    shown = _moments(trace.ticks, fps)
-    stage = Stage(trace, scale, shown.stride)
+
+
+def write_film(stage: Draws, shown: Shown, out: OutFile, progress: Callable[[int], None] | None) -> None:
+    """Draw every moment and write the film.
+
+    Raises
+    ------
+    FileError : the system refuses to write.
+    """
     images = list(_images(stage, shown, progress))
     durations = [shown.each_ms] * (len(images) - 1) + [HOLD_MS]
-    _write(out, suffix, images, durations)
+    _write(out, suffix_of(out, (".webp", ".gif")), images, durations)
 
 
-def _moments(ticks: int, fps: float) -> _Plan:
+def _moments(ticks: int, fps: float) -> Shown:
     """The moments of a run: several a tick while the bound allows it, else every k-th tick and the last."""
-    # GIF counts hundredths of a second; the same for both, so that they run alike.
-    each_ms = max(20, 10 * round(100 / fps))
+    each_ms = frame_ms(fps)
     glide = max(1, min(GLIDE, MAX_FRAMES // max(1, ticks)))
     if ticks <= MAX_FRAMES:
-        return _Plan(tuple(k / glide for k in range(ticks * glide + 1)), each_ms, 1)
+        return Shown(tuple(k / glide for k in range(ticks * glide + 1)), each_ms, 1)
     stride = -(-ticks // MAX_FRAMES)
-    return _Plan((*map(float, range(0, ticks, stride)), float(ticks)), each_ms, stride)
+    return Shown((*map(float, range(0, ticks, stride)), float(ticks)), each_ms, stride)
 
 
-def _images(stage: Stage, shown: _Plan, progress: Callable[[int], None] | None) -> Iterator[Any]:
+def frame_ms(fps: float) -> int:
+    """How long a frame stands: hundredths of a second, as GIF counts them, for both, so that they run alike."""
+    return max(20, 10 * round(100 / fps))
+
+
+def _images(stage: Draws, shown: Shown, progress: Callable[[int], None] | None) -> Iterator[Any]:
     from PIL import Image
 
     # One palette for all frames, made from a few of them: no flicker, and small files.

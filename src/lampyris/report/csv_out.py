@@ -139,7 +139,7 @@ def write_drive_csv(out: OutFile, drive: Drive) -> None:
 
 def _yaws(heading: Points, grid: Grid) -> list[float]:
     """Headings as angles of the map frame."""
-    return [_turned(math.atan2(-hy, hx), grid.origin[2]) for hx, hy in heading.tolist()]
+    return [_turned(math.atan2(0.0 - hy, hx), grid.origin[2]) for hx, hy in heading.tolist()]
 
 
 def write_trace_csv(out: OutFile, trace: Trace) -> None:
