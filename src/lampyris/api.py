@@ -7,32 +7,43 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from lampyris import referee
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, UsageError
 from lampyris.field.gates import find_gates
 from lampyris.field.layers import clearance, free_cells, free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
+from lampyris.model.movers import Movers
 from lampyris.model.path import Path, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
+from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Traffic
 from lampyris.motion import laws
+from lampyris.motion.course import Course, course_of
+from lampyris.motion.physical import PhysicalLaw
 from lampyris.planners import registry
 from lampyris.planners.base import Budget, Planner
+from lampyris.referee.caps import check_caps
 from lampyris.sim import loop
-from lampyris.typing import ByteGrid
+from lampyris.typing import ByteGrid, Points
 
 MAX_SEED = 2**63 - 1
+
+MIN_SPACING = 1e-3
+"""Least distance of two nodes of a course, in cells."""
+
+Smooth: TypeAlias = Literal["none", "arcs"]
+"""How a way of cells is made a curve."""
 
 
 def load_grid(path_or_name: str | os.PathLike[str]) -> Grid:
@@ -168,26 +179,123 @@ def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
     return float(path.moves.values(to_go).sum())
 
 
-def profile(way: Plan | Path, scene: Scene, law: str = "physical", *, v0: float = 0.0) -> Profile:
-    """A speed for every node of a path, each with its cause, re-checked by the referee.
+def course(
+    way: Plan | Path | Points, scene: Scene, *, smooth: Smooth = "arcs", spacing: float | None = None
+) -> Course:
+    """A way made drivable, with nodes on it where speeds are decided; re-checked by the referee.
 
     Parameters
     ----------
-    way : a path, or a plan that found one.
-    scene : the map and the robot's limits.
-    law : ``physical`` (SI units) or ``dissertation`` (velocity units).
-    v0 : speed at the start, in the law's units.
+    way : a path, a plan that found one, or any polyline: float64 (n, 2), cells.
+    scene : the map and the robot's radius and turning circle.
+    smooth : ``arcs``: straight lines and arcs; ``none``: the way's own lines.
+    spacing : metres between two nodes, at most; None: a quarter of a cell.
 
     Raises
     ------
-    SettingError : a plan without a path; no such law; v0 too fast to stop in time.
+    SettingError : a plan without a path; a way through a blocked cell or off the map; ``SPACING``.
+    InternalFault : the referee refused the curve; a bug of ours.
     """
+    from lampyris.motion.curve import curve_of, polyline_of
+    from lampyris.referee.curve import check_curve
+
+    if smooth not in ("none", "arcs"):
+        raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed="none or arcs")
+    _typed("scene", scene, Scene)
+    resolution = scene.grid.resolution
+    step = resolution / 4.0 if spacing is None else spacing
+    real = isinstance(step, int | float) and not isinstance(step, bool)
+    if not (real and MIN_SPACING * resolution <= step <= 1e6):
+        raise SettingError(
+            "SPACING",
+            f"{spacing!r} m",
+            where="spacing",
+            allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
+        )
+    points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else np.asarray(way, dtype=np.float64)
+    curve = curve_of(points, scene.grid, scene.robot, smooth=smooth)
+    referee.demand(check_curve(curve, scene.grid, scene.robot, points))
+    return course_of(curve, float(step))
+
+
+def profile(
+    way: Plan | Path | Course,
+    scene: Scene,
+    law: laws.SpeedLaw = "physical",
+    *,
+    v0: float = 0.0,
+    smooth: Smooth = "none",
+    spacing: float | None = None,
+    movers: Movers | None = None,
+    law_settings: Mapping[str, Any] | None = None,
+) -> Profile:
+    """A speed for every node of a way, each with its cause, re-checked by the referee.
+
+    Parameters
+    ----------
+    way : a path, a plan that found one, or a course (see :func:`course`).
+    scene : the map, its speed zones and the robot's limits.
+    law : a name, such as ``physical`` (SI units) or ``dissertation`` (velocity units; m/s on a course), or
+        settings of a law.
+    v0 : speed at the start, in the profile's units.
+    smooth : ``arcs``: the path is made a curve first. ``none``: a path stays one of cells.
+    spacing : as for :func:`course`.
+    movers : moving obstacles in continuous time, as sensed now.
+    law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
+
+    Raises
+    ------
+    UsageError : no such law; settings beside settings.
+    SettingError : a plan without a path; a setting it does not have; v0 too fast to stop in time.
+    InternalFault : the referee refused the profile; a bug of ours.
+    """
+    if law_settings:
+        if not isinstance(law, str):
+            raise UsageError("LAW", "settings beside settings", where="law_settings", allowed="a law's name")
+        law = laws.with_settings(law, law_settings)
+    along = way if isinstance(way, Course) else _path(way)
+    if isinstance(along, Path) and smooth != "none":
+        along = course(along, scene, smooth=smooth, spacing=spacing)
+    made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
+    _judge(made, along, scene, laws.settings_named(law), v0)
+    return made
+
+
+def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: float) -> None:
+    """Have the referee look at a profile: the motion itself, and the caps that its law promises."""
+    robot = scene.robot
+    if isinstance(along, Course) and made.law == "dissertation":
+        # It knows no limits of the robot but the top speed; how it is driven must still add up.
+        free = {"a_max": 1e12, "d_max": 1e12, "v_max": robot.v_max * (1 + 1e-9), "v0": None}
+        referee.demand(referee.check_motion(made.s, made.v, made.a, made.t, **free))  # type: ignore[arg-type]
+        return
+    ours = chosen if isinstance(chosen, PhysicalLaw) else PhysicalLaw()
+    # A share of 1 asks nothing of the walls.
+    creep = getattr(chosen, "creep", ours.creep) if ours.clearance else 1.0
+    path = along if isinstance(along, Path) else None
+    plain = ours == PhysicalLaw(creep=ours.creep) and scene.zones is None
+    slowest = None if plain else LEAST
+    referee.demand(referee.check_profile(made, path, scene, v0=v0, creep=creep, slowest=slowest))
+    if isinstance(along, Course) and along.curve is not None and made.law != "rpp":
+        static = made.law != "optimum"
+        found = check_caps(
+            made,
+            along.curve,
+            scene,
+            creep=creep,
+            curvature=ours.curvature,
+            clearance=static and ours.clearance,
+            zones=static and ours.zones,
+        )
+        referee.demand(found)
+
+
+def _path(way: Plan | Path) -> Path:
     path = way.path if isinstance(way, Plan) else way
     if path is None:
         raise SettingError("PROFILE", "this plan holds no path", allowed="a plan whose status is found")
-    made = laws.profile(path, scene, law=law, v0=v0)
-    referee.demand(referee.check_profile(made, path, scene, v0=v0))
-    return made
+    _typed("way", path, Path)
+    return path
 
 
 def simulate(

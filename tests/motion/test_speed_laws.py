@@ -42,9 +42,9 @@ BODIES = [(5, 5), (3, 5), (8, 6), (9, 3)]
 
 
 def test_the_table_lists_itself() -> None:
-    assert laws.names() == (
-        "blind", "cloud", "constant", "dissertation", "optimum", "physical", "rpp", "three-speed", "uncertainty"
-    )  # fmt: skip
+    related = ("blind", "cloud", "three-speed", "uncertainty")
+    assert set(laws.names()) == {"constant", "dissertation", "optimum", "physical", "rpp", *related}
+    assert list(laws.names()) == sorted(laws.names())
     for name, row in laws.LAWS.items():
         assert row.name == name
         assert row.summary

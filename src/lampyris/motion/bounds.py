@@ -16,7 +16,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Cap
 from lampyris.motion.checked import number
-from lampyris.motion.course import Course, course_of_path
+from lampyris.motion.course import Course, course_of_path, places
 from lampyris.motion.physical import STATIC, PhysicalLaw, ground_of
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.typing import Cell
@@ -70,7 +70,7 @@ def constant_profile(
     found = [cap for row in STATIC for cap in row(g)]
     least = min(found, key=lambda cap: float(cap.v.min()))
     one = Cap(least.cause, np.full(len(g.course), least.v.min()))
-    return _profile("constant", g.course, scene, [one], found, v0, on_infeasible)
+    return _profile("constant", way, g.course, scene, [one], found, v0, on_infeasible)
 
 
 def optimum_profile(
@@ -96,11 +96,12 @@ def optimum_profile(
     found = [Cap("limit", caps.limit(len(course), scene.robot.v_max))]
     if course.curve is not None:
         found.append(Cap("curvature", caps.curvature(course.curvature, lat_max=scene.robot.lat_max)))
-    return _profile("optimum", course, scene, found, found, v0, on_infeasible)
+    return _profile("optimum", way, course, scene, found, found, v0, on_infeasible)
 
 
 def _profile(
     name: str,
+    way: Path | Course,
     course: Course,
     scene: Scene,
     found: Sequence[Cap],
@@ -120,4 +121,4 @@ def _profile(
         jerk_max=robot.jerk_max,
     )
     caps_ = tuple((cap.cause, cap.v) for cap in faint)
-    return Profile(name, s, made.v, made.a, made.t, made.cause, "m/s", made.about, caps_, course.xy)
+    return Profile(name, s, made.v, made.a, made.t, made.cause, "m/s", made.about, caps_, places(way))

@@ -52,6 +52,11 @@ def course_of_path(path: Path, resolution: float) -> Course:
     return Course(path.arc * resolution, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
+def places(way: Path | Course) -> Points | None:
+    """Where a profile's nodes are: told for a course; those of a path of cells are its cells."""
+    return way.xy if isinstance(way, Course) else None
+
+
 def course_of(curve: Curve, spacing: float) -> Course:
     """Nodes on a curve, at most ``spacing`` metres apart, one at each border of two pieces.
 

@@ -245,7 +245,17 @@ def settings_of(law: SpeedLaw) -> dict[str, Any]:
 
     What :func:`with_settings` makes of it is the same law.
     """
-    return settings.told(_found(law)[1])
+    return settings.told(settings_named(law))
+
+
+def settings_named(law: SpeedLaw) -> Any:
+    """The settings of a law: its defaults where it is named.
+
+    Raises
+    ------
+    UsageError : ``LAW``: no law of that name.
+    """
+    return _found(law)[1]
 
 
 def _found(law: Any) -> tuple[Law, Any]:

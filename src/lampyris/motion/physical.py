@@ -36,7 +36,7 @@ from lampyris.motion._interim import (
 from lampyris.motion.around import cells_distance, reach_of, room, zone_limits
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.checked import number
-from lampyris.motion.course import Course, course_of_path
+from lampyris.motion.course import Course, course_of_path, places
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.rings import as_cells
 from lampyris.motion.settings import checked_kind
@@ -309,7 +309,7 @@ def physical_profile(
         "m/s",
         made.about,
         tuple((cap.cause, cap.v) for cap in found),
-        course.xy,
+        places(way),
     )
 
 

@@ -22,7 +22,7 @@ from lampyris.motion._interim import wall_distance
 from lampyris.motion.around import cells_distance
 from lampyris.motion.cap import Cap
 from lampyris.motion.checked import number
-from lampyris.motion.course import Course, course_of_path
+from lampyris.motion.course import Course, course_of_path, places
 from lampyris.motion.profile import OnInfeasible, feasible_profile, lowest, start_speed
 from lampyris.motion.rings import as_cells
 from lampyris.typing import Cell, Floats, Points
@@ -235,7 +235,7 @@ def rpp_profile(
         stop=course.stop,
     )
     caps = tuple((cap.cause, cap.v) for cap in commands)
-    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", caps=caps, xy=course.xy)
+    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", caps=caps, xy=places(way))
 
 
 def _tracked(

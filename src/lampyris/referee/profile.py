@@ -33,7 +33,13 @@ LawCap: TypeAlias = Callable[[Profile, Points, Scene, float], Bound]
 
 
 def check_profile(
-    profile: Profile, way: Path | None, scene: Scene, *, v0: float = 0.0, creep: float = CREEP
+    profile: Profile,
+    way: Path | None,
+    scene: Scene,
+    *,
+    v0: float = 0.0,
+    creep: float = CREEP,
+    slowest: float | None = None,
 ) -> Violation | None:
     """Whether a profile keeps its law at every node and between nodes.
 
@@ -53,6 +59,7 @@ def check_profile(
     v0 : speed at the first node, in the law's units. The dissertation's law may lower it, every other must
         keep it.
     creep : share of v_max that no wall takes away.
+    slowest : m/s, what no rule of the law goes below; None: creep.
     """
     if profile.law != "dissertation" and profile.law not in LAWS:
         return Violation("law", "profile", f"no rules are known here for a law called {profile.law!r}")
@@ -78,7 +85,7 @@ def check_profile(
         caps=told,
         v0=v0,
         jerk_max=robot.jerk_max,
-    ) or _dawdling(profile, scene, creep)
+    ) or _dawdling(profile, scene, creep * robot.v_max if slowest is None else slowest)
 
 
 def clearance_bound(profile: Profile, places: Points, scene: Scene, creep: float) -> Bound:
@@ -96,7 +103,14 @@ def clearance_bound(profile: Profile, places: Points, scene: Scene, creep: float
     return "clearance", np.where(np.isinf(away), np.inf, top)
 
 
-LAWS: Mapping[str, tuple[LawCap, ...]] = MappingProxyType({"physical": (clearance_bound,)})
+LAWS: Mapping[str, tuple[LawCap, ...]] = MappingProxyType(
+    {
+        **dict.fromkeys(("physical", "uncertainty", "blind", "three-speed", "cloud"), (clearance_bound,)),
+        "constant": (clearance_bound,),
+        "optimum": (),
+        "rpp": (),
+    }
+)
 """Laws in SI units that can be judged, and the caps that each promises; all promise the robot's limits.
 
 To let another law be judged: one row here. To let another cap be judged: a function like
@@ -160,11 +174,11 @@ def _places_of_cells(profile: Profile, way: Path, scene: Scene) -> Points | Viol
     return wrong or way.cells[node].astype(np.float64)
 
 
-def _dawdling(profile: Profile, scene: Scene, creep: float) -> Violation | None:
+def _dawdling(profile: Profile, scene: Scene, slowest: float) -> Violation | None:
     """From rest to rest it may be slower for an obstacle's sake, but not slower than creeping."""
     robot, v = scene.robot, profile.v
     took, ds = np.diff(profile.t), np.diff(profile.s)
-    slowest = min(1.0, creep) * robot.v_max
+    slowest = min(robot.v_max, slowest)
     for k in np.flatnonzero((v[:-1] == 0) & (v[1:] == 0) & (ds > 0)).tolist():
         most = rest_to_rest(float(ds[k]), robot.a_max, robot.d_max, slowest)
         if robot.jerk_max is None and took[k] > most * (1 + ROUNDING) + 1e-12 * profile.t[-1]:

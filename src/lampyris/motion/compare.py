@@ -1,0 +1,113 @@
+"""Laws side by side on one course: how long each takes, how hard it drives, and which limits it breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lampyris.model.movers import Movers
+from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.motion import laws
+from lampyris.motion.course import Course
+from lampyris.typing import Floats
+
+_ROUNDING = 1e-9
+"""Share of a limit that rounding may be beyond it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """One law on the course.
+
+    Parameters
+    ----------
+    law : its name.
+    profile : in metres and seconds.
+    duration_s : seconds from start to goal.
+    mean : m/s: the way's length over its duration; 0 where there is no way.
+    peak_accel, peak_braking : m/s2, the greatest of each; 0 where there is none.
+    peak_lateral : m/s2: the greatest ``v^2 kappa``. A course without a curve has no curvature.
+    broken : which of the robot's limits it breaks: ``acceleration``, ``braking``, ``lateral``, ``v_max``.
+    ratio : of its duration to that of the time optimum; 1 where there is no way.
+    """
+
+    law: str
+    profile: Profile
+    duration_s: float
+    mean: float
+    peak_accel: float
+    peak_braking: float
+    peak_lateral: float
+    broken: tuple[str, ...]
+    ratio: float
+
+
+def compare(
+    course: Course,
+    scene: Scene,
+    chosen: Sequence[laws.SpeedLaw],
+    *,
+    movers: Movers | None = None,
+    v0: float = 0.0,
+) -> tuple[Entry, ...]:
+    """An entry for each law, in the order asked for.
+
+    Parameters
+    ----------
+    course : where all of them drive.
+    scene : map, zones and robot.
+    chosen : names, or settings of laws.
+    movers : moving obstacles as sensed now, for laws that mind them.
+    v0 : m/s at the start.
+
+    Raises
+    ------
+    UsageError : no such law.
+    SettingError : as :func:`lampyris.motion.laws.profile`.
+    """
+    best = laws.profile(course, scene, law="optimum", v0=v0).duration
+    out = []
+    for law in chosen:
+        made = laws.profile(course, scene, law=law, movers=movers, v0=v0)
+        out.append(entry_of(made, course, scene.robot, best))
+    return tuple(out)
+
+
+def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Entry:
+    """What one profile does, judged from it alone; ``best``: seconds that the time optimum takes."""
+    took = profile.duration
+    length = float(profile.s[-1] - profile.s[0])
+    lateral = lateral_of(profile, course)
+    peaks = {
+        "acceleration": (float(max(profile.a.max(), 0.0)), robot.a_max),
+        "braking": (float(max(-profile.a.min(), 0.0)), robot.d_max),
+        "lateral": (float(lateral.max()) if len(lateral) else 0.0, robot.lat_max),
+        "v_max": (float(profile.v.max()), robot.v_max),
+    }
+    return Entry(
+        profile.law,
+        profile,
+        took,
+        length / took if took > 0.0 else 0.0,
+        peaks["acceleration"][0],
+        peaks["braking"][0],
+        peaks["lateral"][0],
+        tuple(name for name, (peak, limit) in peaks.items() if peak > limit * (1.0 + _ROUNDING)),
+        took / best if best > 0.0 else 1.0,
+    )
+
+
+def lateral_of(profile: Profile, course: Course) -> Floats:
+    """Lateral acceleration on each edge at the greater of its two speeds, m/s2; (n - 1,)."""
+    s = course.s
+    if course.curve is None or len(s) < 2:
+        return np.zeros(max(len(s) - 1, 0))
+    begins = course.curve.begins
+    piece = np.clip(np.searchsorted(begins, 0.5 * (s[1:] + s[:-1]), side="right") - 1, 0, len(begins) - 2)
+    fast = np.maximum(profile.v[1:], profile.v[:-1])
+    out: Floats = fast * fast * np.abs(course.curve.curvature[piece])
+    return out

@@ -1,0 +1,102 @@
+"""Caps of our law on a curve, measured anew at the nodes and between them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lampyris.model.curve import Curve
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.referee.profile import CREEP, ROUNDING, wall_distance_of_points
+from lampyris.referee.verdict import Violation
+from lampyris.typing import Floats, Points
+
+PARTS = 4
+"""Places looked at on each edge, its first node among them."""
+
+
+def check_caps(
+    profile: Profile,
+    curve: Curve,
+    scene: Scene,
+    *,
+    creep: float = CREEP,
+    curvature: bool = True,
+    clearance: bool = True,
+    zones: bool = True,
+    parts: int = PARTS,
+) -> Violation | None:
+    """Whether a profile along a curve keeps the caps of bends, walls and zones, at nodes and between.
+
+    Rules: ``nodes``, ``curvature``, ``clearance``, ``zone``. Between two nodes the speed is that of the
+    profile's own constant acceleration; an edge from rest to rest is not looked at in between.
+
+    Parameters
+    ----------
+    profile : in SI units, its distances those of the curve.
+    curve, scene : judged against; moving obstacles are not known here.
+    creep : share of v_max that no wall takes away.
+    curvature, clearance, zones : whether the law promises the rule.
+    parts : places looked at on each edge.
+    """
+    length = curve.length
+    if abs(profile.s[-1] - length) > ROUNDING * max(1.0, length):
+        return Violation("nodes", "profile", f"{profile.s[-1]!r} m long; the curve is {length!r} m")
+    s, v = _fine(profile, parts)
+    xy = curve.at(s)[0]
+    robot = scene.robot
+    found = None
+    if curvature:
+        most = np.sqrt(robot.lat_max / np.maximum(_bend(curve, s), 1e-300))
+        found = _first("curvature", s, v, most, "the bend")
+    if clearance and found is None:
+        enough = (robot.radius + robot.v_max**2 / (2 * robot.d_max)) * (1 + ROUNDING)
+        room = np.maximum(wall_distance_of_points(scene.grid, xy, enough) - robot.radius, 0.0)
+        most = np.maximum(creep * robot.v_max, np.sqrt(2 * robot.d_max * room))
+        found = _first("clearance", s, v, most, "the nearest wall")
+    if zones and found is None and scene.zones is not None:
+        found = _first("zone", s, v, _zone(scene, xy), "the zone")
+    return found
+
+
+def _fine(profile: Profile, parts: int) -> tuple[Floats, Floats]:
+    """Distances and speeds at the nodes and between them."""
+    s, v, ds = profile.s, profile.v, np.diff(profile.s)
+    share = np.arange(parts) / parts
+    along = ds[:, None] * share
+    square = (v[:-1] ** 2)[:, None] + (np.diff(v**2))[:, None] * share
+    fine_s = np.append((s[:-1, None] + along).ravel(), s[-1])
+    return fine_s, np.sqrt(np.append(np.maximum(square, 0.0).ravel(), v[-1] ** 2))
+
+
+def _bend(curve: Curve, s: Floats) -> Floats:
+    """Greatest curvature that touches each place, 1/m; a place within rounding of a border touches both."""
+    out = np.zeros(len(s))
+    give = ROUNDING * max(1.0, curve.length)
+    begin = 0.0
+    for length, kappa in zip(curve.lengths.tolist(), np.abs(curve.curvature).tolist(), strict=True):
+        if kappa > 0.0:
+            # Within: what lies outside by rounding is not asked of, what lies inside is.
+            inside = (s >= begin + give) & (s <= begin + length - give)
+            out[inside] = np.maximum(out[inside], kappa)
+        begin += length
+    return out
+
+
+def _zone(scene: Scene, xy: Points) -> Floats:
+    """The speed limit of the cell that holds each place, m/s; infinity off the map."""
+    assert scene.zones is not None
+    x, y = np.floor(xy + 0.5).astype(np.int64).T
+    grid = scene.grid
+    on = (x >= 0) & (y >= 0) & (x < grid.width) & (y < grid.height)
+    out = np.full(len(xy), np.inf)
+    out[on] = scene.zones[y[on], x[on]]
+    return out
+
+
+def _first(rule: str, s: Floats, v: Floats, most: Floats, who: str) -> Violation | None:
+    bad = ~(v <= most * (1 + ROUNDING))
+    if not bad.any():
+        return None
+    k = int(bad.argmax())
+    return Violation(rule, f"at {s[k]:g} m", f"{v[k]!r} m/s; {who} allows {most[k]!r}")
