@@ -121,7 +121,7 @@ def _moments(ticks: int, fps: float) -> Shown:
 
 
 def frame_ms(fps: float) -> int:
-    """How long a frame stands: hundredths of a second, as GIF counts them, for both, so that they run alike."""
+    """How long a frame stands: whole hundredths of a second, as GIF counts them, for both kinds."""
     return max(20, 10 * round(100 / fps))
 
 
