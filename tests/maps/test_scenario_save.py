@@ -18,6 +18,7 @@ from lampyris.maps.scenario import Bundled, Made, MapFile
 from lampyris.maps.scenario_save import json_of, yaml_of
 from lampyris.maps.yaml_text import read_yaml
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.motion import laws
 from lampyris.planners import registry
 from lampyris.scenarios import completed
 
@@ -151,7 +152,7 @@ def test_everything_is_decided() -> None:
         "obstacles", "simulate",
     ]  # fmt: skip
     assert said["planner"]["settings"] == asdict(registry.make("ad-gso"))
-    assert said["law"] == {"name": "physical", "settings": {"creep": 0.1}}
+    assert said["law"] == {"name": "physical", "settings": laws.settings_of("physical")}
     assert said["robot"] == asdict(lampyris.Robot())
     assert said["obstacles"] == [{"kind": "random-walk", "count": 3, "rate": None, "radius": 0.0}]
     assert said["simulate"] == {"ticks": trace.last_tick, "patience": 50}

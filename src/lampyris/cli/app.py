@@ -9,6 +9,47 @@ import typer
 
 from lampyris import __version__
 from lampyris.cli import maps_verbs, scen_verb
+from lampyris.cli.options import (
+    AllowOutside,
+    AMax,
+    Colour,
+    Csv,
+    DMax,
+    Explain,
+    Film,
+    Force,
+    Goal,
+    GoalM,
+    JerkMax,
+    Json,
+    LatMax,
+    Law,
+    Layer,
+    Map,
+    MaxCells,
+    Mobility,
+    Moves,
+    NoTiming,
+    ObstacleRadius,
+    Obstacles,
+    Picture,
+    Planner,
+    Preset,
+    Radius,
+    Rate,
+    Resolution,
+    Save,
+    Seed,
+    Set,
+    SetLaw,
+    Start,
+    StartM,
+    Track,
+    TurnRadius,
+    Values,
+    VMax,
+    Zones,
+)  # fmt: skip
 
 app = typer.Typer(
     name="lampyris",
@@ -38,78 +79,6 @@ def _root(
     pass
 
 
-Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
-Start = Annotated[
-    str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")
-]
-Goal = Annotated[str | None, typer.Option("--goal", metavar="X,Y", help="Goal cell.")]
-StartM = Annotated[
-    str | None, typer.Option("--start-m", metavar="X,Y", help="Start in metres of the map frame.")
-]
-GoalM = Annotated[
-    str | None, typer.Option("--goal-m", metavar="X,Y", help="Goal in metres of the map frame.")
-]
-Planner = Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")]
-Preset = Annotated[
-    str,
-    typer.Option("--preset", help="robot: octile moves, SI units. dissertation: its moves and speed law."),
-]
-Moves = Annotated[
-    str | None, typer.Option("--moves", help="dissertation, octile, four or sixteen (default: the preset's).")
-]
-Law = Annotated[str | None, typer.Option("--law", help="physical or dissertation (default: the preset's).")]
-Set = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; may be given several times."),
-]
-Seed = Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same bytes.")]
-Resolution = Annotated[
-    float | None,
-    typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1)."),
-]
-Radius = Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the robot.")]
-VMax = Annotated[float, typer.Option("--v-max", metavar="M/S", help="Greatest speed of the robot.")]
-AMax = Annotated[float, typer.Option("--a-max", metavar="M/S2", help="Greatest acceleration.")]
-DMax = Annotated[float, typer.Option("--d-max", metavar="M/S2", help="Greatest braking.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
-Picture = Annotated[
-    Path | None, typer.Option("--picture", metavar="FILE", help="Draw the result (.png or .svg).")
-]
-Layer = Annotated[
-    str, typer.Option("--layer", help="What lies under the path in the picture: luciferin, cost or none.")
-]
-Csv = Annotated[
-    Path | None,
-    typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, s, a and cause a node."),
-]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
-NoTiming = Annotated[
-    bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
-]
-Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
-Explain = Annotated[
-    bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
-]
-Save = Annotated[
-    Path | None,
-    typer.Option(
-        "--save-scenario", metavar="FILE", help="Write all of it to a file for `lampyris run` (.yaml, .json)."
-    ),
-]
-Values = Annotated[
-    str, typer.Option("--values", help="What grey and numbers of the map mean: occupancy or costmap.")
-]
-Colour = Annotated[
-    str, typer.Option("--colour", help="Colours out of the legend: legend refuses, luminance reads as grey.")
-]
-AllowOutside = Annotated[
-    bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
-]
-MaxCells = Annotated[
-    int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells (default 2^24).")
-]
-
-
 @app.command()
 def plan(
     map_: Map,
@@ -121,6 +90,7 @@ def plan(
     preset: Preset = "robot",
     moves: Moves = None,
     law: Law = None,
+    set_law: SetLaw = None,
     settings: Set = None,
     seed: Seed = 0,
     resolution: Resolution = None,
@@ -128,6 +98,10 @@ def plan(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
+    lat_max: LatMax = 1.0,
+    turn_radius: TurnRadius = 0.0,
+    jerk_max: JerkMax = None,
+    zones: Zones = None,
     values: Values = "occupancy",
     colour: Colour = "legend",
     allow_outside: AllowOutside = False,
@@ -147,7 +121,8 @@ def plan(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        zones, set_law or [],
     )  # fmt: skip
     out = verbs.Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
     raise typer.Exit(verbs.plan(request, out))
@@ -164,6 +139,7 @@ def simulate(
     preset: Preset = "robot",
     moves: Moves = None,
     law: Law = None,
+    set_law: SetLaw = None,
     settings: Set = None,
     seed: Seed = 0,
     resolution: Resolution = None,
@@ -171,29 +147,19 @@ def simulate(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
+    lat_max: LatMax = 1.0,
+    turn_radius: TurnRadius = 0.0,
+    jerk_max: JerkMax = None,
+    zones: Zones = None,
     values: Values = "occupancy",
     colour: Colour = "legend",
     allow_outside: AllowOutside = False,
     max_cells: MaxCells = None,
-    obstacles: Annotated[
-        int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles.")
-    ] = 10,
-    mobility: Annotated[
-        str, typer.Option("--mobility", help="random-walk, patrol, crossing, or mixed (a third of each).")
-    ] = "random-walk",
-    rate: Annotated[
-        float | None,
-        typer.Option("--rate", help="Random walkers appear with this chance a tick (1: the dissertation's)."),
-    ] = None,
-    obstacle_radius: Annotated[
-        float, typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles (0: one cell).")
-    ] = 0.0,
-    track: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, a row a tick."
-        ),
-    ] = None,
+    obstacles: Obstacles = 10,
+    mobility: Mobility = "random-walk",
+    rate: Rate = None,
+    obstacle_radius: ObstacleRadius = 0.0,
+    track: Track = None,
     ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", help="When to stop.")] = None,
     patience: Annotated[
         int | None,
@@ -215,7 +181,8 @@ def simulate(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        zones, set_law or [],
     )  # fmt: skip
     traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
     out = verbs.Outputs(json_, not no_timing, csv, save, force, film=film)

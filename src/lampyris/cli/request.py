@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
@@ -26,7 +26,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
 from lampyris.planners import registry
-from lampyris.typing import Cell
+from lampyris.typing import Cell, FloatGrid
 
 MOBILITIES = ("random-walk", "patrol", "crossing", "mixed")
 
@@ -70,6 +70,24 @@ class Request:
     colour: str = "legend"
     allow_outside: bool = False
     max_cells: int | None = None
+    lat_max: float = 1.0
+    turn_radius: float = 0.0
+    jerk_max: float | None = None
+    zones: Path | None = None
+    law_settings: Sequence[str] = ()
+
+    def robot(self) -> Robot:
+        """Size and limits."""
+        limits = (self.v_max, self.a_max, self.d_max, self.lat_max, self.turn_radius, self.jerk_max)
+        return Robot(self.radius, *limits)
+
+    def read_zones(self, grid: Grid) -> tuple[FloatGrid | None, tuple[str, ...]]:
+        """The speed zones, and what a person should know of them."""
+        if self.zones is None:
+            return None, ()
+        from lampyris.maps.zones import read_zones
+
+        return read_zones(self.zones, grid, self.v_max, allow_outside=self.allow_outside)
 
     def load(self) -> MapDocument:
         """The map."""
@@ -95,17 +113,23 @@ class Request:
         if not 0 <= self.seed <= MAX_SEED:
             raise SettingError("SEED", f"seed {self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
         settings = parse_settings(self.planner, self.settings)
-        document = self.load()
+        law_settings = parse_law(law, self.law_settings)
+        robot, document = self.robot(), self.load()
+        zones, notes = self.read_zones(document.grid)
         scene = Scene(
             document.grid,
             self._end("start", self.start, self.start_m, document),
             self._end("goal", self.goal, self.goal_m, document),
             moves=moves,  # type: ignore[arg-type]
-            robot=Robot(self.radius, self.v_max, self.a_max, self.d_max),
+            robot=robot,
+            zones=zones,
         )
         bundled = self.map_ in library.names()
         source = Bundled(self.map_) if bundled else MapFile(self.map_, self.values, self.colour)
-        return Scenario(scene, self.planner, settings, law, seed=self.seed, map=source, notes=document.notes)
+        return Scenario(
+            scene, self.planner, settings, law, law_settings, self.seed, map=source,
+            notes=(*document.notes, *notes), zones=None if self.zones is None else str(self.zones),
+        )  # fmt: skip
 
     def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> Cell:
         if cell is not None and metres is not None:
@@ -222,6 +246,45 @@ def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:
     except ValueError:
         allowed = "two whole numbers X,Y" if kind is int else "two numbers X,Y"
         raise UsageError("TYPE", f"{text!r}", where=where, allowed=allowed) from None
+
+
+def parse_law(name: str, words: Sequence[str]) -> dict[str, Any]:
+    """``KEY=VALUE`` words as settings of a speed law: true, false and none, then numbers, else text.
+
+    Raises
+    ------
+    UsageError : no such law; a word without ``=``; a setting the law does not have.
+    SettingError : a value out of its range.
+    """
+    from lampyris.motion import laws
+
+    given: dict[str, Any] = {}
+    for word in words:
+        key, equals, value = (part.strip() for part in word.partition("="))
+        if not equals or not key:
+            raise UsageError("SET", f"{word!r}", where="--set-law", allowed="KEY=VALUE")
+        given[key.replace("-", "_")] = _plain_value(value)
+    try:
+        laws.with_settings(name, given)
+    except SettingError as unknown:
+        if "has no setting" not in unknown.what:
+            raise
+        raise UsageError(
+            unknown.code, unknown.what, where="--set-law", allowed=unknown.allowed, todo=unknown.todo
+        ) from None
+    return given
+
+
+def _plain_value(text: str) -> Any:
+    words = {"true": True, "false": False, "none": None, "null": None}
+    if text.lower() in words:
+        return words[text.lower()]
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
 
 
 def parse_settings(planner: str, words: list[str]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.errors import FileError, LimitError
 from lampyris.maps.csv_table import MAX_BYTES
@@ -76,6 +77,7 @@ class Scenario:
     map : where the map comes from; None: from its cells. Left out of comparisons, like the last two.
     notes : sentences a person should read.
     where : the file it was read from.
+    zones : the file that the scene's speed zones are from; None: there are none, or they are in no file.
     """
 
     scene: Scene
@@ -91,6 +93,7 @@ class Scenario:
     map: MapSource | None = None
     notes: tuple[str, ...] = ()
     where: str = ""
+    zones: str | None = None
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -100,6 +103,7 @@ class Scenario:
             (a.start, a.goal, a.moves, a.robot, a.traffic) == (b.start, b.goal, b.moves, b.robot, b.traffic)
             and _decided(self) == _decided(other)
             and _same_map(a.grid, b.grid)
+            and _same(a.zones, b.zones)
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -114,11 +118,13 @@ def _same_map(a: Grid, b: Grid) -> bool:
     return (
         (a.resolution, a.origin, a.name) == (b.resolution, b.origin, b.name)
         and np.array_equal(a.blocked, b.blocked)
-        and all(
-            np.array_equal(x, y) if x is not None and y is not None else x is y
-            for x, y in ((a.unknown, b.unknown), (a.terrain, b.terrain))
-        )
+        and _same(a.unknown, b.unknown)
+        and _same(a.terrain, b.terrain)
     )
+
+
+def _same(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
+    return np.array_equal(a, b) if a is not None and b is not None else a is b
 
 
 class Names(Protocol):

@@ -22,11 +22,12 @@ from lampyris.maps.scenario_faults import Document, in_order, raise_all, spot
 from lampyris.maps.text import read_text
 from lampyris.maps.tracks import MAX_TICKS, read_track
 from lampyris.maps.yaml_text import Where, shown
+from lampyris.maps.zones import read_zones
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.traffic import MAX_BODIES, Crossing, Patrol, RandomWalk, Recorded, Traffic
-from lampyris.typing import Cell
+from lampyris.typing import Cell, FloatGrid
 
 T = TypeVar("T")
 
@@ -67,9 +68,10 @@ class _Build:
         robot = Robot(**file.robot.model_dump())
         traffic = self._traffic(map_[0].grid if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
+        zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
         scene = None
         if map_ and start and goal and not self.faults:
-            parts = (map_[0].grid, start, goal, file.moves or moves, robot, traffic)
+            parts = (map_[0].grid, start, goal, file.moves or moves, robot, traffic, zones)
             scene = self.tried(("robot", "radius"), Scene, *parts)
         if map_ is None or scene is None or self.faults:
             raise_all(in_order(self.said, self.faults))
@@ -83,6 +85,7 @@ class _Build:
         return Scenario(
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
             file.name or "", map_[1], tuple(self.notes), self.said.where,
+            self.path(file.zones, ("zones",)) if file.zones is not None else None,
         )  # fmt: skip
 
     def tried(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
@@ -173,6 +176,16 @@ class _Build:
                 todo="put the file beside it, or give --allow-outside if you trust the scenario",
             )
         return path
+
+    def _zones(self, grid: Grid, robot: Robot) -> FloatGrid | None:
+        """The speed zones of a file."""
+        if self.file.zones is None:
+            return None
+        path = self.path(self.file.zones, ("zones",))
+        outside = self.allow_outside
+        zones, notes = read_zones(path, grid, robot.v_max, allow_outside=outside, confined=not outside)
+        self.notes += notes
+        return zones
 
     # ---- ends and traffic --------------------
 

@@ -13,7 +13,8 @@ from pydantic_core import ErrorDetails
 from lampyris.errors import FileError, LampyrisError, LimitError, did_you_mean
 from lampyris.maps.document import plural
 from lampyris.maps.json_text import JsonDocument, pointer
-from lampyris.maps.scenario_file import KINDS, TABLES, TAGS, Rule, ScenarioFile, Table
+from lampyris.maps.scenario_file import KINDS, TABLES, TAGS, ScenarioFile
+from lampyris.maps.scenario_form import Rule, Table
 from lampyris.maps.yaml_text import Where, shown
 
 MOST = 20

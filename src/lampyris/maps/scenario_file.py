@@ -7,83 +7,21 @@ module and by nobody else's import of the package: it takes 70 ms.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, StringConstraints, Tag
-from pydantic_core import PydanticCustomError
+from pydantic import Discriminator, Field, StringConstraints, Tag
 
 from lampyris.maps.load import COLOURS, VALUES
-from lampyris.maps.scenario import MAX_SEED, PRESETS
-from lampyris.maps.yaml_text import shown
+from lampyris.maps.scenario import PRESETS
+from lampyris.maps.scenario_form import FileName, Metres, Pair, Resolution, Rule, Seed, Settings, Table, Word
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.traffic import MAX_BODIES
 
 VERSION = 1
 MAX_TICKS = 10**9
 MAX_SIDE = 2**24
-MAX_TEXT = 200
 
-
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """What to say when a field's value is refused.
-
-    Parameters
-    ----------
-    code : of the error.
-    allowed : in words.
-    always : whether a value of the wrong type has this code too, and not TYPE.
-    limit : whether a value that is too great is a LIMIT (exit code 5).
-    """
-
-    code: str
-    allowed: str
-    always: bool = False
-    limit: bool = False
-
-
-def _printable(text: str) -> str:
-    if not text.isprintable():
-        raise PydanticCustomError("text", "{what}", {"what": f"{shown(text)} is not printable"})
-    return text
-
-
-def _plain(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings whose words fit into a message."""
-    for key, value in settings.items():
-        for text in (key, value):
-            if isinstance(text, str) and (len(text) > MAX_TEXT or not text.isprintable()):
-                what = f"{shown(text)}: {len(text):,} characters"
-                raise PydanticCustomError("text", "{what}", {"what": what})
-    return settings
-
-
-class Table(BaseModel):
-    """Strict, closed and frozen."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-Word: TypeAlias = Annotated[
-    str, StringConstraints(min_length=1, max_length=64), AfterValidator(_printable), Rule("TEXT", "a name")
-]
-Settings: TypeAlias = Annotated[
-    dict[str, Any], AfterValidator(_plain), Rule("TEXT", f"a table; text of at most {MAX_TEXT} characters")
-]
-Pair: TypeAlias = Annotated[list[int], Field(min_length=2, max_length=2)]
-Metres: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
-FileName: TypeAlias = Annotated[
-    str,
-    StringConstraints(min_length=1, max_length=1000),
-    Rule("PATH_FORM", "a path with / between its parts, relative to the scenario's folder"),
-]
-Resolution: TypeAlias = Annotated[
-    float, Field(ge=1e-6, le=1000), Rule("MAP_RESOLUTION", "1e-6 to 1000 metres a cell")
-]
-Seed: TypeAlias = Annotated[
-    int, Field(ge=0, le=MAX_SEED), Rule("SEED", "a whole number, 0 to 2^63 - 1", always=True)
-]
 
 # ---- the map --------------------
 
@@ -195,6 +133,16 @@ class RobotTable(Table):
     v_max: _LIMIT = Field(_DEFAULT["v_max"], description="Greatest speed, m/s.")
     a_max: _LIMIT = Field(_DEFAULT["a_max"], description="Greatest acceleration, m/s2.")
     d_max: _LIMIT = Field(_DEFAULT["d_max"], description="Greatest braking, m/s2.")
+    lat_max: _LIMIT = Field(_DEFAULT["lat_max"], description="Greatest lateral acceleration in a bend, m/s2.")
+    turn_radius: Annotated[
+        float, Field(ge=0, le=GREATEST), Rule("ROBOT_LIMIT", f"a number >= 0, up to {GREATEST:g}")
+    ] = Field(
+        _DEFAULT["turn_radius"], description="Smallest radius it drives, metres; tighter, it stops and turns."
+    )
+    jerk_max: Annotated[
+        Annotated[float, Field(ge=LEAST, le=GREATEST)] | None,
+        Rule("ROBOT_LIMIT", f"a number > 0, {LEAST:g} to {GREATEST:g}, or null"),
+    ] = Field(_DEFAULT["jerk_max"], description="Greatest change of acceleration, m/s3; null: no limit.")
 
 
 class Named(Table):
@@ -353,7 +301,12 @@ class ScenarioFile(Table):
         Rule("MOVES", "dissertation, octile, four or sixteen"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     planner: NameOrTable = Field("ad-gso", description="Who plans: see `lampyris planners`.")
-    law: NameOrTable | None = Field(None, description="The speed law; null: the preset's.")
+    law: NameOrTable | None = Field(
+        None, description="The speed law (see `lampyris laws`); null: the preset's."
+    )
+    zones: FileName | None = Field(
+        None, description="Speed zones: a Nav2 speed mask (.yaml), or m/s for each cell (.npy, .csv)."
+    )
     seed: Seed = Field(0, description="Root of every draw: same seed, same bytes.")
     obstacles: list[Obstacle] = Field(
         [],

@@ -104,9 +104,13 @@ def _valid(target: Path, data: dict[str, Any]) -> None:
 
 
 def _needs(scenario: Scenario, data: Mapping[str, Any]) -> tuple[str, ...]:
-    if isinstance(scenario.map, MapFile) and _outside(data["map"]["file"]):
-        return ("the map is outside the scenario's folder: running the scenario needs --allow-outside",)
-    return ()
+    files = {"the map": data["map"].get("file"), "the file of zones": data.get("zones")}
+    outside = [what for what, name in files.items() if name is not None and _outside(name)]
+    if not outside:
+        return ()
+    verb = "is" if len(outside) == 1 else "are"
+    told = f"{' and '.join(outside)} {verb} outside the scenario's folder"
+    return (f"{told}: running the scenario needs --allow-outside",)
 
 
 def _outside(name: str) -> bool:
@@ -140,9 +144,28 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "obstacles": [_obstacle(one) for one in scene.traffic],
     }
+    if (zones := _zones(scenario, folder)) is not None:
+        data["zones"] = zones
     if scenario.simulated:
         data["simulate"] = {"ticks": scenario.ticks, "patience": scenario.patience}
     return data
+
+
+def _zones(scenario: Scenario, folder: Path) -> str | None:
+    if scenario.zones is None:
+        if scenario.scene.zones is not None:
+            todo = "save them to a .npy and name it in Scenario.zones"
+            raise SettingError("ZONES", "speed zones that are in no file", todo=todo)
+        return None
+    return _named_file(scenario.zones, folder)
+
+
+def _named_file(path: str, folder: Path) -> str:
+    """A file's name as a scenario in a folder has it."""
+    name = _relative(path, folder)
+    if not plain_path(name):
+        raise FileError("PATH_FORM", "a scenario cannot name such a file", where=name, todo="rename it")
+    return name
 
 
 def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
@@ -150,11 +173,8 @@ def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
     if isinstance(source, Bundled):
         return {"bundled": source.name, "resolution": grid.resolution}
     if isinstance(source, MapFile):
-        name = _relative(source.path, folder)
-        if not plain_path(name):
-            raise FileError("PATH_FORM", "a scenario cannot name such a file", where=name, todo="rename it")
         return {
-            "file": name,
+            "file": _named_file(source.path, folder),
             "resolution": grid.resolution,
             "values": source.values,
             "colour": source.colour,

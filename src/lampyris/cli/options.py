@@ -1,0 +1,123 @@
+"""The options that several verbs share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
+Start = Annotated[
+    str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")
+]
+Goal = Annotated[str | None, typer.Option("--goal", metavar="X,Y", help="Goal cell.")]
+StartM = Annotated[
+    str | None, typer.Option("--start-m", metavar="X,Y", help="Start in metres of the map frame.")
+]
+GoalM = Annotated[
+    str | None, typer.Option("--goal-m", metavar="X,Y", help="Goal in metres of the map frame.")
+]
+Planner = Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")]
+Preset = Annotated[
+    str,
+    typer.Option("--preset", help="robot: octile moves, SI units. dissertation: its moves and speed law."),
+]
+Moves = Annotated[
+    str | None, typer.Option("--moves", help="dissertation, octile, four or sixteen (default: the preset's).")
+]
+Law = Annotated[
+    str | None, typer.Option("--law", help="The speed law: see `lampyris laws` (default: the preset's).")
+]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="A setting of the planner; may be given several times."),
+]
+Seed = Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same bytes.")]
+Resolution = Annotated[
+    float | None,
+    typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1)."),
+]
+Radius = Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the robot.")]
+VMax = Annotated[float, typer.Option("--v-max", metavar="M/S", help="Greatest speed of the robot.")]
+AMax = Annotated[float, typer.Option("--a-max", metavar="M/S2", help="Greatest acceleration.")]
+DMax = Annotated[float, typer.Option("--d-max", metavar="M/S2", help="Greatest braking.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Picture = Annotated[
+    Path | None, typer.Option("--picture", metavar="FILE", help="Draw the result (.png or .svg).")
+]
+Layer = Annotated[
+    str, typer.Option("--layer", help="What lies under the path in the picture: luciferin, cost or none.")
+]
+Csv = Annotated[
+    Path | None,
+    typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, s, a and cause a node."),
+]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+NoTiming = Annotated[
+    bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
+]
+Film = Annotated[Path | None, typer.Option("--film", metavar="FILE", help="Film the run (.webp or .gif).")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Print each iteration, as the dissertation's Tables 4.3 to 4.6.")
+]
+Save = Annotated[
+    Path | None,
+    typer.Option(
+        "--save-scenario", metavar="FILE", help="Write all of it to a file for `lampyris run` (.yaml, .json)."
+    ),
+]
+Values = Annotated[
+    str, typer.Option("--values", help="What grey and numbers of the map mean: occupancy or costmap.")
+]
+Colour = Annotated[
+    str, typer.Option("--colour", help="Colours out of the legend: legend refuses, luminance reads as grey.")
+]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
+]
+MaxCells = Annotated[
+    int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells (default 2^24).")
+]
+LatMax = Annotated[
+    float, typer.Option("--lat-max", metavar="M/S2", help="Greatest lateral acceleration in a bend.")
+]
+TurnRadius = Annotated[
+    float,
+    typer.Option(
+        "--turn-radius", metavar="M", help="Smallest radius it drives; tighter: it stops and turns."
+    ),
+]
+JerkMax = Annotated[
+    float | None,
+    typer.Option("--jerk-max", metavar="M/S3", help="Greatest change of acceleration (default: no limit)."),
+]
+SetLaw = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set-law", metavar="KEY=VALUE", help="A setting of the law, such as blind.reach=5; several times."
+    ),
+]
+Zones = Annotated[
+    Path | None,
+    typer.Option(
+        "--zones", metavar="FILE", help="Speed zones: a Nav2 speed mask (.yaml), or m/s a cell (.npy, .csv)."
+    ),
+]
+ObstacleRadius = Annotated[
+    float, typer.Option("--obstacle-radius", metavar="M", help="Radius of the obstacles (0: one cell).")
+]
+Track = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, a row a tick."
+    ),
+]
+Obstacles = Annotated[int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles.")]
+Mobility = Annotated[
+    str, typer.Option("--mobility", help="random-walk, patrol, crossing, or mixed (a third of each).")
+]
+Rate = Annotated[
+    float | None,
+    typer.Option("--rate", help="Random walkers appear with this chance a tick (1: the dissertation's)."),
+]
