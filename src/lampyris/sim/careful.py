@@ -1,0 +1,147 @@
+"""Our controller: as fast as the ceiling allows, and never so that it could not stand before any contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lampyris.kernels.road import travelled
+from lampyris.model.scene import Scene
+from lampyris.motion.cap import Around
+from lampyris.motion.cloud import cloud_cap
+from lampyris.motion.course import Course
+from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.three_speed import ThreeSpeedControl
+from lampyris.sim.control import Decision, State, towards, under_ceiling
+from lampyris.typing import Floats
+
+MARGIN = 1e-6
+"""Metres kept from every contact, so that rounding is none."""
+
+_CANDIDATES = 8
+"""Pushes that are tried between the wish and full braking where commands are late."""
+
+
+def swept_gaps(state: State, s0: float, s1: float) -> Floats:
+    """Least distance from each obstacle's rim to the robot's, wherever it is between two distances; (m,).
+
+    On an arc the way is at most ``kappa ds^2 / 8`` from the chord between two nodes.
+    """
+    leg, told = state.leg, state.told
+    course, resolution = leg.course, leg.course.resolution
+    inside = np.flatnonzero((course.s > s0) & (course.s < s1))
+    ends = np.array([leg.route.at(s0), leg.route.at(s1)])
+    points = np.concatenate((ends[:1], course.xy[inside], ends[1:])) * resolution
+    a, d = points[:-1], np.diff(points, axis=0)
+    length = np.maximum((d * d).sum(axis=1), 1e-300)
+    q = told.xy[:, None, :] * resolution - a
+    along = np.clip((q * d).sum(axis=2) / length, 0.0, 1.0)
+    e = q - along[:, :, None] * d
+    last = min(int(inside[-1]) + 1 if len(inside) else state.at + 1, len(course) - 1)
+    bend = 0.125 * float(course.curvature[state.at : last + 1].max(initial=0.0)) * float(length.max())
+    nearest: Floats = np.sqrt((e * e).sum(axis=2).min(axis=1))
+    return nearest - (told.radius + state.robot.radius + state.noise + bend)
+
+
+def room_to_stand(state: State, s: float, quick: float, push: float) -> tuple[float, int]:
+    """What is left, at worst, when the robot has pushed for its reaction time and braked: metres, and whose.
+
+    The robot is taken to be anywhere on the way it covers, at any time until it stands, and the obstacles to
+    come from anywhere at their top speeds. That is more than is needed where the motion is known exactly, and
+    just right where commands come late and what the robot does meanwhile is known as a range.
+    """
+    told, robot = state.told, state.robot
+    if not len(told.xy):
+        return math.inf, -1
+    fast = max(quick + push * state.reaction, 0.0)
+    ahead = float(travelled.linked()(quick, push, state.reaction)) + 0.5 * fast * fast / robot.d_max
+    seconds = state.reaction + fast / robot.d_max + max(state.t - told.stamp, 0.0)
+    left = swept_gaps(state, s, s + ahead) - told.top_speed * seconds
+    worst = int(left.argmin())
+    return float(left[worst]) - MARGIN, worst
+
+
+def late_push(state: State, wish: Decision) -> Decision:
+    """The push under late commands: the hardest of a few from which full braking is still safe.
+
+    Until a command given now takes effect, and until the next one does, the robot may be as fast as any
+    command on its way says; so braking less than fully is no promise, and pushes below 0 are only made where
+    going on at that speed would be safe too.
+    """
+    s, quick = state.real
+    who = -1
+    for k in range(_CANDIDATES):
+        push = wish.a - (wish.a + state.robot.d_max) * k / _CANDIDATES
+        fast = max(quick, state.haste * max(state.v, state.v + push * state.period))
+        left, who = room_to_stand(state, s, fast, 0.0)
+        if left >= 0.0:
+            return wish if k == 0 else Decision(push, "moving obstacle", who)
+        if fast == quick:
+            break  # nothing slower would make it slower until then
+    return Decision(-state.robot.d_max, "moving obstacle", who)
+
+
+@dataclass
+class Careful:
+    """``physical`` and its variants.
+
+    Parameters
+    ----------
+    scene, law : what is driven and by which settings.
+    know : what is used of the obstacles: ``positions``, ``velocities`` or ``tracks``.
+    """
+
+    scene: Scene
+    law: PhysicalLaw
+    know: str = "positions"
+    _speeds: ThreeSpeedControl | None = field(default=None, init=False)
+    _last: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        if self.law.three_speed is not None:
+            self._speeds = ThreeSpeedControl(self.law.three_speed)
+
+    def decide(self, state: State) -> Decision:
+        """The least of: the ceiling, what the variant's rule says here and now, room to stand."""
+        wish = under_ceiling(state)
+        for cause, v in self._now(state):
+            slower = towards(state, v, cause)
+            if slower.a < wish.a:
+                wish = slower
+        return late_push(state, wish)
+
+    def _now(self, state: State) -> list[tuple[str, float]]:
+        """The caps at the present place of rules that look at what moves."""
+        law = self.law
+        if (law.cloud is None and self._speeds is None) or not len(state.told.xy):
+            return []
+        around = Around(movers=state.movers(self.know))
+        found = []
+        if law.cloud is not None:
+            here = ahead_of(state, 0.0)
+            found += [(c.cause, float(c.v[0])) for c in cloud_cap(here, self.scene, law.cloud, around)]
+        if self._speeds is not None:
+            assert law.three_speed is not None
+            here = ahead_of(state, self.scene.robot.v_max * law.three_speed.ahead)
+            self._speeds.update(around.movers, state.t - self._last, here)
+            self._last = state.t
+            found += [(c.cause, float(c.v[0])) for c in self._speeds.cap(here, self.scene, around)]
+        return found
+
+
+def ahead_of(state: State, metres: float) -> Course:
+    """The course from the robot on, so many metres of it; its first node is where the robot is."""
+    course, leg, s = state.leg.course, state.leg, state.s
+    later = np.flatnonzero((course.s > s) & (course.s <= s + metres))
+    x, y = leg.route.at(s)
+    at = min(state.at, len(course) - 1)
+    nodes = np.concatenate(([at], later))
+    xy = course.xy[nodes]
+    xy[0] = (x, y)
+    places = course.s[nodes] - s
+    places[0] = 0.0
+    return Course(
+        places, xy, course.heading[nodes], course.curvature[nodes], course.stop[nodes], course.resolution
+    )

@@ -1,0 +1,398 @@
+"""Driving in continuous time: the robot between cells, obstacles as discs, decisions period by period.
+
+In every period, in this order:
+
+1. **The robot is told** where the obstacles are now (:mod:`lampyris.sim.feed`), and its watch judges that.
+2. **The law decides** how hard to push until the next decision (:mod:`lampyris.sim.controllers`). Without
+   data that can be trusted the robot brakes.
+3. **The robot drives** (:mod:`lampyris.sim.tracking`): stretches of constant acceleration.
+4. **The obstacles move**, seeing what the robot really does (:mod:`lampyris.sim.sources`).
+5. **Contacts** are looked for in continuous time. One while the robot moves is a ``collision`` and the end;
+   one while it stands is a ``hit``.
+
+A robot that has stood for ``patience`` seconds because of obstacles asks its planner again from where it
+stands, with the cells that obstacles cover. It sets off on a new way when the crowd begins its next tick, so
+that those that yield know of the way before they step.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from lampyris.errors import SettingError
+from lampyris.model.curve import Curve
+from lampyris.model.drive import Drive
+from lampyris.model.plan import Status
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome
+from lampyris.motion.laws import SpeedLaw
+from lampyris.planners.base import Planner
+from lampyris.sim.control import Decision, State, node_at
+from lampyris.sim.controllers import wheel
+from lampyris.sim.drive_log import Log
+from lampyris.sim.drive_settings import Settings
+from lampyris.sim.feed import Feed, PerfectFeed, Watch
+from lampyris.sim.going import Going
+from lampyris.sim.guide import Guide
+from lampyris.sim.leg import Leg, covered_cells
+from lampyris.sim.others import Others
+from lampyris.sim.sources import Source
+from lampyris.sim.tracking import CATCH_UP, STEP, Perfect, train_of
+
+_NEVER = {
+    Status.NO_PATH: Outcome.NO_PATH,
+    Status.START_OCCUPIED: Outcome.START_OCCUPIED,
+    Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
+}
+
+_HERE = 1e-9
+"""Metres from the goal at which a robot that stands has arrived."""
+
+
+def drive(
+    scene: Scene,
+    planner: Planner,
+    *,
+    law: SpeedLaw = "physical",
+    seed: int = 0,
+    sources: Sequence[Source] = (),
+    feed: Feed | None = None,
+    progress: Callable[[float], None] | None = None,
+    **settings: object,
+) -> Drive:
+    """Drive from start to goal through the scene's traffic, in continuous time; the whole story as a Drive.
+
+    Parameters
+    ----------
+    scene : where, with its traffic.
+    planner : who plans.
+    law : a speed law's name, or its settings.
+    seed : root of every draw, >= 0. The planner has the stream ``SeedSequence((seed, 0))``, specification k
+        of the traffic ``(seed, 1 + k)``, then come ``sources``, then the noise.
+    sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.cutting.Cutter`.
+    feed : what lies between the obstacles and the robot; None: nothing does.
+    progress : called after each period with the seconds that are over.
+    settings : those of :class:`lampyris.sim.drive_settings.Settings`: period, time_limit, obstacle_speed,
+        know, tracking, command_period, delay, lag, noise, patience, give_up, on_hit, smooth, hold, max_age,
+        spacing.
+
+    Raises
+    ------
+    SceneError : obstacles that do not fit the map.
+    SettingError : a setting it does not have, or out of its range.
+    UsageError : no such law.
+    """
+    simulation = DriveSimulation(scene, planner, law=law, seed=seed, sources=sources, feed=feed, **settings)
+    while simulation.outcome is None:
+        simulation.step()
+        if progress is not None:
+            progress(simulation.t)
+    return simulation.drive()
+
+
+class DriveSimulation:
+    """A drive that can be stopped between two periods and looked at.
+
+    Attributes
+    ----------
+    t, s, v : now: seconds, metres along the present leg, m/s.
+    outcome : how it ended; None while it has not.
+    others : all obstacles.
+    leg : the present way.
+    decision : the last one.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        planner: Planner,
+        *,
+        law: SpeedLaw = "physical",
+        seed: int = 0,
+        sources: Sequence[Source] = (),
+        feed: Feed | None = None,
+        **settings: object,
+    ) -> None:
+        began = time.perf_counter()
+        self.settings = one = Settings.of(settings)
+        self.scene = scene
+        self.seed = _seed(seed)
+        self.wheel = wheel(scene, law, one.know)
+        self.feed: Feed = PerfectFeed() if feed is None else feed
+        self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
+        self.train = train_of(scene.robot, one.tracking, one.delay, one.lag)
+        self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
+        self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing)
+        self.log = Log()
+        self.t = self.s = self.v = 0.0
+        self.outcome: Outcome | None = None
+        self.detail = ""
+        self.decision = Decision(0.0, "start")
+        self.curves: list[Curve] = []
+        self.leg: Leg = self.guide.nowhere(self.wheel.ceiling)
+        self._steps = 0
+        self._stood = self._waited = 0.0
+        self._fault, self._fault_since = "", -1.0
+        self._news = False
+        self._not_before = 0.0
+        self._begin()
+        self.others.open(sources, None if self.leg.nowhere else self.leg.route)
+        self.optimum = self.leg.seconds if not self.leg.nowhere else None
+        limit = 60.0 + 10.0 * self.leg.seconds
+        self.time_limit = limit if one.time_limit is None else one.time_limit
+        self._total = time.perf_counter() - began
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """Where the robot is, cells."""
+        return self.leg.route.at(self.s)
+
+    # ---- ways --------------------
+
+    def _begin(self) -> None:
+        """The first plan, and whether there is anything to drive at all."""
+        told = self.others.truth(0.0)
+        plan = self.guide.first(told)
+        if not plan:
+            verdict = self.guide.without_traffic() if self.others.roster.bodies else plan
+            if verdict.status in _NEVER:
+                self._end(_NEVER[verdict.status], verdict.sentence)
+                return
+        curve = self.guide.curve(plan, self.xy, told) if plan else None
+        if curve is None:
+            self.curves.append(self.leg.route.curve)
+            self.train.begin(self.leg)
+            return
+        self._take(curve)
+        if self.scene.start == self.scene.goal:
+            self._arrive()
+
+    def _take(self, curve: Curve) -> None:
+        """Follow a way from its beginning."""
+        self.leg = self.guide.leg(curve, self.wheel.ceiling)
+        self.s = self.v = 0.0
+        self.train.begin(self.leg)
+        self.curves.append(curve)
+
+    def _replan(self, why: str) -> None:
+        """Ask again from where the robot stands; the old way stays if there is no new one."""
+        xy, told = self.xy, self.watch.last
+        self.log.tell(self.t, "replan", xy, why)
+        self._stood, self._news = 0.0, False
+        plan = self.guide.again(xy, told)
+        if not plan:
+            if self.guide.blocked and plan.status in _NEVER:
+                self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
+            return
+        curve = self.guide.curve(plan, xy, told)
+        if curve is not None and len(curve.lengths):
+            self._take(curve)
+            # Those that yield have stepped with the old way in mind.
+            self._not_before = self.others.crowd.tick_ends(self.t)
+
+    # ---- one period --------------------
+
+    def step(self) -> None:
+        """One period. Does nothing once there is an outcome."""
+        if self.outcome is not None:
+            return
+        began = time.perf_counter()
+        self._steps += 1
+        end = self._steps * self.settings.decision_period
+        self._listen()
+        if self.outcome is None:
+            self.decision = self._decide(end - self.t)
+            stretches = self.train.drive(self.t, end, self.s, self.v, self.decision)
+            going = Going(self.leg.route, stretches)
+            self._cut_at_goal(going)
+            for body in self.others.move(self.t, end, going):
+                at, x, y = self.others.roster.corners[body][0]
+                self.log.tell(max(at, self.t), "appear", (x, y), "An obstacle appeared.", body)
+            self._contacts(going)
+            self._go(going)
+        self._total += time.perf_counter() - began
+
+    def _listen(self) -> None:
+        """Hear what the robot is told, and what a fault of that leads to."""
+        t, xy = self.t, self.xy
+        messages = self.feed.tell(t, self.others.truth(t), xy)
+        fault = self.watch.hear(t, messages, xy, self.v > 0.0)
+        if self.guide.update(self.watch.blocked):
+            self._news = True
+            self.log.tell(t, "fault", xy, "An update of the map blocks cells; the way is asked for anew.")
+        if fault and self._fault_since < 0.0:
+            self._fault, self._fault_since = f"{fault[0].upper()}{fault[1:]}", t
+            self.log.tell(t, "fault", xy, f"{self._fault}.")
+        elif not fault and self._fault_since >= 0.0:
+            self._fault_since = -1.0
+            self.log.tell(t, "fault", xy, "The data can be trusted again.")
+        elif fault and self.v == 0.0 and t - self._fault_since >= self.settings.hold - 1e-9:
+            self._end(Outcome.STOPPED, f"{self._fault}, from {self._fault_since:.4g} s on.")
+
+    def _decide(self, period: float) -> Decision:
+        brake = -self.scene.robot.d_max
+        if self._fault_since >= 0.0:
+            return Decision(brake, "no data")
+        if self._news:
+            return Decision(brake, "obstacle")
+        if self.others.touching:
+            return Decision(brake, "moving obstacle", min(self.others.touching))
+        if self.leg.nowhere or self.t < self._not_before - 1e-12:
+            return Decision(brake, "wait")
+        return self.wheel.controller.decide(self._state(period))
+
+    def _state(self, period: float) -> State:
+        one, last = self.settings, self.watch.last
+        assert last is not None
+        s, v = self.train.commanded(self.s, self.v)
+        perfect = isinstance(self.train, Perfect)
+        return State(
+            t=self.t,
+            s=s,
+            v=v,
+            at=node_at(self.leg, s),
+            leg=self.leg,
+            robot=self.scene.robot,
+            told=last,
+            cells=covered_cells(self.scene, last) if self.wheel.cells else [],
+            period=period,
+            reaction=period if perfect else period + one.delay + STEP,
+            real=(self.s, self.train.quickest(self.t, self.v)),
+            haste=CATCH_UP if one.tracking == "position" else 1.0,
+            noise=one.noise,
+        )
+
+    def _cut_at_goal(self, going: Going) -> None:
+        """A robot that comes to rest at the goal has arrived there and then."""
+        if self._ends_at_goal:
+            for k, one in enumerate(going.stretches):
+                if k and one.v == 0.0 and self.leg.route.length - one.s <= _HERE:
+                    one.end = one.t
+                    del going.stretches[k + 1 :]
+                    return
+
+    @property
+    def _ends_at_goal(self) -> bool:
+        x, y = self.scene.goal
+        return not self.leg.nowhere and self.leg.route.curve.end == (float(x), float(y))
+
+    def _contacts(self, going: Going) -> None:
+        """The first contact that ends the drive, and every hit before it."""
+        while (met := self.others.contact(going)) is not None:
+            t, body = met
+            one = next((k for k in going.stretches if t < k.end), going.stretches[-1])
+            xy = going.route.at(one.after(t)[0])
+            moves = one.v > 0.0 or one.a > 0.0
+            if moves:
+                self.log.tell(t, "contact", xy, Outcome.COLLISION.sentence, body)
+                self._end(Outcome.COLLISION, f"The robot drove into obstacle {body} at {t:.3f} s.")
+            else:
+                self.log.tell(t, "hit", xy, "An obstacle ran into the standing robot.", body)
+                self.others.touching.add(body)
+                if self.settings.on_hit == "go-on":
+                    continue
+                where = f"obstacle {body} ran into the robot, which stood still"
+                self._end(Outcome.HIT, f"At {t:.3f} s {where}.")
+            going.cut(t)
+            return
+
+    def _go(self, going: Going) -> None:
+        """Write down what was driven and go to its end."""
+        leg, decision = max(len(self.curves) - 1, 0), self.decision
+        for one in going.stretches:
+            cause = decision.cause
+            if one.v == 0.0 and one.a == 0.0 and cause in ("acceleration", "limit", "braking"):
+                cause = "turn"
+            self.log.add(one, leg, cause, decision.about)
+        last, before = going.stretches[-1], self.t
+        self.t = last.end
+        self.s, self.v = last.after(self.t)
+        self.others.arrive(self.t)
+        self.others.let_go(self.xy)
+        if self.outcome is not None:
+            return
+        if self._ends_at_goal and self.v == 0.0 and self.leg.route.length - self.s <= _HERE:
+            self._arrive()
+        elif self.t >= self.time_limit:
+            self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.t:.6g} s, the limit.")
+        else:
+            self._wait(self.t - before)
+
+    def _wait(self, seconds: float) -> None:
+        """Count how long the robot has been standing because of obstacles, and ask again if it is long."""
+        if self.v > 0.0:
+            self._stood = self._waited = 0.0
+            return
+        if self._news:
+            self._replan("An update of the map blocks cells.")
+            return
+        if self.decision.a > 0.0 or self.decision.cause == "no data":
+            return
+        if self._waited == 0.0:
+            self.log.tell(self.t, "wait", self.xy, "The robot waits for obstacles.", self._waits_for())
+        self._stood += seconds
+        self._waited += seconds
+        if self._waited > self.settings.give_up:
+            self._end(
+                Outcome.BLOCKED,
+                f"Waited {self._waited:.4g} s at {self._here()}; the limit is {self.settings.give_up:g} s.",
+            )
+        elif self._stood >= self.settings.patience - 1e-9:
+            self._replan(f"Asked again after standing for {self._stood:.4g} s.")
+
+    def _waits_for(self) -> int:
+        return self.decision.about if self.decision.cause in ("moving obstacle", "wait") else -1
+
+    def _here(self) -> str:
+        x, y = self.xy
+        return f"({x:.4g}, {y:.4g})"
+
+    # ---- the story --------------------
+
+    def _arrive(self) -> None:
+        self.log.tell(self.t, "arrive", self.xy, Outcome.ARRIVED.sentence)
+        self._end(Outcome.ARRIVED, "")
+
+    def _end(self, outcome: Outcome, detail: str) -> None:
+        self.outcome, self.detail = outcome, detail
+
+    def drive(self) -> Drive:
+        """What has happened so far; before the end its outcome is ``timeout``."""
+        log, guide = self.log.copy(), self.guide
+        cause = "goal" if self.outcome is Outcome.ARRIVED else self.decision.cause
+        about = -1 if self.outcome is Outcome.ARRIVED else self.decision.about
+        log.close(self.t, self.s, self.v, max(len(self.curves) - 1, 0), cause, about)
+        return Drive(
+            scene=self.scene,
+            planner=guide.planner.name,
+            law=self.wheel.name,
+            seed=self.seed,
+            outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
+            curves=tuple(self.curves),
+            t=np.array(log.t),
+            s=np.array(log.s),
+            v=np.array(log.v),
+            a=np.array(log.a),
+            leg=np.array(log.leg, dtype=np.int64),
+            cause=tuple(log.cause),
+            about=np.array(log.about, dtype=np.int64),
+            tracks=self.others.roster.tracks(self.t),
+            bodies=tuple(self.others.roster.bodies),
+            moments=tuple(sorted(log.moments, key=lambda m: m.t)),
+            period=self.settings.decision_period,
+            optimum=self.optimum,
+            replans=guide.replans,
+            expansions=guide.expansions,
+            error=self.train.error,
+            detail=self.detail,
+            timing={"total_s": self._total, "planning_s": guide.seconds},
+        )
+
+
+def _seed(seed: int) -> int:
+    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
+        raise SettingError("SEED", f"seed {seed!r}", allowed="a whole number >= 0")
+    return int(seed)

@@ -1,0 +1,116 @@
+"""Settings of a drive in continuous time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from lampyris.errors import SettingError, did_you_mean
+from lampyris.sim.leg import Smooth
+from lampyris.sim.tracking import Tracking
+
+Know = Literal["positions", "velocities", "tracks"]
+OnHit = Literal["end", "go-on"]
+
+_WORDS: Mapping[str, tuple[str, ...]] = {
+    "know": get_args(Know),
+    "tracking": get_args(Tracking),
+    "on_hit": get_args(OnHit),
+    "smooth": get_args(Smooth),
+}
+_MAY_BE_NONE = ("time_limit", "obstacle_speed", "command_period", "spacing")
+_MAY_BE_ZERO = ("delay", "lag", "noise", "patience", "hold")
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How a drive is simulated.
+
+    Parameters
+    ----------
+    period : seconds between two decisions.
+    time_limit : seconds after which it ends in any case; None: a minute, and ten times what the robot's own
+        limits would need on its first way.
+    obstacle_speed : m/s of a straight step of the scene's traffic; None: the robot's top speed.
+    know : what our law uses of the obstacles: their ``positions``; their ``velocities`` too; or whole
+        ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
+    tracking : see :mod:`lampyris.sim.tracking`.
+    command_period : seconds between two commands unless tracking is perfect; None: ``period``.
+    delay : seconds a command takes to arrive, unless tracking is perfect; known to our law.
+    lag : seconds of the drive's lag, unless tracking is perfect.
+    noise : metres that a told position may be off, known to our law.
+    patience : seconds the robot stands because of obstacles before it asks its planner again.
+    give_up : seconds of that in a row after which the drive ends as ``blocked``.
+    on_hit : whether the drive ends when an obstacle runs into the standing robot.
+    smooth : whether corners of the way are rounded.
+    hold : seconds without data that can be trusted after which a standing robot gives up.
+    max_age : seconds; older data are not trusted.
+    spacing : metres between two nodes of the way; None: half a cell.
+
+    Raises
+    ------
+    SettingError : ``DRIVE_SETTING``.
+    """
+
+    period: float = 0.1
+    time_limit: float | None = None
+    obstacle_speed: float | None = None
+    know: Know = "positions"
+    tracking: Tracking = "perfect"
+    command_period: float | None = None
+    delay: float = 0.0
+    lag: float = 0.1
+    noise: float = 0.0
+    patience: float = 5.0
+    give_up: float = 60.0
+    on_hit: OnHit = "end"
+    smooth: Smooth = "arcs"
+    hold: float = 2.0
+    max_age: float = 0.5
+    spacing: float | None = None
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if f.name in _WORDS:
+                ok, allowed = value in _WORDS[f.name], ", ".join(_WORDS[f.name])
+            elif value is None and f.name in _MAY_BE_NONE:
+                continue
+            else:
+                real = isinstance(value, int | float | np.integer | np.floating)
+                least = 0.0 if f.name in _MAY_BE_ZERO else 1e-6
+                ok = real and not isinstance(value, bool) and math.isfinite(value) and least <= value <= 1e6
+                allowed = f"{least:g} to 1e6"
+                if ok:
+                    object.__setattr__(self, f.name, float(value))
+            if not ok:
+                raise SettingError("DRIVE_SETTING", f"{value!r}", where=f.name, allowed=allowed)
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Settings:
+        """Settings by name.
+
+        Raises
+        ------
+        SettingError : ``DRIVE_SETTING``: one that a drive does not have, or out of its range.
+        """
+        names = [f.name for f in fields(cls)]
+        for name in given:
+            if name not in names:
+                raise SettingError(
+                    "DRIVE_SETTING",
+                    f"a drive has no setting {name!r}",
+                    allowed=", ".join(names),
+                    todo=did_you_mean(name, names),
+                )
+        return cls(**given)
+
+    @property
+    def decision_period(self) -> float:
+        """Seconds between two decisions, whoever follows them."""
+        late = self.tracking != "perfect" and self.command_period is not None
+        return self.command_period if late and self.command_period is not None else self.period

@@ -1,0 +1,98 @@
+"""The guide: asks the planner, and turns its answers into ways to drive."""
+
+from __future__ import annotations
+
+import time
+
+from lampyris.errors import SettingError
+from lampyris.field.layers import free_space
+from lampyris.model.change import Change
+from lampyris.model.curve import Curve
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+from lampyris.planners.base import Planner
+from lampyris.sim.feed import Told
+from lampyris.sim.leg import Ceiling, Leg, Smooth, closed_cells, curve_from, leg_of, nearest_cell, standing
+from lampyris.sim.sources import stream
+from lampyris.typing import Cell
+
+
+class Guide:
+    """A planner's session with what it has cost.
+
+    Attributes
+    ----------
+    replans, expansions : of the planner.
+    seconds : spent by it.
+    blocked : cells that the map's updates have blocked, in order.
+    """
+
+    def __init__(
+        self, scene: Scene, planner: Planner, seed: int, smooth: Smooth, spacing: float | None
+    ) -> None:
+        self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
+        self.spacing = 0.5 * scene.grid.resolution if spacing is None else spacing
+        self.session = planner.open(scene, stream(seed, 0))
+        self.replans = self.expansions = 0
+        self.seconds = 0.0
+        self.blocked: list[Cell] = []
+        self._free = free_space(scene)
+        self._untold: list[Cell] = []
+
+    def first(self, told: Told) -> Plan:
+        """The first plan, with the obstacles where they are."""
+        return self._ask(self.scene.start, told)
+
+    def without_traffic(self) -> Plan:
+        """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
+        began = time.perf_counter()
+        plan = self.planner.open(self.scene, stream(self.seed, 0)).plan(Change(robot=self.scene.start))
+        self._count(plan, began)
+        return plan
+
+    def again(self, xy: tuple[float, float], told: Told | None) -> Plan:
+        """A plan from where the robot stands."""
+        self.replans += 1
+        nobody: Cell = (-1, -1)
+        return self._ask(
+            nearest_cell(self.scene, self._free, xy, closed_cells(self.scene, told, nobody)), told
+        )
+
+    def update(self, cells: list[Cell]) -> bool:
+        """Take in blocked cells of the map; whether any is new."""
+        fresh = [c for c in cells if c not in self.blocked and self.scene.grid.contains(c)]
+        self.blocked += fresh
+        self._untold += fresh
+        if fresh:
+            self._free = self._free.copy()
+            for x, y in fresh:
+                self._free[y, x] = False
+        return bool(fresh)
+
+    def curve(self, plan: Plan, xy: tuple[float, float], told: Told | None) -> Curve | None:
+        """The way of a plan from where the robot stands; None if it cannot be driven from there."""
+        try:
+            return curve_from(plan, self.scene, xy, told, self.smooth, self.blocked)
+        except SettingError:
+            return None
+
+    def leg(self, curve: Curve, ceiling: Ceiling) -> Leg:
+        """The way with its ceiling of speeds."""
+        return leg_of(curve, self.scene, ceiling, self.spacing)
+
+    def nowhere(self, ceiling: Ceiling) -> Leg:
+        """Standing on the start."""
+        x, y = self.scene.start
+        return self.leg(standing(self.scene, (float(x), float(y))), ceiling)
+
+    def _ask(self, robot: Cell, told: Told | None) -> Plan:
+        began = time.perf_counter()
+        shut = closed_cells(self.scene, told, robot)
+        plan = self.session.plan(Change(robot=robot, obstacles=shut, blocked=tuple(self._untold)))
+        self._untold.clear()
+        self._count(plan, began)
+        return plan
+
+    def _count(self, plan: Plan, began: float) -> None:
+        self.seconds += time.perf_counter() - began
+        self.expansions += plan.expansions

@@ -1,0 +1,184 @@
+"""Legs: from a plan to a way that can be driven, with the ceiling of speeds along it.
+
+A robot that asks again stands somewhere between cells. It tells its planner the nearest cell that it can get
+to in a straight line, and drives from where it really is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from lampyris.errors import SettingError
+from lampyris.model.curve import Curve
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.motion import laws
+from lampyris.motion.course import Course, course_of
+from lampyris.motion.curve import curve_of
+from lampyris.sim.cutting import line_is_clear
+from lampyris.sim.feed import Told
+from lampyris.sim.going import Route
+from lampyris.typing import BoolGrid, Cell, Floats, Points
+
+Smooth: TypeAlias = Literal["arcs", "none"]
+"""Whether corners are rounded."""
+
+Ceiling: TypeAlias = Callable[[Course], Profile | None]
+"""What makes the static ceiling of a course; None: the robot's own limits are all there is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """One way from where the robot stands to the goal.
+
+    Attributes
+    ----------
+    route, course : the way, and nodes along it.
+    profile : the law's ceiling.
+    nodes, squares : distance and squared speed of that ceiling at each node.
+    limits : squared speed of the robot's own limits: v_max, bends, stops, the goal.
+    seconds : how long the robot's own limits would need.
+    """
+
+    route: Route
+    course: Course
+    profile: Profile
+    nodes: Floats
+    squares: Floats
+    limits: Floats
+    seconds: float
+
+    @property
+    def nowhere(self) -> bool:
+        """Whether it has no length."""
+        return self.route.length == 0.0
+
+
+def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
+    """A leg along a curve, with nodes no farther apart than ``spacing`` metres."""
+    course = course_of(curve, spacing)
+    if len(course) < 2:
+        zero = np.zeros(1)
+        still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
+        return Leg(Route(curve), course, still, zero, zero, zero, 0.0)
+    own = laws.profile(course, scene, law="optimum")
+    made = ceiling(course)
+    profile = own if made is None else made
+    squares = np.ascontiguousarray(np.minimum(profile.v * profile.v, own.v * own.v))
+    nodes = np.ascontiguousarray(course.s)
+    return Leg(Route(curve), course, profile, nodes, squares, own.v * own.v, float(own.t[-1]))
+
+
+def standing(scene: Scene, xy: tuple[float, float]) -> Curve:
+    """A way of no length, for a robot that has nowhere to go."""
+    return Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), xy, scene.grid.resolution)
+
+
+def closed_cells(scene: Scene, told: Told | None, own: Cell) -> frozenset[Cell]:
+    """Every cell at whose centre the robot would touch an obstacle as told; its own cell left out."""
+    return _cells_within(scene, told, scene.robot.radius) - {own}
+
+
+def _cells_within(scene: Scene, told: Told | None, more: float) -> frozenset[Cell]:
+    grid, cells = scene.grid, set()
+    if told is None:
+        return frozenset()
+    for (x, y), radius in zip(told.xy.tolist(), told.radius.tolist(), strict=True):
+        if not (math.isfinite(x) and math.isfinite(y)):
+            continue
+        reach = (radius + more) / grid.resolution
+        cells.add((math.floor(x + 0.5), math.floor(y + 0.5)))
+        for cy in range(math.ceil(y - reach), math.floor(y + reach) + 1):
+            for cx in range(math.ceil(x - reach), math.floor(x + reach) + 1):
+                if (cx - x) * (cx - x) + (cy - y) * (cy - y) < reach * reach - 1e-9:
+                    cells.add((cx, cy))
+    return frozenset(c for c in cells if grid.contains(c))
+
+
+def covered_cells(scene: Scene, told: Told) -> list[Cell]:
+    """Cells whose squares obstacles overlap where they are said to be, in order of the obstacles."""
+    found: dict[Cell, None] = {}
+    resolution = scene.grid.resolution
+    for (x, y), radius in zip(told.xy.tolist(), told.radius.tolist(), strict=True):
+        reach = radius / resolution - 1e-9
+        for cy in range(math.floor(y - reach + 0.5), math.floor(y + reach + 0.5) + 1):
+            for cx in range(math.floor(x - reach + 0.5), math.floor(x + reach + 0.5) + 1):
+                gx, gy = max(abs(cx - x) - 0.5, 0.0), max(abs(cy - y) - 0.5, 0.0)
+                if gx * gx + gy * gy < reach * reach and scene.grid.contains((cx, cy)):
+                    found[cx, cy] = None
+    return list(found)
+
+
+def nearest_cell(scene: Scene, free: BoolGrid, xy: tuple[float, float], shut: Iterable[Cell]) -> Cell:
+    """The nearest cell to which the robot can go straight from ``xy`` and stand; one that is not shut if any.
+
+    Where there is none at all, the cell it is on.
+    """
+    x, y = xy
+    own = (math.floor(x + 0.5), math.floor(y + 0.5))
+    shut = set(shut)
+    found: list[tuple[bool, float, Cell]] = []
+    for cy in range(own[1] - 2, own[1] + 3):
+        for cx in range(own[0] - 2, own[0] + 3):
+            if scene.grid.contains((cx, cy)) and free[cy, cx]:
+                squared = (cx - x) * (cx - x) + (cy - y) * (cy - y)
+                found.append(((cx, cy) in shut and (cx, cy) != own, squared, (cx, cy)))
+    radius = scene.robot.radius / scene.grid.resolution
+    for _, _, cell in sorted(found):
+        if line_is_clear(scene.grid.blocked, xy, (float(cell[0]), float(cell[1])), radius):
+            return cell
+    return own
+
+
+def points_of(plan: Plan, xy: tuple[float, float]) -> Points:
+    """The corners of a plan's way, begun where the robot is."""
+    assert plan.path is not None
+    cells = plan.path.cells if plan.waypoints is None else plan.waypoints
+    points = cells.astype(np.float64)
+    if (points[0] == xy).all():
+        return points
+    return np.concatenate((np.array([xy]), points))
+
+
+def curve_from(
+    plan: Plan,
+    scene: Scene,
+    xy: tuple[float, float],
+    told: Told | None,
+    smooth: Smooth,
+    blocked: Sequence[Cell] = (),
+) -> Curve:
+    """The curve of a plan, begun where the robot is; it keeps off the cells where obstacles are said to be.
+
+    Without the obstacles a shortcut would lead right through the one that the plan goes round. Where the
+    robot stands too near to one for that, they are left out: nobody is run into for it, it only takes longer.
+
+    Raises
+    ------
+    SettingError : see :func:`lampyris.motion.curve.curve_of`.
+    """
+    points, grid = points_of(plan, xy), scene.grid
+    if len(points) < 2:
+        return standing(scene, (float(points[0, 0]), float(points[0, 1])))
+    own = tuple(points[0].tolist())
+    near = scene.robot.radius / grid.resolution + 1.5
+    taken = list(blocked) + [
+        c
+        for c in sorted(_cells_within(scene, told, 0.0))
+        if max(abs(c[0] - own[0]), abs(c[1] - own[1])) > near and not grid.blocked[c[1], c[0]]
+    ]
+    if taken:
+        shut = grid.blocked.copy()
+        for x, y in taken:
+            shut[y, x] = True
+        try:
+            return curve_of(points, replace(grid, blocked=shut), scene.robot, smooth=smooth)
+        except SettingError:
+            pass
+    return curve_of(points, grid, scene.robot, smooth=smooth)
