@@ -23,7 +23,8 @@ from lampyris.motion.around import cells_distance
 from lampyris.motion.cap import Cap
 from lampyris.motion.checked import number
 from lampyris.motion.course import Course, course_of_path, places
-from lampyris.motion.profile import OnInfeasible, feasible_profile, lowest, start_speed
+from lampyris.motion.lowest import lowest
+from lampyris.motion.profile import OnInfeasible, feasible_profile, start_speed
 from lampyris.motion.rings import as_cells
 from lampyris.typing import Cell, Floats, Points
 
