@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
-from lampyris.cli import maps_verbs, scen_verb
+from lampyris.cli import maps_verbs, scen_verb, speed_verb
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -237,3 +237,5 @@ def planners(
 
 
 app.command()(scen_verb.scen)
+app.command()(speed_verb.speed)
+app.command()(speed_verb.laws)

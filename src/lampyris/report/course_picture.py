@@ -68,7 +68,8 @@ def draw_course(
     title = f"{profile.law} law on {grid.name or 'a map'}"
     unit = ("m", "s") if profile.metric else ("cells", "transfers")
     told = f"{profile.s[-1]:.4g} {unit[0]} in {profile.duration:.4g} {unit[1]}"
-    told += f"  ·  mean {profile.mean:.3g} {profile.units}, greatest {profile.v.max():.3g}"
+    mean = profile.s[-1] / profile.duration if profile.metric and profile.duration else profile.mean
+    told += f"  ·  mean {mean:.3g} {profile.units}, greatest {profile.v.max():.3g}"
     canvas.draw_words(figure, frame, title, told, canvas.size_of(grid), items)
     style.save(figure, out, suffix, canvas.DPI)
 

@@ -1,0 +1,99 @@
+"""Speeds and drives for people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from lampyris.cli.show import _console, _facts, written
+from lampyris.model.profile import Profile
+from lampyris.report.metrics import cause_shares
+
+if TYPE_CHECKING:
+    from lampyris.cli.speed_work import Answer
+
+__all__ = ["answer", "laws", "no_way", "written"]
+
+
+def no_way(sentence: str) -> None:
+    """There is no way, and why."""
+    _console().print(Text(sentence, style="bold red"))
+
+
+def answer(told: Answer, *, explain: bool, all_nodes: bool) -> None:
+    """The laws side by side, then what holds the one that is looked at."""
+    console, profile = _console(), told.entry.profile
+    grid, course = told.scene.grid, told.course
+    length = float(course.s[-1])
+    console.print(
+        Text(f"{length:.4g} m in {profile.duration:.4g} s by the {told.entry.law} law", style="bold")
+    )
+    bends = 0 if course.curve is None else int(np.count_nonzero(course.curve.curvature))
+    shape = f"{len(told.given)} points made {bends} arcs and {int(course.stop.sum())} stops to turn"
+    console.print(
+        _facts(
+            "",
+            [
+                ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+                ("way", f"from {told.source}: {shape}; {len(course)} nodes"),
+            ],
+        )
+    )
+    console.print(_laws_table(told))
+    table = Table(title=f"what holds {told.entry.law}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    for name in ("cause", "of the way", "of the time"):
+        table.add_column(name, justify="left" if name == "cause" else "right")
+    for share in cause_shares(profile):
+        table.add_row(share.cause, f"{share.way:.1%}", f"{share.time:.1%}")
+    console.print(table)
+    if explain:
+        console.print(_reasons(profile, all_nodes))
+
+
+def _laws_table(told: Answer) -> Table:
+    table = Table(title="laws on this way", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    for name in ("law", "time s", "mean m/s", "x optimum", "lateral m/s2", "breaks"):
+        table.add_column(name, justify="left" if name in ("law", "breaks") else "right")
+    for k, e in enumerate(told.entries):
+        broken = Text(", ".join(e.broken) or "-", style="red" if e.broken else "")
+        numbers = (f"{e.duration_s:.2f}", f"{e.mean:.3f}", f"{e.ratio:.3f}", f"{e.peak_lateral:.3f}")
+        table.add_row(e.law, *numbers, broken, style="bold" if k == told.chosen else None)
+    return table
+
+
+def _reasons(profile: Profile, all_nodes: bool) -> Table:
+    """A row for each stretch that one thing holds, or for each node."""
+    from lampyris.cli.speed_work import runs
+
+    table = Table(title="why", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    for name in ("node", "s (m)", "v (m/s)", "t (s)", "held by"):
+        table.add_column(name, justify="left" if name == "held by" else "right", no_wrap=name != "held by")
+    for a, b in runs(profile, all_nodes):
+        node = str(a) if a == b else f"{a}-{b}"
+        numbers = (
+            f"{x[a]:.3f}" if a == b else f"{x[a]:.3f} - {x[b]:.3f}" for x in (profile.s, profile.v, profile.t)
+        )
+        table.add_row(node, *numbers, profile.why(a))
+    return table
+
+
+def laws(records: list[dict[str, Any]], *, alone: bool) -> None:
+    """The speed laws; one alone with its settings."""
+    console = _console()
+    if alone:
+        row = records[0]
+        settings = "\n".join(f"{k} = {v}" for k, v in row["settings"].items()) or "none"
+        facts = [("what it does", row["summary"]), ("source", row["source"]), ("units", row["units"])]
+        console.print(_facts(row["name"], [*facts, ("settings", settings)]))
+        return
+    table = Table(title="speed laws", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("name", no_wrap=True)
+    table.add_column("what it does, and its source")
+    for row in records:
+        table.add_row(row["name"], Text(f"{row['summary']}\n").append(row["source"], style="dim"))
+    console.print(table)
+    console.print(Text("lampyris laws NAME shows the settings of one; --set-law KEY=VALUE changes them."))
