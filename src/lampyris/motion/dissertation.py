@@ -16,7 +16,8 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.profile import lowest, only, start_speed
+from lampyris.motion.lowest import lowest, only
+from lampyris.motion.profile import start_speed
 from lampyris.motion.rings import Reading, cells_of, count, headings, step_error
 from lampyris.typing import Cell, Floats
 

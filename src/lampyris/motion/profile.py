@@ -18,28 +18,21 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.speed import ACCELERATION, BRAKING, brake_floor, clock, sweep
-from lampyris.motion.cap import Cap
+from lampyris.motion.jerk import limited, rest_to_rest
+from lampyris.motion.lowest import GOAL, JERK, START, TURN, CapLike, Lowest
+from lampyris.motion.lowest import lowest as lowest
 from lampyris.typing import Floats
 
 OnInfeasible: TypeAlias = Literal["raise", "brake"]
 
-CapLike: TypeAlias = Cap | tuple[str, Floats]
-"""A cap, or its cause and speeds alone."""
-
 _ROUNDING = 1e-12
 """Share of v0^2 that rounding may eat before a start speed counts as too fast."""
 
+_BINDS = 1e-4
+"""Share of a limit within which it binds a profile with a limit on jerk, whose method stays inside it."""
+
 _SMALL, _LARGE = 1e-100, 1e100
 """Speeds, accelerations and edges outside these (and not 0) are refused: their squares would overflow."""
-
-_KEEPS = ("start", "limit")
-"""Causes that keep their node when the forward pass reaches the very same value."""
-
-_NAMES = ("acceleration", "braking", "start", "goal", "turn")
-"""Words of the first cause numbers; those of the caps follow."""
-
-_START, _GOAL, _TURN = 2, 3, 4
-assert (_NAMES[ACCELERATION], _NAMES[BRAKING]) == _NAMES[:2]
 
 
 class Feasible(NamedTuple):
@@ -56,37 +49,6 @@ class Feasible(NamedTuple):
     about: NDArray[np.int64]
 
 
-class Lowest(NamedTuple):
-    """The least cap at each node.
-
-    Parameters
-    ----------
-    v : float64 (n,).
-    cause : int64 (n,), places in ``names``.
-    about : int64 (n,); -1: nothing.
-    names : words of the causes, ``acceleration`` and ``braking`` first.
-    """
-
-    v: Floats
-    cause: NDArray[np.int64]
-    about: NDArray[np.int64]
-    names: tuple[str, ...]
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """The cause of each node as a word."""
-        return tuple(np.array(self.names, dtype=object)[self.cause].tolist())
-
-    @property
-    def keeps(self) -> NDArray[np.bool_]:
-        """Where the cause keeps a tie with acceleration: ``start`` and ``limit``; bool (n,)."""
-        out = np.zeros(len(self.cause), dtype=np.bool_)
-        for code, name in enumerate(self.names):
-            if name in _KEEPS:
-                out |= self.cause == code
-        return out
-
-
 def start_speed(v0: float) -> float:
     """A start speed, checked.
 
@@ -98,31 +60,6 @@ def start_speed(v0: float) -> float:
     if not (real and (v0 == 0 or _SMALL <= v0 <= _LARGE)):
         raise SettingError("START_SPEED", f"{v0!r}", where="v0", allowed=f"0, or {_SMALL:g} to {_LARGE:g}")
     return float(v0)
-
-
-def only(count: int, node: int, value: float) -> Floats:
-    """A cap that binds one node alone: infinity elsewhere; shape (count,)."""
-    out = np.full(count, np.inf)
-    out[node] = value
-    return out
-
-
-def lowest(caps: Sequence[CapLike]) -> Lowest:
-    """The least cap at each node and its cause; the first named wins a tie.
-
-    Parameters
-    ----------
-    caps : in the order in which ties are decided, at least one; infinity where a cap says nothing.
-    """
-    table = np.array([cap[1] for cap in caps], dtype=np.float64)
-    row = table.argmin(axis=0)
-    nodes = np.arange(table.shape[1])
-    about = np.full(len(row), -1, dtype=np.int64)
-    for k, cap in enumerate(caps):
-        if len(cap) > 2 and cap[2] is not None:
-            about = np.where(row == k, cap[2], about)
-    names = (*_NAMES, *(cap[0] for cap in caps))
-    return Lowest(table[row, nodes], row + len(_NAMES), about, names)
 
 
 def feasible_profile(
@@ -178,31 +115,73 @@ def feasible_profile(
     """
     v0 = start_speed(v0)
     s = np.asarray(s, dtype=np.float64)
-    n = len(s)
     ds = _edges(s)
-    halt = np.zeros(n, dtype=np.bool_) if stop is None else np.asarray(stop, dtype=np.bool_)
-    low = _checked(s, caps, halt, a_max, d_max)
-    x = low.v * low.v
-    cause, about = low.cause.copy(), low.about.copy()
-    for where, code in ((halt, _TURN), (-1, _GOAL), (0, _START)):
-        cause[where], about[where] = code, -1
-    x[halt] = x[-1] = 0.0
-    x[0] = min(x[0], v0 * v0)
-    up, down = 2.0 * a_max * ds, 2.0 * d_max * ds
-    bound = low._replace(cause=cause)
-    if on_infeasible == "brake":
-        brake_floor(x, down, v0 * v0, cause)
-    sweep(x, up, down, bound.keeps, cause, about)
-    if on_infeasible == "raise" and x[0] < v0 * v0 * (1.0 - _ROUNDING):
-        raise _infeasible(s, low, halt, down, d_max, v0)
-    x[0], cause[0], about[0] = v0 * v0, _START, -1
+    halt = np.zeros(len(s), dtype=np.bool_) if stop is None else np.asarray(stop, dtype=np.bool_)
+    way = _Way(s, ds, halt, _checked(s, caps, halt, a_max, d_max), a_max, d_max)
+    swept = _swept(way, v0, on_infeasible)
+    fast_enough = bool(swept.v[0] >= v0 * v0 * (1.0 - _ROUNDING))
+    if on_infeasible == "raise" and not fast_enough:
+        raise _infeasible(way, v0)
+    x, cause, about = swept.v, swept.cause, swept.about
+    x[0], cause[0], about[0] = v0 * v0, START, -1
+    if jerk_max is not None and fast_enough:
+        smooth = limited(ds, x, a_max=a_max, d_max=d_max, jerk_max=_limit("jerk_max", jerk_max))
+        if smooth is not None:
+            _name_again(way, x, smooth, cause, about)
+            x = smooth
+        elif on_infeasible == "raise":
+            raise _too_jerky(way, v0, jerk_max)
     v = np.sqrt(x)
     v[0] = v0
-    a, t = np.zeros(n), np.zeros(n)
+    a, t = np.zeros(len(s)), np.zeros(len(s))
     # Where an edge is short for its speed, the difference of squares is mostly rounding.
     np.clip((x[1:] - x[:-1]) / (2.0 * ds), -d_max, a_max, out=a[:-1])
-    clock(_durations(ds, v, low.v, a_max, d_max), t)
-    return Feasible(v, a, t, bound.words, about)
+    clock(_durations(way, v, jerk_max), t)
+    return Feasible(v, a, t, swept.words, about)
+
+
+class _Way(NamedTuple):
+    """Where and how fast the robot may drive."""
+
+    s: Floats
+    ds: Floats
+    halt: NDArray[np.bool_]
+    low: Lowest
+    a_max: float
+    d_max: float
+
+
+def _swept(way: _Way, v0: float, on_infeasible: OnInfeasible) -> Lowest:
+    """Greatest squares of speed, their causes and what those speak of; x[0] below v0^2 if v0 is too fast."""
+    x = way.low.v * way.low.v
+    cause, about = way.low.cause.copy(), way.low.about.copy()
+    for where, code in ((way.halt, TURN), (-1, GOAL), (0, START)):
+        cause[where], about[where] = code, -1
+    x[way.halt] = x[-1] = 0.0
+    x[0] = min(x[0], v0 * v0)
+    out = Lowest(x, cause, about, way.low.names)
+    keeps, down = out.keeps, 2.0 * way.d_max * way.ds
+    if on_infeasible == "brake":
+        brake_floor(x, down, v0 * v0, cause)
+    sweep(x, 2.0 * way.a_max * way.ds, down, keeps, cause, about)
+    return out
+
+
+def _name_again(
+    way: _Way, fastest: Floats, x: Floats, cause: NDArray[np.int64], about: NDArray[np.int64]
+) -> None:
+    """Causes of a profile with a limit on jerk: what bound the one without, where it is as fast, or jerk."""
+    a = (x[1:] - x[:-1]) / (2.0 * way.ds)
+    free = x < fastest * (1.0 - _BINDS)
+    cause[free], about[free] = JERK, -1
+    cause[1:][free[1:] & (a >= way.a_max * (1.0 - _BINDS))] = ACCELERATION
+    cause[:-1][free[:-1] & (a <= -way.d_max * (1.0 - _BINDS))] = BRAKING
+    k = len(x) - 1
+    for i in range(len(x) - 2, -1, -1):
+        if cause[i] == BRAKING:
+            about[i] = k
+        else:
+            k = i
 
 
 def stop_to_stop(ds: float, a_max: float, d_max: float, cap: float) -> tuple[float, float]:
@@ -215,6 +194,13 @@ def stop_to_stop(ds: float, a_max: float, d_max: float, cap: float) -> tuple[flo
     peak = min(cap, math.sqrt(2.0 * ds / slope))
     cruise = max(0.0, ds - 0.5 * peak * peak * slope)
     return peak, peak * slope + cruise / peak
+
+
+def _limit(name: str, value: float) -> float:
+    """A limit, checked."""
+    if not _SMALL <= value <= _LARGE:
+        raise SettingError("PROFILE_LIMIT", f"{value!r}", where=name, allowed=f"{_SMALL:g} to {_LARGE:g}")
+    return value
 
 
 def _edges(s: Floats) -> Floats:
@@ -240,9 +226,8 @@ def _checked(
                 "PROFILE_LIMIT", f"{np.shape(values)} values", where=name, allowed=f"one a node: {len(s)}"
             )
     low = lowest(caps)
-    for name, value in (("a_max", a_max), ("d_max", d_max)):
-        if not _SMALL <= value <= _LARGE:
-            raise SettingError("PROFILE_LIMIT", f"{value!r}", where=name, allowed=f"{_SMALL:g} to {_LARGE:g}")
+    _limit("a_max", a_max)
+    _limit("d_max", d_max)
     bad = ~((low.v >= _SMALL) | (low.v == 0.0))
     if bad.any():
         k = int(bad.argmax())
@@ -275,8 +260,9 @@ def _told(low: Lowest, k: int) -> str:
     return word if of < 0 else f"{word} {of}"
 
 
-def _durations(ds: Floats, v: Floats, cap: Floats, a_max: float, d_max: float) -> Floats:
+def _durations(way: _Way, v: Floats, jerk_max: float | None) -> Floats:
     """Seconds on each edge: exact for its constant acceleration, or from rest to rest."""
+    ds, cap = way.ds, way.low.v
     pace = v[:-1] + v[1:]
     rest = pace == 0.0
     if not rest.any():
@@ -285,7 +271,7 @@ def _durations(ds: Floats, v: Floats, cap: Floats, a_max: float, d_max: float) -
     dt = 2.0 * ds / np.where(rest, 1.0, pace)
     for k in np.flatnonzero(rest).tolist():
         length, low, high = float(ds[k]), *sorted((float(cap[k]), float(cap[k + 1])))
-        a, d = a_max, d_max
+        a, d = way.a_max, way.d_max
         if low == 0.0:
             # The caps' squares are taken as straight lines between nodes: from 0, they bound a ramp.
             ramp = high * high / (2.0 * length)
@@ -295,24 +281,25 @@ def _durations(ds: Floats, v: Floats, cap: Floats, a_max: float, d_max: float) -
             else:
                 d = min(d, ramp)
         dt[k] = stop_to_stop(length, a, d, low)[1]
+        if jerk_max is not None:
+            dt[k] = max(dt[k], rest_to_rest(length, min(a, d), jerk_max, low))
     return dt
 
 
-def _infeasible(
-    s: Floats, low: Lowest, halt: NDArray[np.bool_], down: Floats, d_max: float, v0: float
-) -> SettingError:
+def _infeasible(way: _Way, v0: float) -> SettingError:
     """The refusal, told by the node that asks for the slowest start."""
-    cap = np.where(halt, 0.0, low.v)
+    s, low, d_max = way.s, way.low, way.d_max
+    cap = np.where(way.halt, 0.0, low.v)
     cap[-1] = 0.0
     x = (cap * cap).tolist()
     # The very sums of the backward pass, so that the speed named is one that it lets through.
     k = len(x) - 1
     start = x[k]
-    for i, fall in zip(range(len(x) - 2, -1, -1), reversed(down.tolist()), strict=True):
+    for i, fall in zip(range(len(x) - 2, -1, -1), reversed((2.0 * d_max * way.ds).tolist()), strict=True):
         start += fall
         if x[i] <= start:
             k, start = i, x[i]
-    why = "goal" if k == len(x) - 1 else "turn" if halt[k] else _told(low, k)
+    why = "goal" if k == len(x) - 1 else "turn" if way.halt[k] else _told(low, k)
     needed = (v0 * v0 - x[k]) / (2.0 * d_max)
     greatest = math.sqrt(start) if start >= _SMALL * _SMALL else 0.0
     return SettingError(
@@ -322,4 +309,24 @@ def _infeasible(
         where="v0",
         allowed=f"at most {greatest!r} m/s",
         todo="start slower, or brake harder",
+    )
+
+
+def _too_jerky(way: _Way, v0: float, jerk_max: float) -> SettingError:
+    """The refusal of a start speed from which no profile was found that keeps the limit on jerk."""
+    known = 0.0
+    for k in range(1, 13):
+        more = known + v0 * 0.5**k
+        x = _swept(way, more, "raise").v
+        x[0] = more * more
+        limits = {"a_max": way.a_max, "d_max": way.d_max, "jerk_max": jerk_max}
+        if limited(way.ds, x, **limits, any_will_do=True) is not None:
+            known = more
+    return SettingError(
+        "PROFILE_INFEASIBLE",
+        f"no profile was found from {v0:g} m/s at the start that changes its acceleration by at most "
+        f"{jerk_max:g} m/s3",
+        where="v0",
+        allowed=f"at most {known!r} m/s",
+        todo="start slower, or allow more jerk",
     )

@@ -1,0 +1,321 @@
+"""A limit on jerk: speeds whose acceleration changes no faster than the robot can bear.
+
+What jerk is here
+-----------------
+A profile has one constant acceleration a[i] on each edge, taken as that of the middle of the edge's time. The
+jerk at an inner node is the change of acceleration there over the time from one middle to the next, ``(a[i] -
+a[i-1]) / ((dt[i-1] + dt[i]) / 2)``. At a node at rest (start, goal, a stop) the acceleration begins from 0
+and ends at 0, each over half of its edge's time: ``2 a / dt``. A robot that drives already may begin with any
+acceleration. Finer nodes bring this nearer to the jerk of a continuous motion.
+
+How it is kept
+--------------
+In x = v^2 the accelerations are linear and the durations ``2 ds / (v[i] + v[i+1])`` convex. The jerk's limit,
+``|a[i] - a[i-1]| <= jerk_max (dt[i-1] + dt[i]) / 2``, bounds a linear by a convex function: the set is not
+convex, and no speeds are the greatest at every node. So this is a local method, from the inside: Newton's
+method on ``sum dt - mu sum log (slack)`` (Fiacco and McCormick 1968), mu falling by 5 until mu times the
+number of limits is a 1e-5 share of the time. A node's limits touch its two neighbours on either side alone,
+so a step costs n operations. Every iterate keeps every limit strictly: whatever happens, what comes out is
+feasible. The part of the second derivative that is not convex (the curvature of the durations in the jerk's
+limit, where it outweighs the objective's) is left out, so every step descends.
+
+It begins, from rest, with the profile without a jerk limit driven slower throughout: with v times k,
+accelerations change by k^2 and jerks by k^3. A robot that drives already cannot do so; there a profile half
+way between the fastest and the hardest braking is brought down to the limit by the method of centres (Huard
+1967). Where that does not arrive, none is found and the start speed is refused; that none exists is not
+proven. Times lost, beside bounds: docs/speed/profile.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from lampyris.elementary import log
+from lampyris.kernels.banded import solve_banded
+from lampyris.typing import Floats
+
+_GAP = 1e-5
+"""Share of the time that the barrier may leave."""
+
+_STEPS = 1500
+"""Newton steps for a stretch between two stops; 60 are usual, 600 with nodes 1e-9 beside 10 m apart."""
+
+_SHIFTS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
+"""Shares of the diagonal added until rounding leaves the system positive definite."""
+
+
+def jerks(ds: Floats, v: Floats) -> Floats:
+    """The greatest jerk at each node by the definition above, m/s3 >= 0; shape (n,).
+
+    Parameters
+    ----------
+    ds : metres of each edge, (n - 1,).
+    v : m/s, (n,). Edges at rest at both ends count nothing.
+    """
+    out = np.zeros(len(v))
+    pace = v[:-1] + v[1:]
+    moving = pace > 0.0
+    dt = 2.0 * ds / np.where(moving, pace, 1.0)
+    a = (v[1:] - v[:-1]) / dt
+    rest = v == 0.0
+    alone = np.where(moving, np.abs(2.0 * a / dt), 0.0)
+    out[:-1] = np.where(rest[:-1], alone, 0.0)
+    out[1:] = np.maximum(out[1:], np.where(rest[1:], alone, 0.0))
+    inner = np.abs(a[1:] - a[:-1]) / (0.5 * (dt[1:] + dt[:-1]))
+    out[1:-1] = np.where(rest[1:-1], out[1:-1], inner)
+    return out
+
+
+def limited(
+    ds: Floats, x: Floats, *, a_max: float, d_max: float, jerk_max: float, any_will_do: bool = False
+) -> Floats | None:
+    """Squares of speed with bounded jerk, at most ``x`` anywhere; None if none is found.
+
+    Parameters
+    ----------
+    ds : metres of each edge, (n - 1,), > 0.
+    x : v^2 at each node, (n,): the fastest profile without a limit on jerk, 0 at the last node. Its first
+        value is kept. Where it is 0 the robot stands, and a stretch between two such nodes is solved alone.
+    a_max, d_max, jerk_max : limits, > 0.
+    any_will_do : stop at the first profile that keeps the limits.
+
+    Only where the first value is not 0 can there be none: from rest, any profile will do, driven slowly.
+    """
+    out = x.copy()
+    still = np.flatnonzero(x == 0.0).tolist()
+    begin = 0
+    for end in still if still[0] > 0 else still[1:]:
+        if end - begin > 1 or x[begin] > 0.0:
+            piece = _Stretch(ds[begin:end], x[begin : end + 1], a_max, d_max, jerk_max)
+            found = piece.solve(any_will_do)
+            if found is None:
+                return None
+            out[begin : end + 1] = found
+        begin = end
+    return out
+
+
+def rest_to_rest(ds: float, rate: float, jerk_max: float, cap: float) -> float:
+    """Seconds from rest to rest over ``ds`` metres with acceleration and braking of at most ``rate``.
+
+    Jerk is jerk_max, 0 or -jerk_max throughout (the seven phases of textbooks), the same both ways. Unlike
+    :func:`lampyris.motion.profile.stop_to_stop` it does not use the greater of two unequal limits.
+    """
+
+    def ramp(v: float) -> float:
+        """Seconds from rest to v, half of which times v is the way."""
+        if v * jerk_max >= rate * rate:
+            return v / rate + rate / jerk_max
+        return 2.0 * math.sqrt(v / jerk_max)
+
+    way = cap * ramp(cap) if math.isfinite(cap) else math.inf
+    if way <= ds:
+        return 2.0 * ramp(cap) + (ds - way) / cap
+    # v ramp(v) = ds, either from a quadratic or from v^3 = ds^2 jerk_max / 4.
+    flat = rate * rate / jerk_max
+    v = 0.5 * (math.sqrt(flat * flat + 4.0 * rate * ds) - flat)
+    if v < flat:
+        v = cube_root(0.25 * ds * ds * jerk_max)
+    return 2.0 * ramp(v)
+
+
+def cube_root(x: float) -> float:
+    """Cube root of a number >= 0 from ``+ - * /`` alone: the same bits everywhere."""
+    if x == 0.0:
+        return 0.0
+    mantissa, exponent = math.frexp(x)
+    third, rest = divmod(exponent, 3)
+    mantissa = math.ldexp(mantissa, rest)
+    root = 1.0
+    for _ in range(8):
+        root -= (root - mantissa / (root * root)) / 3.0
+    return math.ldexp(root, third)
+
+
+class _State(NamedTuple):
+    """What squares of speed mean on a stretch of m edges, and how far each limit is."""
+
+    x: Floats
+    pace: Floats
+    dt: Floats
+    a: Floats
+    slack: Floats
+    """(6 m - 2,): x above 0, below its top; a under a_max, over -d_max; jerk under, over; the two ends."""
+
+
+class _Stretch:
+    """From a start, at rest or not, to a stop: squares of speed at the inner nodes are the unknowns y."""
+
+    def __init__(self, ds: Floats, top: Floats, a_max: float, d_max: float, jerk_max: float) -> None:
+        self.ds, self.top, self.per = ds, top, 0.5 / ds
+        self.a_max, self.d_max, self.jerk_max = a_max, d_max, jerk_max
+        self.rest = bool(top[0] == 0.0)
+        self.steps = 0
+
+    def solve(self, any_will_do: bool) -> Floats | None:
+        """The best squares of speed found, or the first, (m + 1,)."""
+        worst = float(jerks(self.ds, np.sqrt(self.top)).max())
+        if worst <= self.jerk_max:
+            return self.top
+        if len(self.ds) == 1:
+            return None
+        y = self._slowed(worst) if self.rest else self._centred()
+        return None if y is None else self._whole(y if any_will_do else self._fastest(y))
+
+    def _whole(self, y: Floats) -> Floats:
+        return np.concatenate((self.top[:1], y, self.top[-1:]))
+
+    def _slowed(self, worst: float) -> Floats:
+        """The whole profile driven slower; jerk grows with the cube of speed."""
+        share = min(0.99, 0.97 * cube_root(self.jerk_max / worst))
+        y: Floats = self.top[1:-1] * (share * share)
+        return y
+
+    def _centred(self) -> Floats | None:
+        """A profile within every limit for a robot that drives already; None if none is found."""
+        hardest = self.top[0] - 2.0 * self.d_max * np.cumsum(self.ds[:-1])
+        y = 0.5 * (self.top[1:-1] + np.maximum(hardest, 0.0))
+        asked = self.jerk_max
+        for _ in range(200):
+            worst = float(jerks(self.ds, np.sqrt(self._whole(y))).max())
+            if worst < asked:
+                self.jerk_max = asked
+                return y if float(self._state(y).slack.min()) > 0.0 else None
+            # Nearly the worst jerk there is: the limits' centre lies well within that.
+            self.jerk_max = max(asked, 1.05 * worst)
+            if not float(self._state(y).slack.min()) > 0.0:
+                break
+            centre = self._descend(y, 1.0, 0.0, 12)
+            worse = float(jerks(self.ds, np.sqrt(self._whole(centre))).max())
+            if worse > worst * (1.0 - 1e-4):
+                break
+            y = centre
+        self.jerk_max = asked
+        return None
+
+    def _fastest(self, y: Floats) -> Floats:
+        """Down the barrier from a profile within every limit."""
+        now = self._state(y)
+        time = math.fsum(now.dt)
+        mu = time / len(now.slack)
+        while self.steps < _STEPS:
+            y = self._descend(y, mu, 1.0, 50)
+            time = math.fsum(self._state(y).dt)
+            if mu * len(now.slack) <= _GAP * time:
+                break
+            mu *= 0.2
+        return y
+
+    def _state(self, y: Floats) -> _State:
+        x = self._whole(y)
+        v = np.sqrt(x)
+        pace = v[:-1] + v[1:]
+        dt = 2.0 * self.ds / pace
+        a = (x[1:] - x[:-1]) * self.per
+        room = 0.5 * self.jerk_max * (dt[:-1] + dt[1:])
+        change = a[1:] - a[:-1]
+        half = 0.5 * self.jerk_max * dt
+        ends = (half[0] - a[0] if self.rest else 1.0, half[-1] + a[-1])
+        slack = (y, self.top[1:-1] - y, self.a_max - a, self.d_max + a, room - change, room + change, ends)
+        return _State(x, pace, dt, a, np.concatenate(slack))
+
+    def _merit(self, now: _State, mu: float, weight: float) -> float:
+        return weight * math.fsum(now.dt) - mu * math.fsum(log(now.slack))
+
+    def _descend(self, y: Floats, mu: float, weight: float, most: int) -> Floats:
+        """Newton's method on ``weight * time - mu * sum log slack``, never leaving the inside."""
+        now = self._state(y)
+        merit = self._merit(now, mu, weight)
+        for _ in range(most):
+            # Limits that are all but reached push with forces whose squares overflow: their node then stays.
+            with np.errstate(over="ignore", invalid="ignore"):
+                gradient, step = self._newton(now, mu, weight)
+            fall = -math.fsum(gradient * step)
+            if not fall > 0.1 * mu:
+                break
+            share = 1.0
+            while share > 1e-12:
+                ahead = y + share * step
+                if float(ahead.min()) > 0.0:
+                    then = self._state(ahead)
+                    if float(then.slack.min()) > 0.0:
+                        reached = self._merit(then, mu, weight)
+                        if reached <= merit - 1e-4 * share * fall:
+                            break
+                share *= 0.5
+            else:
+                break
+            self.steps += 1
+            y, now, merit = ahead, then, reached
+        return y
+
+    def _newton(self, now: _State, mu: float, weight: float) -> tuple[Floats, Floats]:
+        """Gradient and Newton's step at the inner nodes."""
+        m, per, jerk = len(self.ds), self.per, 0.5 * self.jerk_max
+        forces = np.split(mu / now.slack, np.cumsum((m - 1, m - 1, m, m, m - 1, m - 1)))
+        above, below, under, over, low, high, ends = forces
+        if not self.rest:
+            ends[0] = 0.0
+        # Derivatives of the durations to the x at their left and right; none at the two fixed ends.
+        inverse = np.zeros(m + 1)
+        inverse[1:-1] = 1.0 / np.sqrt(now.x[1:-1])
+        rate = self.ds / (now.pace * now.pace)
+        to_left, to_right = -rate * inverse[:-1], -rate * inverse[1:]
+        # How much a longer duration of each edge is worth: the time itself, less the room it gives to jerk;
+        # and a higher acceleration.
+        pull, push = np.zeros(m), under - over
+        pull[:-1] += low + high
+        pull[1:] += low + high
+        push[1:] += low - high
+        push[:-1] -= low - high
+        pull[0], pull[-1] = pull[0] + ends[0], pull[-1] + ends[1]
+        push[0], push[-1] = push[0] + ends[0], push[-1] - ends[1]
+        worth = weight - jerk * pull
+        gradient = np.zeros(m + 1)
+        gradient[:-1] += worth * to_left - push * per
+        gradient[1:] += worth * to_right + push * per
+        gradient[1:-1] += below - above
+        diagonal, first, second = self._jerk_matrix(to_left, to_right, low, high, ends, mu)
+        curve, bend = np.maximum(worth, 0.0), rate / now.pace
+        left, right = inverse[:-1], inverse[1:]
+        stiff = (under * under + over * over) * (per * per / mu)
+        diagonal[:-1] += curve * left * left * (bend + 0.5 * rate * left) + stiff
+        diagonal[1:] += curve * right * right * (bend + 0.5 * rate * right) + stiff
+        first[1:] += curve * bend * left * right - stiff
+        diagonal[1:-1] += (above * above + below * below) / mu
+        return gradient[1:-1], _step(diagonal[1:-1], first[1:-1], second[1:-1], gradient[1:-1])
+
+    def _jerk_matrix(
+        self, to_left: Floats, to_right: Floats, low: Floats, high: Floats, ends: Floats, mu: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Sum of squared gradients of the jerks' slacks: the diagonal, and one and two to its left."""
+        n, per, jerk = len(self.ds) + 1, self.per, 0.5 * self.jerk_max
+        diagonal, first, second = np.zeros(n), np.zeros(n), np.zeros(n)
+        for sign, force in ((1.0, low), (-1.0, high)):
+            hold = force * force / mu
+            one = jerk * to_left[:-1] - sign * per[:-1]
+            two = jerk * (to_right[:-1] + to_left[1:]) + sign * (per[:-1] + per[1:])
+            three = jerk * to_right[1:] - sign * per[1:]
+            diagonal[:-2] += hold * one * one
+            diagonal[1:-1] += hold * two * two
+            diagonal[2:] += hold * three * three
+            first[1:-1] += hold * one * two
+            first[2:] += hold * two * three
+            second[2:] += hold * one * three
+        diagonal[1] += ((jerk * to_right[0] - per[0]) * ends[0]) ** 2 / mu
+        diagonal[-2] += ((jerk * to_left[-1] - per[-1]) * ends[1]) ** 2 / mu
+        return diagonal, first, second
+
+
+def _step(diagonal: Floats, first: Floats, second: Floats, gradient: Floats) -> Floats:
+    """Newton's step; where rounding spoils the matrix, of one with a slightly greater diagonal."""
+    for shift in _SHIFTS:
+        step = -gradient
+        if solve_banded(diagonal * (1.0 + shift), first.copy(), second.copy(), step):
+            break
+    else:
+        return -gradient / diagonal
+    return step
