@@ -332,6 +332,9 @@ def test_collision_that_is_owned_up_to() -> None:
     assert judge(replace(drive, outcome=Outcome.TIMEOUT)) == "collision"
     late = with_tracks(drive, [still(float(drive.tracks[0].xy[0, 0]) - 0.5, 5.0)])
     assert judge(late) == "collision"  # touched long before its end
+    instant = with_tracks(drive, [still(float(drive.tracks[0].xy[0, 0]) + 0.01 + 5e-7, 5.0)])
+    assert judge(instant) is None  # it ends in the very instant of the contact
+    assert measure(instant)["collisions"] == 1
     far = with_tracks(drive, [still(20.0, 5.0)])
     assert judge(replace(far, moments=())) == "outcome"
 

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive
 from lampyris.model.trace import Outcome
-from lampyris.referee.meetings import DUST, ROUNDING, meetings_violation, pairs_in, tracks_violation
+from lampyris.referee.meetings import (
+    DUST,
+    ROUNDING,
+    meetings_violation,
+    pairs_in,
+    touching_at_the_end,
+    tracks_violation,
+)
 from lampyris.referee.motion_discs import (
     STANDS,
     Motion,
@@ -96,9 +103,13 @@ def measure(drive: Drive) -> dict[str, Any]:
     if motion is not None:
         pairs = pairs_in(drive, motion)
         out["gap"], out["gap_when"], out["gap_body"] = nearest(motion, pairs)
-        out["hits"] = len(standing_contacts(motion, pairs))
-        met = [first_contact(motion, pairs.some(pairs.body == k)) for k in range(len(drive.tracks))]
-        out["collisions"] = sum(one is not None for one in met)
+        episodes = standing_contacts(motion, pairs)
+        met = {k for k in range(len(drive.tracks)) if first_contact(motion, pairs.some(pairs.body == k))}
+        last = set(touching_at_the_end(drive, motion))
+        if drive.outcome is Outcome.COLLISION:
+            met |= last
+        fresh = last - {e.body for e in episodes} if drive.outcome is Outcome.HIT else set()
+        out["collisions"], out["hits"] = len(met), len(episodes) + len(fresh)
     return out
 
 

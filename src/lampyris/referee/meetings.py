@@ -68,7 +68,8 @@ def meetings_violation(drive: Drive, motion: Motion) -> Violation | None:
         reach = drive.scene.robot.radius + drive.tracks[body].radius
         what = f"{d:.9g} m from the robot's centre at {t:.9g} s while it moves; the radii make {reach:g}"
         return Violation("collision", f"body {body}", what)
-    if met is None and drive.outcome is Outcome.COLLISION:
+    last = touching_at_the_end(drive, motion)
+    if met is None and drive.outcome is Outcome.COLLISION and not (last and _moves_at_the_end(drive)):
         return Violation("outcome", "drive", "collision, but nobody was touched while the robot moved")
     episodes = standing_contacts(motion, pairs)
     for one in episodes:
@@ -81,9 +82,20 @@ def meetings_violation(drive: Drive, motion: Motion) -> Violation | None:
         if not any(body == one.body and lo <= t <= hi for body, t in told):
             what = f"touches the standing robot from {one.begin:.9g} s on; no moment tells of it"
             return Violation("untold contact", f"body {one.body}", what)
-    if drive.outcome is Outcome.HIT and not any(e.end >= late for e in episodes):
+    if drive.outcome is Outcome.HIT and not (last or any(e.end >= late for e in episodes)):
         return Violation("outcome", "drive", "hit, but nobody is on the robot at the end")
     return _told(drive, motion)
+
+
+def touching_at_the_end(drive: Drive, motion: Motion) -> list[int]:
+    """Bodies within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
+    radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
+    gaps = [gap_at(motion, track, radius, resolution, drive.duration) for track in drive.tracks]
+    return [k for k, gap in enumerate(gaps) if gap <= NEAR]
+
+
+def _moves_at_the_end(drive: Drive) -> bool:
+    return len(drive.t) > 1 and bool(drive.v[-1] > 0 or drive.v[-2] > 0 or drive.a[-2] > 0)
 
 
 def _told(drive: Drive, motion: Motion) -> Violation | None:
