@@ -169,7 +169,7 @@ def test_the_stranger_looks_between_the_nodes() -> None:
     assert found.rule == "zone"
     behind = np.where(np.arange(40) <= 20, 0.2, np.inf) * np.ones((40, 1))
     slow = np.where(course.xy[:, 0] <= 20.4, 0.2, 0.3)
-    found = check_caps(replace(made, v=slow), course.curve, replace(FREE, zones=behind))
+    found = check_caps(replace(made, v=slow), course.curve, replace(FREE, zones=behind), parts=16)
     assert found is not None
     assert found.rule == "zone"
     other = straight((2.3, 10), (29.3, 10), 0.5, 0.5).curve
