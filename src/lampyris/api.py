@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -30,10 +30,12 @@ from lampyris.model.trace import Trace
 from lampyris.model.traffic import Traffic
 from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
+from lampyris.motion.curve import Smooth, curve_of, polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.planners import registry
 from lampyris.planners.base import Budget, Planner
 from lampyris.referee.caps import check_caps
+from lampyris.referee.curve import check_curve
 from lampyris.sim import loop
 from lampyris.typing import ByteGrid, Points
 
@@ -41,9 +43,6 @@ MAX_SEED = 2**63 - 1
 
 MIN_SPACING = 1e-3
 """Least distance of two nodes of a course, in cells."""
-
-Smooth: TypeAlias = Literal["none", "arcs"]
-"""How a way of cells is made a curve."""
 
 
 def load_grid(path_or_name: str | os.PathLike[str]) -> Grid:
@@ -196,9 +195,6 @@ def course(
     SettingError : a plan without a path; a way through a blocked cell or off the map; ``SPACING``.
     InternalFault : the referee refused the curve; a bug of ours.
     """
-    from lampyris.motion.curve import curve_of, polyline_of
-    from lampyris.referee.curve import check_curve
-
     if smooth not in ("none", "arcs"):
         raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed="none or arcs")
     _typed("scene", scene, Scene)

@@ -22,24 +22,18 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion._interim import (
-    BlindArea,
-    CloudModel,
-    MovingObstacles,
-    ThreeSpeed,
-    blind_cap,
-    cloud_cap,
-    moving_cap,
-    three_speed_cap,
-    wall_distance,
-)
 from lampyris.motion.around import cells_distance, reach_of, room, zone_limits
+from lampyris.motion.blind import BlindArea, blind_cap
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.checked import number
+from lampyris.motion.clearance import wall_distance
+from lampyris.motion.cloud import CloudModel, cloud_cap
 from lampyris.motion.course import Course, course_of_path, places
+from lampyris.motion.moving import MovingObstacles, moving_cap
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.rings import as_cells
 from lampyris.motion.settings import checked_kind
+from lampyris.motion.three_speed import ThreeSpeed, three_speed_cap
 from lampyris.motion.uncertainty import Uncertainty, uncertainty_cap
 from lampyris.typing import BoolGrid, Cell, Floats
 

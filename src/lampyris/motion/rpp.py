@@ -18,10 +18,10 @@ from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
-from lampyris.motion._interim import wall_distance
 from lampyris.motion.around import cells_distance
 from lampyris.motion.cap import Cap
 from lampyris.motion.checked import number
+from lampyris.motion.clearance import wall_distance
 from lampyris.motion.course import Course, course_of_path, places
 from lampyris.motion.lowest import lowest
 from lampyris.motion.profile import OnInfeasible, feasible_profile, start_speed

@@ -13,10 +13,10 @@ import numpy as np
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion._interim import wall_distance
 from lampyris.motion.around import reach_of, room
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.checked import number, whole
+from lampyris.motion.clearance import wall_distance
 from lampyris.motion.course import Course
 
 
