@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 from lampyris import api
@@ -15,12 +15,14 @@ from lampyris.errors import LampyrisError
 from lampyris.maps.make import MAX_CELLS, recipe_named
 from lampyris.maps.scenario import Made, Scenario, read_scenario
 from lampyris.maps.scenario_save import write_scenario
+from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.motion import laws
 from lampyris.planners import registry
 from lampyris.sim import loop
+from lampyris.sim.drive_settings import Settings
 
 
 class Planned(NamedTuple):
@@ -40,6 +42,10 @@ class _Names:
     def law(self, name: str, settings: Mapping[str, Any]) -> object:
         """The law itself."""
         return speed_law(name, settings)
+
+    def drive(self, settings: Mapping[str, Any]) -> object:
+        """The settings themselves."""
+        return Settings.of(settings)
 
 
 def load_scenario(
@@ -62,14 +68,14 @@ def load_scenario(
 
 def run(
     scenario: Scenario, *, record: bool = True, progress: Callable[[int], None] | None = None
-) -> Planned | Trace:
-    """Do what a scenario says: plan, or simulate if it is ``simulated``.
+) -> Planned | Trace | Drive:
+    """Do what a scenario says: plan; simulate if it is ``simulated``; drive if it says how (``drive``).
 
     Parameters
     ----------
     scenario : loaded, or made by hand.
     record : keep AD-GSO's per-iteration record in the plan.
-    progress : called with each tick of a simulation.
+    progress : called with each tick of a simulation, or with each second of a drive.
 
     Raises
     ------
@@ -79,6 +85,11 @@ def run(
         law: Any = speed_law(scenario.law, scenario.law_settings)
         # An object, not a name with settings: a setting may be called as an argument is (patience).
         planner = registry.make(scenario.planner, scenario.settings)
+        if scenario.drive is not None:
+            seconds = None if progress is None else lambda t: progress(int(t))
+            return api.drive(
+                scenario.scene, planner, seed=scenario.seed, law=law, progress=seconds, **scenario.drive
+            )
         if scenario.simulated:
             return api.simulate(
                 scenario.scene,
@@ -136,6 +147,7 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
         settings={key: getattr(planner, key) for key in registry.settings_of(type(planner))},
         law_settings=_law_settings(scenario.law, scenario.law_settings),
         map=source,
+        drive=None if scenario.drive is None else asdict(Settings.of(scenario.drive)),
     )
     if not scenario.simulated:
         return done

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
-from lampyris.cli import maps_verbs, scen_verb, speed_verb
+from lampyris.cli import drive_verb, maps_verbs, scen_verb, speed_verb
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -202,16 +202,20 @@ def run(
         str | None, typer.Option("--layer", help="Under the path in the picture: luciferin, cost or none.")
     ] = None,
     film: Film = None,
+    chart: Annotated[
+        Path | None, typer.Option("--chart", metavar="FILE", help="Of a drive: draw speed over time.")
+    ] = None,
     csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for every node or tick.")
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write a row for every node, tick or stretch."),
     ] = None,
     save: Save = None,
     force: Force = False,
 ) -> None:
-    """Plan or simulate what a scenario file says."""
+    """Plan, simulate or drive what a scenario file says."""
     from lampyris.cli import verbs
 
-    out = verbs.Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film)
+    out = verbs.Outputs(json_, not no_timing, csv, save, force, explain, picture, layer, film, chart)
     raise typer.Exit(verbs.run(scenario, allow_outside, max_cells, out))
 
 
@@ -239,3 +243,4 @@ def planners(
 app.command()(scen_verb.scen)
 app.command()(speed_verb.speed)
 app.command()(speed_verb.laws)
+app.command()(drive_verb.drive)

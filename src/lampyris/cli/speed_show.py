@@ -10,13 +10,14 @@ from rich.table import Table
 from rich.text import Text
 
 from lampyris.cli.show import _console, _facts, written
+from lampyris.model.drive import Drive
 from lampyris.model.profile import Profile
-from lampyris.report.metrics import cause_shares
+from lampyris.report.metrics import cause_shares, drive_shares, worth_telling
 
 if TYPE_CHECKING:
     from lampyris.cli.speed_work import Answer
 
-__all__ = ["answer", "laws", "no_way", "written"]
+__all__ = ["answer", "drive", "laws", "no_way", "written"]
 
 
 def no_way(sentence: str) -> None:
@@ -79,6 +80,36 @@ def _reasons(profile: Profile, all_nodes: bool) -> Table:
         )
         table.add_row(node, *numbers, profile.why(a))
     return table
+
+
+def drive(run: Drive, *, name: str = "") -> None:
+    """A drive in continuous time."""
+    console, grid = _console(), run.scene.grid
+    console.print(Text(run.sentence, style=f"bold {'green' if run.arrived else 'red'}"))
+    kinds: dict[str, int] = {}
+    for body in run.bodies:
+        kinds[body.kind] = kinds.get(body.kind, 0) + 1
+    told = ", ".join(f"{kind} x{n}" for kind, n in kinds.items()) or "none"
+    after = f"{run.outcome.value} after {run.duration:.2f} s"
+    if run.optimum:
+        after += f", {run.duration / run.optimum:.2f} times the optimum of the first way without obstacles"
+    moments = [m.word for m in run.moments]
+    hits = f"waits {moments.count('wait')}, hits {moments.count('hit')}, contacts {moments.count('contact')}"
+    moving = float(run.v.max(initial=0.0))
+    rows = [("scenario", name)] if name else []
+    rows += [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("from, to", f"{run.scene.start} to {run.scene.goal}"),
+        ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}; {run.replans} replans"),
+        ("obstacles", f"{len(run.bodies)} ({told})"),
+        ("outcome", after),
+        ("met", hits),
+        ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
+        ("held by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
+    ]
+    if run.error > 0:
+        rows.append(("off its way", f"at most {run.error:.3g} m from where it was commanded to be"))
+    console.print(_facts("", rows))
 
 
 def laws(records: list[dict[str, Any]], *, alone: bool) -> None:

@@ -37,13 +37,14 @@ class Outputs:
     picture: Path | None = None
     layer: str | None = None
     film: Path | None = None
+    chart: Path | None = None
 
     def check(self) -> None:
         """Refuse at once what could not be done at the end."""
         from lampyris.cli.request import known
         from lampyris.maps.scenario_save import check_ending
 
-        check_outputs(self.force, self.picture, self.film, self.csv, self.save)
+        check_outputs(self.force, self.picture, self.film, self.chart, self.csv, self.save)
         known("LAYER", "--layer", self.layer or LAYERS[0], LAYERS)
         if self.save is not None:
             check_ending(self.save)
@@ -74,12 +75,19 @@ def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) ->
     out.check()
     limit = MAX_CELLS if max_cells is None else max_cells
     scenario = load_scenario(path, allow_outside=allow_outside, max_cells=limit)
-    of_plans = {"--explain": out.explain, "--picture": out.picture, "--layer": out.layer}
-    of_runs = {"--film": out.film}
-    for option, given in (of_plans if scenario.simulated else of_runs).items():
-        if given:
-            verb = "simulates" if scenario.simulated else "plans"
-            raise UsageError("OPTIONS", f"{option} with a scenario that {verb}", where=str(path))
+    kind = "drives" if scenario.drive is not None else "simulates" if scenario.simulated else "plans"
+    only = {
+        "--explain": (out.explain, "plans"), "--picture": (out.picture, "plans"),
+        "--layer": (out.layer, "plans"), "--film": (out.film, "simulates drives"),
+        "--chart": (out.chart, "drives"),
+    }  # fmt: skip
+    for option, (given, kinds) in only.items():
+        if given and kind not in kinds:
+            raise UsageError("OPTIONS", f"{option} with a scenario that {kind}", where=str(path))
+    if kind == "drives":
+        from lampyris.cli import drive_work
+
+        return drive_work.run(scenario, out)
     return (_simulate if scenario.simulated else _plan)(scenario, out)
 
 

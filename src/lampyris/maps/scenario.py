@@ -78,6 +78,7 @@ class Scenario:
     notes : sentences a person should read.
     where : the file it was read from.
     zones : the file that the scene's speed zones are from; None: there are none, or they are in no file.
+    drive : settings of a drive in continuous time; None: it is none.
     """
 
     scene: Scene
@@ -94,6 +95,7 @@ class Scenario:
     notes: tuple[str, ...] = ()
     where: str = ""
     zones: str | None = None
+    drive: Mapping[str, Any] | None = None
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -111,7 +113,8 @@ class Scenario:
 
 def _decided(one: Scenario) -> tuple[Any, ...]:
     who = (one.planner, dict(one.settings), one.law, dict(one.law_settings), one.seed)
-    return (*who, one.simulated, one.ticks, one.patience, one.name)
+    drive = None if one.drive is None else dict(one.drive)
+    return (*who, one.simulated, one.ticks, one.patience, one.name, drive)
 
 
 def _same_map(a: Grid, b: Grid) -> bool:
@@ -128,7 +131,7 @@ def _same(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
 
 
 class Names(Protocol):
-    """What rooms above this one know by name: asked, not imported. Both raise what is wrong."""
+    """What rooms above this one know by name: asked, not imported. All raise what is wrong."""
 
     def planner(self, name: str, settings: Mapping[str, Any]) -> object:
         """Whether there is such a planner with such settings."""
@@ -136,6 +139,10 @@ class Names(Protocol):
 
     def law(self, name: str, settings: Mapping[str, Any]) -> object:
         """Whether there is such a speed law with such settings."""
+        ...
+
+    def drive(self, settings: Mapping[str, Any]) -> object:
+        """Whether a drive has such settings."""
         ...
 
 

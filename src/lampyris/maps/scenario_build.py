@@ -73,20 +73,33 @@ class _Build:
         if map_ and start and goal and not self.faults:
             parts = (map_[0].grid, start, goal, file.moves or moves, robot, traffic, zones)
             scene = self.tried(("robot", "radius"), Scene, *parts)
+        drive = self._drive()
         if map_ is None or scene is None or self.faults:
             raise_all(in_order(self.said, self.faults))
         how: Any = file.simulate
-        if traffic and how is None:
+        if traffic and how is None and drive is None:
             self.notes.append(
-                "nothing is simulated (no `simulate`): the obstacles are left aside, "
+                "nothing is simulated (no `simulate` or `drive`): the obstacles are left aside, "
                 "but for recorded ones by planners that see traffic"
             )
         ticks, patience = (None, None) if how is None else (how.ticks, how.patience)
         return Scenario(
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
             file.name or "", map_[1], tuple(self.notes), self.said.where,
-            self.path(file.zones, ("zones",)) if file.zones is not None else None,
+            self.path(file.zones, ("zones",)) if file.zones is not None else None, drive,
         )  # fmt: skip
+
+    def _drive(self) -> dict[str, Any] | None:
+        """Settings of a drive in continuous time; None: it is none."""
+        given: Any = self.file.drive
+        if given is None:
+            return None
+        settings: dict[str, Any] = given.model_dump()
+        if self.file.simulate is not None:
+            fault = FileError("KEY", "`drive` and `simulate`", allowed="one of them")
+            self.faults.append(placed(fault, self.said, ("drive",)))
+        self.tried(("drive",), self.names.drive, settings)
+        return settings
 
     def tried(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""

@@ -15,11 +15,11 @@ from pydantic import Discriminator, Field, StringConstraints, Tag
 from lampyris.maps.load import COLOURS, VALUES
 from lampyris.maps.scenario import PRESETS
 from lampyris.maps.scenario_form import FileName, Metres, Pair, Resolution, Rule, Seed, Settings, Table, Word
+from lampyris.maps.scenario_how import DriveTable, SimulateTable
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.traffic import MAX_BODIES
 
 VERSION = 1
-MAX_TICKS = 10**9
 MAX_SIDE = 2**24
 
 
@@ -252,19 +252,6 @@ Obstacle: TypeAlias = Annotated[
 ]
 
 
-class SimulateTable(Table):
-    """How to simulate."""
-
-    ticks: Annotated[
-        Annotated[int, Field(ge=1, le=MAX_TICKS)] | None,
-        Rule("TICKS", f"a whole number, 1 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="The last tick; null: generous for the map's size.")
-    patience: Annotated[
-        Annotated[int, Field(ge=0, le=MAX_TICKS)] | None,
-        Rule("PATIENCE", f"a whole number, 0 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="Ticks in a row the robot waits before it gives up; null: 50.")
-
-
 # ---- the whole --------------------
 
 
@@ -318,6 +305,11 @@ class ScenarioFile(Table):
         description="Present, if empty ({}): simulate. Absent: plan.",
         json_schema_extra=_no_default,
     )
+    drive: DriveTable = Field(
+        None,  # type: ignore[assignment]
+        description="Present, if empty ({}): drive in continuous time, instead of `simulate`.",
+        json_schema_extra=_no_default,
+    )
 
 
 TAGS: dict[str, type[Table] | None] = {
@@ -328,7 +320,7 @@ TAGS: dict[str, type[Table] | None] = {
     "recorded-track": TrackTable, "recorded-file": TrackFileTable,
 }  # fmt: skip
 """The table that each tag of a union means; tags stand in pydantic's places and not in the file."""
-TABLES: dict[str, type[Table]] = {"robot": RobotTable, "simulate": SimulateTable}
+TABLES: dict[str, type[Table]] = {"robot": RobotTable, "simulate": SimulateTable, "drive": DriveTable}
 """The tables that have a key of their own."""
 
 

@@ -148,6 +148,8 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         data["zones"] = zones
     if scenario.simulated:
         data["simulate"] = {"ticks": scenario.ticks, "patience": scenario.patience}
+    if scenario.drive is not None:
+        data["drive"] = _settings("drive", scenario.drive)
     return data
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lampyris.model.drive import Drive
 from lampyris.report import style
-from lampyris.report.metrics import CauseShare, shares, worth_telling
+from lampyris.report.metrics import drive_shares, worth_telling
 from lampyris.report.speed_chart import DPI, runs_of
 from lampyris.typing import Floats
 
@@ -20,13 +20,6 @@ _SAMPLES = 2400
 
 _MARKS = ("replan", "wait", "hit", "contact", "fault", "stop")
 """Events worth a line; of each kind the first is named."""
-
-
-def drive_shares(drive: Drive) -> tuple[CauseShare, ...]:
-    """What held the robot back, the longest first: shares of way and time, stretch by stretch."""
-    time = np.diff(drive.t, append=drive.t[-1:])
-    way = time * (drive.v + 0.5 * drive.a * time)
-    return shares(drive.cause, way, time)
 
 
 def distance_to_obstacles(drive: Drive, t: Floats) -> Floats:

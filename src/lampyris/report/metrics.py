@@ -8,6 +8,7 @@ from typing import NamedTuple, TypedDict
 
 import numpy as np
 
+from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -75,6 +76,13 @@ def cause_shares(profile: Profile) -> tuple[CauseShare, ...]:
     no way and takes no time: its cause holds all of both.
     """
     return shares(profile.cause, _halves(profile.s), _halves(profile.t))
+
+
+def drive_shares(drive: Drive) -> tuple[CauseShare, ...]:
+    """What held the robot back, the longest first: shares of way and time, stretch by stretch."""
+    time = np.diff(drive.t, append=drive.t[-1:])
+    way = time * (drive.v + 0.5 * drive.a * time)
+    return shares(drive.cause, way, time)
 
 
 def shares(cause: Sequence[str], way: Floats, time: Floats) -> tuple[CauseShare, ...]:

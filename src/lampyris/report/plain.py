@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
 
+from lampyris.model.curve import Curve
+from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Jump, Plan
@@ -17,7 +19,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.report.metrics import CauseShare
+from lampyris.report.metrics import CauseShare, drive_shares
 
 STEP_WORDS = ("straight", "diagonal", "knight")
 
@@ -88,6 +90,71 @@ def trace_record(trace: Trace) -> dict[str, Any]:
             for e in trace.events
         ],
         "timing": dict(trace.timing),
+    }
+
+
+def drive_record(drive: Drive) -> dict[str, Any]:
+    """A drive in continuous time: its stretches, the curves they are on, and where each obstacle was.
+
+    Places are in cells, y down; stretch k begins at ``t[k]`` and has the acceleration ``a[k]`` until
+    ``t[k + 1]``.
+    """
+    n = len(drive.cause)
+    return {
+        "outcome": drive.outcome.value,
+        "sentence": drive.sentence,
+        "planner": drive.planner,
+        "law": drive.law,
+        "seed": drive.seed,
+        "map": grid_record(drive.scene.grid),
+        "moves": drive.scene.moves.name,
+        "robot": robot_record(drive.scene),
+        "start": list(drive.scene.start),
+        "goal": list(drive.scene.goal),
+        "period": drive.period,
+        "duration": drive.duration,
+        "optimum": drive.optimum,
+        "replans": drive.replans,
+        "expansions": drive.expansions,
+        "error": drive.error,
+        "t": drive.t.tolist(),
+        "s": drive.s.tolist(),
+        "v": drive.v.tolist(),
+        "a": drive.a.tolist(),
+        "leg": drive.leg.tolist(),
+        "cause": list(drive.cause),
+        "about": drive.about.tolist(),
+        "why": [drive.why(k) for k in range(n)],
+        "held": shares_record(drive_shares(drive)),
+        "curves": [curve_record(c) for c in drive.curves],
+        "bodies": [
+            {
+                "kind": body.kind,
+                "radius": track.radius,
+                "top_speed": track.top_speed,
+                "yields": body.yields,
+                "t": track.t.tolist(),
+                "xy": track.xy.tolist(),
+            }
+            for body, track in zip(drive.bodies, drive.tracks, strict=True)
+        ],
+        "moments": [
+            {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "body": m.body}
+            for m in drive.moments
+        ],
+        "timing": dict(drive.timing),
+    }
+
+
+def curve_record(curve: Curve) -> dict[str, Any]:
+    """Straight pieces and arcs."""
+    return {
+        "xy": curve.xy.tolist(),
+        "heading": curve.heading.tolist(),
+        "lengths": curve.lengths.tolist(),
+        "curvature": curve.curvature.tolist(),
+        "end": list(curve.end),
+        "stops": curve.stops.tolist(),
     }
 
 

@@ -1,0 +1,74 @@
+"""What ``lampyris drive`` does, and ``lampyris run`` with a scenario that says how to drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+from lampyris import scenarios
+from lampyris.cli import speed_show, verbs
+from lampyris.cli.request import Request, TrafficRequest, about
+from lampyris.cli.verbs import NO_ANSWER, Outputs
+from lampyris.errors import SettingError, UsageError
+from lampyris.maps.scenario import Scenario
+from lampyris.model.drive import Drive
+from lampyris.report.plain import drive_record
+from lampyris.sim.drive_settings import Settings
+
+
+def drive(request: Request, traffic: TrafficRequest, how: Mapping[str, Any], out: Outputs) -> int:
+    """``lampyris drive``. Returns the exit code."""
+    out.check()
+    settings = _settings(how)
+    scenario = request.scenario()
+    bodies = traffic.traffic(scenario.scene.grid, request.seed)
+    scene = replace(scenario.scene, traffic=bodies)
+    return run(replace(scenario, scene=scene, drive=asdict(settings)), out)
+
+
+def _settings(how: Mapping[str, Any]) -> Settings:
+    """Settings of a drive from the words of a call.
+
+    Raises
+    ------
+    UsageError : a word that an option does not know.
+    SettingError : a number out of its range.
+    """
+    try:
+        return Settings.of(how)
+    except SettingError as fault:
+        option = f"--{fault.where.replace('_', '-')}"
+        kind = UsageError if isinstance(how.get(fault.where), str) else SettingError
+        raise kind(fault.code, fault.what, where=option, allowed=fault.allowed, todo=fault.todo) from None
+
+
+def run(scenario: Scenario, out: Outputs) -> int:
+    """Drive what a scenario says, and tell of it. Returns the exit code."""
+    verbs.remarks((*scenario.notes, *about(scenario.scene)))
+    with verbs._counting("driving", "s", quiet=out.json) as second:
+        done: Any = scenarios.run(scenario, progress=second)
+    story: Drive = done
+    if out.film is not None:
+        from lampyris.report.drive_film import film_drive
+
+        with verbs._counting("filming", "frames", quiet=out.json) as frame:
+            film_drive(story, out.film, progress=frame)
+    if out.chart is not None:
+        from lampyris.report.drive_chart import draw_drive
+
+        with verbs._working("drawing", quiet=out.json):
+            draw_drive(story, out.chart)
+    if out.csv is not None:
+        from lampyris.report.csv_out import write_drive_csv
+
+        write_drive_csv(out.csv, story)
+    if out.save is not None:
+        verbs.remarks(scenarios.save_scenario(scenario, out.save))
+    if out.json:
+        record = drive_record(story)
+        verbs.print_json(record if out.timing else {**record, "timing": {}})
+    else:
+        speed_show.drive(story, name=scenario.name)
+        speed_show.written(out.film, out.chart, out.csv, out.save)
+    return 0 if story.arrived else NO_ANSWER
