@@ -103,7 +103,7 @@ def measure(drive: Drive) -> dict[str, Any]:
     if motion is not None:
         pairs = pairs_in(drive, motion)
         out["gap"], out["gap_when"], out["gap_body"] = nearest(motion, pairs)
-        episodes = standing_contacts(motion, pairs)
+        episodes = standing_contacts(motion, pairs, drive.period)
         met = {k for k in range(len(drive.tracks)) if first_contact(motion, pairs.some(pairs.body == k))}
         last = set(touching_at_the_end(drive, motion))
         if drive.outcome is Outcome.COLLISION:

@@ -265,8 +265,11 @@ class Episode(NamedTuple):
     end: float
 
 
-def standing_contacts(motion: Motion, pairs: Pairs) -> list[Episode]:
-    """Contacts while the robot stands, those that follow on each other joined; in order of body and time."""
+def standing_contacts(motion: Motion, pairs: Pairs, apart: float = 1e-9) -> list[Episode]:
+    """Contacts while the robot stands, in order of body and time.
+
+    Those of one body that are no more than ``apart`` seconds apart are one.
+    """
     p = pairs.some(np.flatnonzero(~moving(motion, pairs)))
     if len(p.begin) == 0:
         return []
@@ -287,7 +290,7 @@ def standing_contacts(motion: Motion, pairs: Pairs) -> list[Episode]:
     out: list[Episode] = []
     for k in met[np.lexsort((p.begin[met], p.body[met]))].tolist():
         one = Episode(int(p.body[k]), float(p.begin[k] + enter[k]), float(p.begin[k] + leave[k]))
-        if out and out[-1].body == one.body and one.begin <= out[-1].end + 1e-9:
+        if out and out[-1].body == one.body and one.begin <= out[-1].end + apart:
             one = one._replace(begin=out.pop().begin)
         out.append(one)
     return out
