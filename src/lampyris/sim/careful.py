@@ -7,14 +7,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lampyris.kernels.passive import highest_push
 from lampyris.kernels.road import travelled
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
 from lampyris.motion.cloud import cloud_cap
 from lampyris.motion.course import Course
+from lampyris.motion.passive import Rails, rails_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.three_speed import ThreeSpeedControl
 from lampyris.sim.control import Decision, State, towards, under_ceiling
+from lampyris.sim.leg import Leg
 from lampyris.typing import Floats
 
 MARGIN = 1e-6
@@ -83,6 +86,37 @@ def late_push(state: State, wish: Decision) -> Decision:
     return Decision(-state.robot.d_max, "moving obstacle", who)
 
 
+def safe_push(state: State, wish: Decision, rails: Rails, above: Floats) -> Decision:
+    """The hardest push up to the wish from which full braking stays safe, under perfect tracking.
+
+    Parameters
+    ----------
+    rails : the course.
+    above : a ceiling over all speeds: the wish has been held against the real one.
+    """
+    told, robot = state.told, state.robot
+    if not len(told.xy):
+        return wish
+    age = max(state.t - told.stamp, 0.0)
+    more = robot.radius + state.noise + rails.slack + MARGIN
+    a, who = highest_push(
+        rails.s,
+        rails.x,
+        rails.y,
+        above,
+        state.s,
+        state.v,
+        state.period,
+        wish.a,
+        robot.d_max,
+        told.xy[:, 0] * rails.resolution,
+        told.xy[:, 1] * rails.resolution,
+        told.radius + more + told.top_speed * age,
+        told.top_speed,
+    )
+    return wish if who < 0 else Decision(a, "moving obstacle", int(who))
+
+
 @dataclass
 class Careful:
     """``physical`` and its variants.
@@ -98,6 +132,10 @@ class Careful:
     know: str = "positions"
     _speeds: ThreeSpeedControl | None = field(default=None, init=False)
     _last: float = field(default=0.0, init=False)
+    _chosen: tuple[float, float] = field(default=(-math.inf, math.inf), init=False)
+    _leg: Leg | None = field(default=None, init=False)
+    _rails: Rails = field(init=False)
+    _above: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         if self.law.three_speed is not None:
@@ -105,30 +143,44 @@ class Careful:
 
     def decide(self, state: State) -> Decision:
         """The least of: the ceiling, what the variant's rule says here and now, room to stand."""
+        if state.leg is not self._leg:
+            self._leg, self._rails = state.leg, rails_of(state.leg.course)
+            self._above = np.full(len(self._rails.s), 1e30)
         wish = under_ceiling(state)
         for cause, v in self._now(state):
             slower = towards(state, v, cause)
             if slower.a < wish.a:
                 wish = slower
-        return late_push(state, wish)
+        if state.late:
+            return late_push(state, wish)
+        return safe_push(state, wish, self._rails, self._above)
 
     def _now(self, state: State) -> list[tuple[str, float]]:
         """The caps at the present place of rules that look at what moves."""
         law = self.law
-        if (law.cloud is None and self._speeds is None) or not len(state.told.xy):
-            return []
-        around = Around(movers=state.movers(self.know))
         found = []
-        if law.cloud is not None:
+        if law.cloud is not None and len(state.told.xy):
+            near = state.movers(self.know, (2.0 * law.cloud.horizon, law.cloud.near))
             here = ahead_of(state, 0.0)
-            found += [(c.cause, float(c.v[0])) for c in cloud_cap(here, self.scene, law.cloud, around)]
+            caps = cloud_cap(here, self.scene, law.cloud, Around(movers=near))
+            found += [(c.cause, float(c.v[0])) for c in caps]
         if self._speeds is not None:
-            assert law.three_speed is not None
-            here = ahead_of(state, self.scene.robot.v_max * law.three_speed.ahead)
-            self._speeds.update(around.movers, state.t - self._last, here)
-            self._last = state.t
-            found += [(c.cause, float(c.v[0])) for c in self._speeds.cap(here, self.scene, around)]
+            found.append(("three speeds", self._choice(state, self._speeds)))
         return found
+
+    def _choice(self, state: State, speeds: ThreeSpeedControl) -> float:
+        """The speed chosen; chosen anew when the time of one decision is over."""
+        until, v = self._chosen
+        if state.t < until - 1e-9:
+            return v
+        settings = speeds.settings
+        here = ahead_of(state, self.scene.robot.v_max * settings.ahead)
+        movers = state.movers(self.know)
+        speeds.update(movers, state.t - self._last, here)
+        caps = speeds.cap(here, self.scene, Around(movers=movers))
+        v = float(caps[0].v[0]) if caps else math.inf
+        self._last, self._chosen = state.t, (state.t + settings.step, v)
+        return v
 
 
 def ahead_of(state: State, metres: float) -> Course:

@@ -48,6 +48,7 @@ class State:
     reaction : seconds until the next decision has an effect: the period and the known delay.
     real : where it really is, and the greatest speed it may have before then because of earlier commands;
         (s, v) itself under perfect tracking.
+    late : whether commands are late or followed with a lag.
     haste : how much faster than commanded it may be.
     noise : metres that a told position may be off.
     """
@@ -63,15 +64,30 @@ class State:
     period: float
     reaction: float
     real: tuple[float, float]
+    late: bool = False
     haste: float = 1.0
     noise: float = 0.0
 
-    def movers(self, know: str) -> Movers:
-        """What is known of the obstacles, as the caps take it."""
+    def movers(self, know: str, within: tuple[float, float] | None = None) -> Movers:
+        """What is known of the obstacles, as the caps take it.
+
+        Parameters
+        ----------
+        within : seconds and metres: those that are not that near to the robot then are left out.
+        """
         told = self.told
-        velocity = None if know == "positions" else told.velocity
-        radius = told.radius + self.noise if self.noise else told.radius
-        return Movers(told.xy, radius, told.top_speed, velocity, max(self.t - told.stamp, 0.0))
+        kept = np.ones(len(told.xy), dtype=np.bool_)
+        if within is not None:
+            away = (told.xy - self.leg.route.at(self.s)) * self.leg.course.resolution
+            near = (
+                within[0] * (told.top_speed + self.robot.v_max)
+                + (within[1] + self.robot.radius)
+                + told.radius
+            )
+            kept = (away * away).sum(axis=1) <= near * near
+        velocity = None if know == "positions" or told.velocity is None else told.velocity[kept]
+        radius, age = told.radius[kept] + self.noise, max(self.t - told.stamp, 0.0)
+        return Movers(told.xy[kept], radius, told.top_speed[kept], velocity, age)
 
 
 class Controller(Protocol):

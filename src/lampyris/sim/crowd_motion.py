@@ -5,10 +5,12 @@ cell. A diagonal is the square root of two longer in the same time, so the top s
 above ``obstacle_speed``; only a robot that reckons with that is safe. What the tick model calls radius 0 is
 a disc that fills its cell, half a cell in radius.
 
-Those that yield do so for the robot's disc where it is and wherever it can come to along its way within the
-tick and the braking after it, whatever it does. They do not begin a step that would take them nearer to one
-of these places than the two radii allow; a step away is allowed. So none of them runs into a robot that
-stands. Those that do not yield step as if there were no robot.
+Those that yield look where the robot's disc is and where its present speed takes it within the tick, and do
+not begin a step that would take them nearer to it than the two radii allow; a step away is allowed. One that
+is already on a step halts as soon as the robot is so near that they might touch within the period; in the
+next tick it goes on if the robot has gone, or else back. So none of them runs into a robot that stands, and
+nobody stands in its way only because it stands there too. Those that do not yield step as if there were no
+robot.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.sim.going import Going
 from lampyris.sim.sources import NO_LEGS, Roster
 from lampyris.sim.space import Shape, Space, Step, robot_shape
-from lampyris.sim.traffic import Crowd, open_traffic
+from lampyris.sim.traffic import Crowd, Shuttle, open_traffic
 from lampyris.sim.world import World
 from lampyris.typing import BoolGrid, Floats
 
@@ -38,30 +40,38 @@ class RoadWorld(World):
 
     Attributes
     ----------
-    points : where the robot may come to before the tick is over and it has braked (cells).
+    road : where the robot may come to before the tick is over and it has braked, whatever it does (cells).
+    soon : as many of these points as its present speed takes it to within the tick.
+    late : bodies that have not finished their last step.
     """
 
     def __init__(self, space: Space, robot_shape: Shape, robot: int, radius: float) -> None:
         super().__init__(space, robot_shape, robot)
         self._radius = radius  # of the robot, cells
         self._apart = 0.0
-        self.points: list[tuple[float, float]] = []
+        self.road: list[tuple[float, float]] = []
+        self.soon: list[tuple[float, float]] = []
         self.radii: list[float] = []  # of the bodies, cells
+        self.late: set[int] = set()
 
-    def put_on_road(self, points: list[tuple[float, float]], apart: float) -> None:
-        """The robot may come to any of these points (cells), each no farther than ``apart`` from the next."""
-        self.points, self._apart = points, apart
+    def put_on_road(self, road: list[tuple[float, float]], soon: int, apart: float) -> None:
+        """The robot may come to any of these points, each no farther than ``apart`` cells from the next."""
+        self.road, self.soon, self._apart = road, road[:soon], apart
 
     def may_step(self, body: int, step: Step, yields: bool) -> bool:
         """As in the tick model; and off the robot's road, for one that yields."""
-        return super().may_step(body, step, yields) and not (yields and self._meets(body, step))
+        if yields and (body in self.late or self.meets(body, step)):
+            return False
+        return super().may_step(body, step, yields)
 
     def options(self, body: int) -> list[Step]:
         """Every step a yielding obstacle may make now, staying left out."""
+        if body in self.late:
+            return []
         found = super().options(body)
-        if not self.points or not self.shapes[body].small:
+        if not self.soon or not self.shapes[body].small:
             return found  # a large one has been asked by may_step
-        return [s for s in found if not self._meets(body, s)]
+        return [s for s in found if not self.meets(body, s)]
 
     def room(self, shape: Shape) -> BoolGrid:
         """Where a body of that shape could be put now without meeting anybody, the robot on its road too."""
@@ -70,19 +80,19 @@ class RoadWorld(World):
         self.robot_cover = frozenset()
         return mask
 
-    def _meets(self, body: int, step: Step) -> bool:
-        """Whether it would come nearer to a point of the road than the two radii allow.
+    def meets(self, body: int, step: Step) -> bool:
+        """Whether it would come nearer to where the robot soon is than the two radii allow.
 
         Going away is always allowed: the distance to a robot that stands does not shrink then.
         """
-        if not self.points:
+        if not self.soon:
             return False
         x, y = self.space.cell(self.where[body])
         dx, dy = step[1], step[2]
         length = dx * dx + dy * dy
         far = self._radius + self.radii[body] + 0.5 * self._apart
         squared = far * far
-        for qx, qy in self.points:
+        for qx, qy in self.soon:
             ax, ay = qx - x, qy - y
             along = ax * dx + ay * dy
             if along <= 0.0:
@@ -98,7 +108,7 @@ class RoadWorld(World):
         far = self._radius + 0.5 * self._apart
         number, width, height = self.space.number, self.space.width, self.space.height
         cells = set()
-        for px, py in self.points:
+        for px, py in self.road:
             for y in range(
                 max(math.ceil(py - far - 0.5), 0), min(math.floor(py + far + 0.5), height - 1) + 1
             ):
@@ -163,73 +173,132 @@ class RunningCrowd:
         self.tick = self.resolution / speed
         self.top_speed = DIAGONAL * speed
         self._now = 0
-        self._numbers: list[int] = []
-        self._legs: list[Floats] = []
-        for body in range(len(crowd.bodies)):
-            self._number(body, 0.0)
+        self._numbers = np.zeros(0, dtype=np.int64)
+        self._at, self._go = np.zeros((0, 2)), np.zeros((0, 2))  # cells, and cells a second
+        self._came: list[int] = []  # the cell before the last step
+        self._reach = np.zeros(0)  # of both discs, cells; minus infinity for those that do not yield
+        self._halted: set[int] = set()
+        self._admit(0.0)
         for body, spec in [] if crowd.recording is None else crowd.recording.tracks:
-            self.roster.whole[self._numbers[body]] = self._whole(spec)
+            self.roster.whole[int(self._numbers[body])] = self._whole(spec)
 
-    def _number(self, body: int, t: float) -> None:
-        one = self.crowd.bodies[body]
-        radius = max(one.radius, 0.5 * self.resolution)
-        x, y = self.world.space.cell(self.world.where[body])
-        self.world.radii.append(radius / self.resolution)
-        self._numbers.append(self.roster.add(one, radius, self.top_speed, t, float(x), float(y)))
+    def _admit(self, t: float) -> None:
+        """Take in the bodies that are new in the crowd."""
+        known = len(self._numbers)
+        for one, number in zip(self.crowd.bodies[known:], self.world.where[known:], strict=True):
+            radius = max(one.radius, 0.5 * self.resolution)
+            x, y = self.world.space.cell(number)
+            added = self.roster.add(one, radius, self.top_speed, t, float(x), float(y))
+            self._numbers = np.append(self._numbers, added)
+            self._at = np.concatenate((self._at, np.array([[x, y]], dtype=np.float64)))
+            self._go = np.concatenate((self._go, np.zeros((1, 2))))
+            self._came.append(number)
+            reach = (radius + self.scene.robot.radius) / self.resolution
+            self._reach = np.append(self._reach, reach if one.yields else -np.inf)
+            self.world.radii.append(radius / self.resolution)
 
     def _whole(self, spec: Recorded) -> Track:
-        n = len(spec.track)
+        t = np.arange(len(spec.track), dtype=np.float64) * self.tick
         radius = max(spec.radius, 0.5 * self.resolution)
-        return Track(
-            np.arange(n, dtype=np.float64) * self.tick,
-            np.array(spec.track, dtype=np.float64),
-            radius,
-            self.top_speed,
-        )
+        return Track(t, np.array(spec.track, dtype=np.float64), radius, self.top_speed)
 
     def advance(self, t0: float, t1: float, going: Going) -> Floats:
-        """The legs from ``t0`` to ``t1``; a tick that begins before ``t1`` is decided now."""
+        """The legs from ``t0`` to ``t1``, tick by tick; a tick that begins before ``t1`` is decided now."""
         if not self.crowd.bodies and not self.crowd.walkers:
             return NO_LEGS
-        self._legs = [legs for legs in self._legs if legs[0, 2] > t0]
-        while self._now * self.tick < t1:
-            made = self._one_tick(going)
-            if len(made):
-                self._legs.append(made)
-        if len(self._legs) == 1:
-            return self._legs[0]
-        return np.concatenate(self._legs) if self._legs else NO_LEGS
+        tables = []
+        t = t0
+        while t < t1:
+            if self._now * self.tick <= t:
+                self._decide(self._now * self.tick, going)
+            end = min(self._now * self.tick, t1)
+            if end > t and len(self._numbers):
+                tables.append(self._walk(t, end, going))
+            t = end
+        return tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
 
-    def tick_ends(self, t: float) -> float:
-        """When the tick that has been decided last is over; ``t`` itself if nobody yields."""
-        if not any(b.yields for b in self.crowd.bodies) and not self.crowd.walkers:
-            return t
-        return max(self._now * self.tick, t)
-
-    def _one_tick(self, going: Going) -> Floats:
-        began, ends = self._now * self.tick, (self._now + 1) * self.tick
-        self._now += 1
-        self._see(began, going)
-        space, where = self.world.space, self.world.where
-        before = [space.cell(n) for n in where]
-        fresh = self.crowd.advance(self._now)
-        for body in fresh:
-            # It is there from the beginning of the tick on: that is when its place was found to be free.
-            self._number(body, began)
-            before.append(space.cell(where[body]))
-        if not before:
-            return NO_LEGS
-        legs = np.empty((len(before), 7))
-        numbers = np.array(self._numbers)
-        now = np.array([space.cell(n) for n in where], dtype=np.float64)
-        old = np.array(before, dtype=np.float64)
-        legs[:, 0], legs[:, 1], legs[:, 2] = numbers, began, ends
-        legs[:, 3:5] = old
-        legs[:, 5:7] = (now - old) / (ends - began)
-        go = self.roster.go
-        for number, (x, y) in zip(self._numbers, now.tolist(), strict=True):
-            go(number, ends, x, y)
+    def _walk(self, t: float, end: float, going: Going) -> Floats:
+        """Everybody goes on from ``t`` to ``end``, which is no later than the tick's end."""
+        speed = self._go
+        halting = self._halting(t, end, going)
+        if halting:
+            speed = speed.copy()
+            speed[halting] = 0.0
+        for body in sorted(self._halted.symmetric_difference(halting)):
+            self.roster.go(int(self._numbers[body]), t, *self._at[body].tolist())
+        self._halted = set(halting)
+        self.world.late |= self._halted
+        legs = np.empty((len(self._numbers), 7))
+        legs[:, 0], legs[:, 1], legs[:, 2] = self._numbers, t, end
+        legs[:, 3:5], legs[:, 5:7] = self._at, speed
+        self._at = self._at + speed * (end - t)
+        if end >= self._now * self.tick:
+            self._arrive(end)
         return legs
+
+    def _arrive(self, t: float) -> None:
+        """The tick is over: who was not halted is in the middle of its cell."""
+        cell, late = self.world.space.cell, self.world.late
+        for body, number in enumerate(self.world.where):
+            if body not in late:
+                self._at[body] = cell(number)
+        for number, (x, y) in zip(self._numbers.tolist(), self._at.tolist(), strict=True):
+            self.roster.go(number, t, x, y)
+
+    def _halting(self, t: float, end: float, going: Going) -> list[int]:
+        """Bodies that yield and might come to touch the robot before ``end``, if they go on towards it."""
+        (s0, v0), (s1, v1) = going.at(t), going.at(end)
+        q0 = np.array(going.route.at(s0))
+        away = q0 - self._at
+        # Nobody is nearer in the end than this allows.
+        both = self.top_speed + max(v0, v1) + self.scene.robot.a_max * (end - t)
+        near = self._reach + both * (end - t) / self.resolution
+        close = (away * away).sum(axis=1) < near * np.maximum(near, 0.0)
+        if not close.any():
+            return []
+        towards = (away * self._go).sum(axis=1) > 0.0
+        towards |= ((np.array(going.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
+        found: list[int] = np.flatnonzero(close & towards).tolist()
+        return found
+
+    def _decide(self, t: float, going: Going) -> None:
+        """A tick begins: who is late goes on or back, everybody else chooses a step."""
+        self._now += 1
+        self._see(t, going)
+        self._bring_back(t, going)
+        where = self.world.where
+        before = list(where)
+        self.crowd.advance(self._now)
+        self.world.late.clear()
+        for body, number in enumerate(before):
+            if where[body] != number:
+                self._came[body] = number
+        # One that appears is there from the beginning of the tick on: that is when its place was free.
+        self._admit(t)
+        cell = self.world.space.cell
+        to = np.array([cell(n) for n in where], dtype=np.float64).reshape(-1, 2)
+        self._go = (to - self._at) / self.tick
+
+    def _bring_back(self, t: float, going: Going) -> None:
+        """Those that are late finish their step, or go back if that is towards a robot that is near."""
+        world, cell = self.world, self.world.space.cell
+        qx, qy = going.route.at(going.at(t)[0])
+        for body in sorted(world.late):
+            number, came = world.where[body], self._came[body]
+            (x1, y1), (x0, y0) = cell(number), cell(came)
+            ax, ay = self._at[body].tolist()
+            near = self._reach[body] + 1.5
+            towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
+            if not towards or (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) > near * near:
+                continue
+            back: Step = (came, x0 - x1, y0 - y1)
+            if came == number or not World.may_step(world, body, back, False):
+                continue
+            world.move(body, back)
+            self._came[body] = number
+            for driver in self.crowd.drivers:
+                if isinstance(driver, Shuttle) and driver.body == body:
+                    driver.at -= driver.ahead
 
     def _see(self, t: float, going: Going) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
@@ -238,19 +307,13 @@ class RunningCrowd:
         quick = min(v + robot.a_max * self.tick, robot.v_max)
         ahead = min(quick * self.tick + 0.5 * quick * quick / robot.d_max, route.length - s)
         x, y = route.at(s)
-        far = (ahead + robot.radius) / self.resolution + 3.0
-        cell = self.world.space.cell
+        far = ahead / self.resolution + 3.0
         appears = any(w.spec.rate is not None for w in self.crowd.walkers)
-        near = appears or any(
-            b.yields and abs(c[0] - x) < far + reach and abs(c[1] - y) < far + reach
-            for b, c, reach in (
-                (b, cell(n), b.radius / self.resolution)
-                for b, n in zip(self.crowd.bodies, self.world.where, strict=True)
-            )
-        )
-        if not near:
-            self.world.put_on_road([], 0.0)
+        d = np.abs(self._at - (x, y)).max(axis=1) - far
+        if not (appears or (d < self._reach).any()):
+            self.world.put_on_road([], 0, 0.0)
             return
         steps = max(math.ceil(ahead / (0.25 * self.resolution)), 1)
         points = [(x, y)] + [route.at(s + ahead * k / steps) for k in range(1, steps + 1)]
-        self.world.put_on_road(points, ahead / steps / self.resolution)
+        soon = 1 if ahead <= 0.0 else 1 + min(math.ceil(steps * v * self.tick / ahead), steps)
+        self.world.put_on_road(points, soon, ahead / steps / self.resolution)

@@ -11,8 +11,7 @@ In every period, in this order:
    one while it stands is a ``hit``.
 
 A robot that has stood for ``patience`` seconds because of obstacles asks its planner again from where it
-stands, with the cells that obstacles cover. It sets off on a new way when the crowd begins its next tick, so
-that those that yield know of the way before they step.
+stands, with the cells that obstacles cover.
 """
 
 from __future__ import annotations
@@ -137,7 +136,6 @@ class DriveSimulation:
         self._stood = self._waited = 0.0
         self._fault, self._fault_since = "", -1.0
         self._news = False
-        self._not_before = 0.0
         self._begin()
         self.others.open(sources, None if self.leg.nowhere else self.leg.route)
         self.optimum = self.leg.seconds if not self.leg.nowhere else None
@@ -190,8 +188,6 @@ class DriveSimulation:
         curve = self.guide.curve(plan, xy, told)
         if curve is not None and len(curve.lengths):
             self._take(curve)
-            # Those that yield have stepped with the old way in mind.
-            self._not_before = self.others.crowd.tick_ends(self.t)
 
     # ---- one period --------------------
 
@@ -240,7 +236,7 @@ class DriveSimulation:
             return Decision(brake, "obstacle")
         if self.others.touching:
             return Decision(brake, "moving obstacle", min(self.others.touching))
-        if self.leg.nowhere or self.t < self._not_before - 1e-12:
+        if self.leg.nowhere:
             return Decision(brake, "wait")
         return self.wheel.controller.decide(self._state(period))
 
@@ -261,6 +257,7 @@ class DriveSimulation:
             period=period,
             reaction=period if perfect else period + one.delay + STEP,
             real=(self.s, self.train.quickest(self.t, self.v)),
+            late=not perfect,
             haste=CATCH_UP if one.tracking == "position" else 1.0,
             noise=one.noise,
         )
