@@ -203,34 +203,38 @@ def cloud_cap(course: Course, scene: Scene, settings: CloudModel, around: Around
     movers, robot = around.movers, scene.robot
     if movers is None or len(movers) == 0:
         return []
-    found = dangers(course, scene, settings, movers)
+    n = int(np.searchsorted(course.s, settings.horizon * robot.v_max, side="right"))
+    found = dangers(course, n, scene, settings, movers)
     worst = found.argmax(axis=1)
-    danger = found[np.arange(len(course)), worst]
-    v = slowed(danger, v_max=robot.v_max, creep=settings.creep * robot.v_max)
-    judged = (danger > 0.0) & (course.s <= settings.horizon * robot.v_max)
-    return [Cap("danger", np.where(judged, v, np.inf), np.where(judged, worst, -1).astype(np.int64))]
+    danger = found[np.arange(n), worst]
+    v, about = np.full(len(course), np.inf), np.full(len(course), -1, dtype=np.int64)
+    v[:n] = np.where(
+        danger > 0.0, slowed(danger, v_max=robot.v_max, creep=settings.creep * robot.v_max), np.inf
+    )
+    about[:n] = np.where(danger > 0.0, worst, -1)
+    return [Cap("danger", v, about)]
 
 
-def dangers(course: Course, scene: Scene, settings: CloudModel, movers: Movers) -> FloatGrid:
-    """Danger of each obstacle at each node, 0 to 1, (n, m): degree of its time times degree of its gap."""
-    robot, n = scene.robot, len(course)
-    there = course.s / robot.v_max + movers.age
-    out = np.zeros((n, len(movers)))
-    for m in range(len(movers)):
-        p = (movers.xy[m] - course.xy) * course.resolution
-        if movers.velocity is not None:
-            w = np.tile(movers.velocity[m], (n, 1))
-            p = p + w * there[:, None]
-        else:
-            size = np.sqrt((p * p).sum(axis=1))
-            w = -p * (movers.top_speed[m] / np.where(size > 0.0, size, 1.0))[:, None]
-            p = (
-                p
-                * np.maximum(0.0, 1.0 - movers.top_speed[m] * there / np.where(size > 0.0, size, 1.0))[
-                    :, None
-                ]
-            )
-        r = robot.v_max * course.heading - w
-        time, gap = approach(p, r, robot.radius + float(movers.radius[m]), settings.horizon)
-        out[:, m] = degree(settings.time_cloud, time) * degree(settings.gap_cloud, gap)
-    return out
+def dangers(course: Course, n: int, scene: Scene, settings: CloudModel, movers: Movers) -> FloatGrid:
+    """Danger of each obstacle at each of the first n nodes, 0 to 1, (n, m).
+
+    Degree of the time times degree of the gap: only what is both soon and near is dangerous.
+    """
+    robot, m = scene.robot, len(movers)
+    there = (course.s[:n] / robot.v_max + movers.age)[:, None, None]
+    p = (movers.xy[None, :, :] - course.xy[:n, None, :]) * course.resolution
+    if movers.velocity is not None:
+        w = np.broadcast_to(movers.velocity, (n, m, 2))
+        p = p + w * there
+    else:
+        size = np.sqrt((p * p).sum(axis=2, keepdims=True))
+        share = movers.top_speed[None, :, None] / np.where(size > 0.0, size, 1.0)
+        w = -p * share
+        p = p * np.maximum(0.0, 1.0 - share * there)
+    r = robot.v_max * course.heading[:n, None, :] - w
+    both = np.tile(robot.radius + movers.radius, n)
+    time, gap = approach(p.reshape(-1, 2), r.reshape(-1, 2), both, settings.horizon)
+    danger = np.zeros(n * m)
+    near = np.isfinite(time)
+    danger[near] = degree(settings.time_cloud, time[near]) * degree(settings.gap_cloud, gap[near])
+    return danger.reshape(n, m)

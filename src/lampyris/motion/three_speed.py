@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class ThreeSpeed:
 
     Parameters
     ----------
-    paces : slow, normal and fast in whole units of progress a decision step, rising; fast is v_max.
+    paces : slow, normal and fast in whole units of progress a decision step, rising, up to 16; fast is v_max.
     step : seconds between two decisions.
     depth : decisions looked ahead, 1 to 6.
     ahead : seconds of predicted motion in which the law speaks; later nodes may be driven fast.
@@ -79,7 +80,7 @@ class ThreeSpeed:
             object.__setattr__(self, name, whole(f"physical.three_speed.{name}", getattr(self, name), 1, top))
         paces = _three("paces", self.paces)
         where = "physical.three_speed.paces"
-        object.__setattr__(self, "paces", tuple(whole(where, pace, 1, 64) for pace in paces))
+        object.__setattr__(self, "paces", tuple(whole(where, pace, 1, 16) for pace in paces))
         if not self.paces[0] < self.paces[1] < self.paces[2]:
             raise SettingError("LAW_SETTING", f"{self.paces}", where=where, allowed="rising whole numbers")
         where = "physical.three_speed.prior"
@@ -123,33 +124,30 @@ def choose(belief: FloatGrid, contact: FloatGrid, settings: ThreeSpeed) -> tuple
     runs over those, backward. Beliefs are kept unnormalised (``b_i prod_o P(o | i)^count``): the sum over
     observations then needs no division, and the maximum is the same.
     """
-    m = len(belief)
-    paces, depth = settings.paces, settings.depth
-    value: NDArray[np.float64] | None = None
+    m, depth = len(belief), settings.depth
+    paces = np.array(settings.paces)
+    share = (paces / paces[2]).reshape((3,) + (1,) * m)
+    later: NDArray[np.float64] | None = None
     for n in range(depth - 1, -1, -1):
-        counts = _counts(n)
-        weight = [_weights(belief[k], settings.told, counts) for k in range(m)]
-        total = _product([_summed(w) for w in weight])
-        follow = _followers(n)
-        best: list[NDArray[np.float64]] = []
-        for place in range(n * paces[2] + 1):
-            options = []
-            for a, pace in enumerate(paces):
-                share = pace / paces[2]
-                gain = share * total
-                for k in range(m):
-                    risk = _summed(weight[k] * contact[n, place, a, k])
-                    others = [_summed(w) if j != k else risk for j, w in enumerate(weight)]
-                    gain = gain - settings.cost * share * _product(others)
-                if value is not None:
-                    gain = gain + _after(value[place + pace], follow, m)
-                options.append(gain)
-            best.append(np.array(options))
+        weight = [_weights(belief[k], settings.told, _counts(n)) for k in range(m)]
+        total = [_along(_summed(w), k, m) for k, w in enumerate(weight)]
+        # Axes: place, speed, then what was seen of each obstacle so far.
+        places = np.arange(n * paces[2] + 1)
+        value: NDArray[np.float64] = np.ones((len(places), 3) + (1,) * m)
+        for one in total:
+            value = value * one
+        for k in range(m):
+            touched = _along(_summed(weight[k] * contact[n, : len(places), :, k, None, :]), k, m)
+            for other in (*total[:k], *total[k + 1 :]):
+                touched = touched * other
+            value = value - settings.cost * touched
+        value = value * share
+        if later is not None:
+            value = value + _after(later[places[:, None] + paces], _followers(n), m)
+        later = value.max(axis=1)
         if n == 0:
-            values = best[0].reshape(3)
-            return _best(values), values
-        value = np.array([o.max(axis=0) for o in best])
-    raise AssertionError("depth is at least 1")
+            values = value.reshape(3)
+    return _best(values), values
 
 
 def _best(values: Floats) -> int:
@@ -161,25 +159,25 @@ def _best(values: Floats) -> int:
     return best
 
 
-def _summed(weights: FloatGrid) -> Floats:
-    """Sum over the three intents, in this order on every machine."""
-    total: Floats = weights[:, 0] + weights[:, 1] + weights[:, 2]
+def _summed(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sum over the three intents, the last axis, in this order on every machine."""
+    total: NDArray[np.float64] = weights[..., 0] + weights[..., 1] + weights[..., 2]
     return total
 
 
-def _product(factors: Sequence[Floats]) -> NDArray[np.float64]:
-    """Outer product: one axis a factor."""
-    out: NDArray[np.float64] = np.ones(())
-    for factor in factors:
-        out = out[..., None] * factor
-    return out
+def _along(factor: NDArray[np.float64], axis: int, m: int) -> NDArray[np.float64]:
+    """The last axis of an array put at one of m last axes, the others of length 1."""
+    last = tuple(factor.shape[-1] if k == axis else 1 for k in range(m))
+    return factor.reshape(factor.shape[:-1] + last)
 
 
+@cache
 def _counts(n: int) -> NDArray[np.int64]:
     """Every way in which n observations divide into three kinds, (C(n + 2, 2), 3)."""
     return np.array([(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)], dtype=np.int64)
 
 
+@cache
 def _followers(n: int) -> NDArray[np.int64]:
     """Where each division of n, one observation more of each kind, stands among those of n + 1; (., 3)."""
     later = {tuple(c): k for k, c in enumerate(_counts(n + 1).tolist())}
@@ -203,9 +201,10 @@ def _weights(belief: Floats, told: FloatGrid, counts: NDArray[np.int64]) -> Floa
 
 
 def _after(value: NDArray[np.float64], follow: NDArray[np.int64], m: int) -> NDArray[np.float64]:
-    """Sum over every obstacle's next observation of the value there."""
-    for axis in range(m):
-        value = sum(np.take(value, follow[:, o], axis=axis) for o in range(3))  # type: ignore[assignment]
+    """Sum over every obstacle's next observation of the value there; its counts are the last m axes."""
+    for axis in range(value.ndim - m, value.ndim):
+        first, second, third = (np.take(value, follow[:, o], axis=axis) for o in range(3))
+        value = first + second + third
     return value
 
 
