@@ -35,6 +35,7 @@ import numpy as np
 
 from lampyris.elementary import log
 from lampyris.kernels.banded import solve_banded
+from lampyris.kernels.speed import sweep
 from lampyris.typing import Floats
 
 _GAP = 1e-5
@@ -43,12 +44,17 @@ _GAP = 1e-5
 _STEPS = 1500
 """Newton steps for a stretch between two stops; 60 are usual, 600 with nodes 1e-9 beside 10 m apart."""
 
+_NOISE = 2.0**-52
+"""Share of v^2 over an edge's length that its acceleration cannot be told from 0 by."""
+
 _SHIFTS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 """Shares of the diagonal added until rounding leaves the system positive definite."""
 
 
 def jerks(ds: Floats, v: Floats) -> Floats:
     """The greatest jerk at each node by the definition above, m/s3 >= 0; shape (n,).
+
+    Less what the rounding of v^2 may have made of it: between nodes 1e-9 m apart that is all of it.
 
     Parameters
     ----------
@@ -61,12 +67,13 @@ def jerks(ds: Floats, v: Floats) -> Floats:
     dt = 2.0 * ds / np.where(moving, pace, 1.0)
     a = (v[1:] - v[:-1]) / dt
     rest = v == 0.0
-    alone = np.where(moving, np.abs(2.0 * a / dt), 0.0)
+    noise = _NOISE * np.maximum(v[1:], v[:-1]) ** 2 / ds
+    alone = np.where(moving, 2.0 * (np.abs(a) - noise) / dt, 0.0)
     out[:-1] = np.where(rest[:-1], alone, 0.0)
     out[1:] = np.maximum(out[1:], np.where(rest[1:], alone, 0.0))
-    inner = np.abs(a[1:] - a[:-1]) / (0.5 * (dt[1:] + dt[:-1]))
+    inner = (np.abs(a[1:] - a[:-1]) - noise[1:] - noise[:-1]) / (0.5 * (dt[1:] + dt[:-1]))
     out[1:-1] = np.where(rest[1:-1], out[1:-1], inner)
-    return out
+    return np.maximum(out, 0.0)
 
 
 def limited(
@@ -174,27 +181,41 @@ class _Stretch:
         y: Floats = self.top[1:-1] * (share * share)
         return y
 
+    def _under(self, share: float) -> Floats | None:
+        """The fastest profile under limits that are all less by a share; None if the start is too fast."""
+        x = self.top * (1.0 - share)
+        x[0] = self.top[0]
+        rates = 2.0 * (1.0 - share) * self.ds
+        codes, keeps = np.zeros(len(x), dtype=np.int64), np.zeros(len(x), dtype=np.bool_)
+        sweep(x, self.a_max * rates, self.d_max * rates, keeps, codes, codes.copy())
+        return None if x[0] < self.top[0] else x[1:-1]
+
     def _centred(self) -> Floats | None:
         """A profile within every limit for a robot that drives already; None if none is found."""
-        hardest = self.top[0] - 2.0 * self.d_max * np.cumsum(self.ds[:-1])
-        y = 0.5 * (self.top[1:-1] + np.maximum(hardest, 0.0))
-        asked = self.jerk_max
+        low, high = 0.0, 1.0
+        for _ in range(30):
+            share = 0.5 * (low + high)
+            low, high = (low, share) if self._under(share) is None else (share, high)
+        y = self._under(0.5 * low)
+        asked, self.jerk_max = self.jerk_max, math.inf
+        if y is None or not float(self._state(y).slack.min()) > 0.0:
+            return None
+        worst = self._worst(y)
         for _ in range(200):
-            worst = float(jerks(self.ds, np.sqrt(self._whole(y))).max())
             if worst < asked:
                 self.jerk_max = asked
-                return y if float(self._state(y).slack.min()) > 0.0 else None
-            # Nearly the worst jerk there is: the limits' centre lies well within that.
+                return y
+            # A little above the worst jerk there is: the centre of the limits then lies well below it.
             self.jerk_max = max(asked, 1.05 * worst)
-            if not float(self._state(y).slack.min()) > 0.0:
+            y = self._descend(y, 1.0, 0.0, 12)
+            before, worst = worst, self._worst(y)
+            if not worst < before * (1.0 - 1e-4):
                 break
-            centre = self._descend(y, 1.0, 0.0, 12)
-            worse = float(jerks(self.ds, np.sqrt(self._whole(centre))).max())
-            if worse > worst * (1.0 - 1e-4):
-                break
-            y = centre
         self.jerk_max = asked
         return None
+
+    def _worst(self, y: Floats) -> float:
+        return float(jerks(self.ds, np.sqrt(self._whole(y))).max())
 
     def _fastest(self, y: Floats) -> Floats:
         """Down the barrier from a profile within every limit."""
@@ -215,9 +236,9 @@ class _Stretch:
         pace = v[:-1] + v[1:]
         dt = 2.0 * self.ds / pace
         a = (x[1:] - x[:-1]) * self.per
-        room = 0.5 * self.jerk_max * (dt[:-1] + dt[1:])
+        half = 0.5 * self.jerk_max * dt + _NOISE * np.maximum(x[1:], x[:-1]) / self.ds
+        room = half[:-1] + half[1:]
         change = a[1:] - a[:-1]
-        half = 0.5 * self.jerk_max * dt
         ends = (half[0] - a[0] if self.rest else 1.0, half[-1] + a[-1])
         slack = (y, self.top[1:-1] - y, self.a_max - a, self.d_max + a, room - change, room + change, ends)
         return _State(x, pace, dt, a, np.concatenate(slack))

@@ -118,13 +118,15 @@ def feasible_profile(
     ds = _edges(s)
     halt = np.zeros(len(s), dtype=np.bool_) if stop is None else np.asarray(stop, dtype=np.bool_)
     way = _Way(s, ds, halt, _checked(s, caps, halt, a_max, d_max), a_max, d_max)
-    swept = _swept(way, v0, on_infeasible)
-    fast_enough = bool(swept.v[0] >= v0 * v0 * (1.0 - _ROUNDING))
-    if on_infeasible == "raise" and not fast_enough:
-        raise _infeasible(way, v0)
+    swept = _swept(way, v0)
+    feasible = bool(swept.v[0] >= v0 * v0 * (1.0 - _ROUNDING))
+    if not feasible:
+        if on_infeasible == "raise":
+            raise _infeasible(way, v0)
+        swept = _swept(way, v0, hard=True)
     x, cause, about = swept.v, swept.cause, swept.about
     x[0], cause[0], about[0] = v0 * v0, START, -1
-    if jerk_max is not None and fast_enough:
+    if jerk_max is not None and feasible:
         smooth = limited(ds, x, a_max=a_max, d_max=d_max, jerk_max=_limit("jerk_max", jerk_max))
         if smooth is not None:
             _name_again(way, x, smooth, cause, about)
@@ -151,8 +153,11 @@ class _Way(NamedTuple):
     d_max: float
 
 
-def _swept(way: _Way, v0: float, on_infeasible: OnInfeasible) -> Lowest:
-    """Greatest squares of speed, their causes and what those speak of; x[0] below v0^2 if v0 is too fast."""
+def _swept(way: _Way, v0: float, *, hard: bool = False) -> Lowest:
+    """Greatest squares of speed, their causes and what those speak of; x[0] below v0^2 if v0 is too fast.
+
+    ``hard`` raises them to what full braking from v0 cannot avoid.
+    """
     x = way.low.v * way.low.v
     cause, about = way.low.cause.copy(), way.low.about.copy()
     for where, code in ((way.halt, TURN), (-1, GOAL), (0, START)):
@@ -161,7 +166,7 @@ def _swept(way: _Way, v0: float, on_infeasible: OnInfeasible) -> Lowest:
     x[0] = min(x[0], v0 * v0)
     out = Lowest(x, cause, about, way.low.names)
     keeps, down = out.keeps, 2.0 * way.d_max * way.ds
-    if on_infeasible == "brake":
+    if hard:
         brake_floor(x, down, v0 * v0, cause)
     sweep(x, 2.0 * way.a_max * way.ds, down, keeps, cause, about)
     return out
@@ -317,7 +322,7 @@ def _too_jerky(way: _Way, v0: float, jerk_max: float) -> SettingError:
     known = 0.0
     for k in range(1, 13):
         more = known + v0 * 0.5**k
-        x = _swept(way, more, "raise").v
+        x = _swept(way, more).v
         x[0] = more * more
         limits = {"a_max": way.a_max, "d_max": way.d_max, "jerk_max": jerk_max}
         if limited(way.ds, x, **limits, any_will_do=True) is not None:
