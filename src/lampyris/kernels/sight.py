@@ -19,8 +19,9 @@ from lampyris.kernels._jit import kernel, u64
 EDGE = 0.5 - 1e-9
 SAME = 1e-9
 """Points nearer to each other than this (cells) are one."""
-_WINDOW = 16
-"""So many turning points back are lines of sight tried from, to shorten what greed has found."""
+NEVER = 1e300
+_WINDOW = 14
+"""So many candidates back are lines of sight tried from, to shorten what greed has found."""
 
 
 @kernel()
@@ -118,8 +119,55 @@ def _sees(wall, width, height, xs, ys, own, i, j, reach):
     return gap >= need
 
 
-@kernel(out=("mark", "ahead", "behind", "cost", "back", "chain"))
-def pull(wall, width, height, xs, ys, own, reach, mark, ahead, behind, cost, back, chain):
+@kernel(out=("chain",))
+def _greedy(wall, width, height, xs, ys, own, reach, way, chain):
+    """From each point to the farthest in sight, onwards (way 1) or backwards (-1); how many points.
+
+    Found by doubling and bisection: what is seen is not always what lies nearer, so a farther one may be
+    missed, but on long straight ways it takes few looks. ``chain`` is filled from its beginning or its end.
+    """
+    n = len(xs)
+    i = 0 if way > 0 else n - 1
+    left = n - 1
+    count = 1
+    chain[i] = i
+    while left > 0:
+        good = 1
+        bad = left + 1
+        step = 2
+        while good < left and bad > left:
+            far = min(step, left)
+            j = i + way * far
+            if _sees(wall, width, height, xs, ys, own, min(i, j), max(i, j), reach):
+                good = far
+            else:
+                bad = far
+            step *= 2
+        while bad <= left and bad - good > 1:
+            far = (good + bad) // 2
+            j = i + way * far
+            if _sees(wall, width, height, xs, ys, own, min(i, j), max(i, j), reach):
+                good = far
+            else:
+                bad = far
+        i += way * good
+        left -= good
+        chain[count if way > 0 else n - 1 - count] = i
+        count += 1
+    return count
+
+
+@kernel()
+def _long(xs, ys, chain, first, count):
+    """Length of the way over points of a chain."""
+    total = 0.0
+    for k in range(first + 1, first + count):
+        total += _apart(xs, ys, chain[k - 1], chain[k])
+    return total
+
+
+@kernel(out=("mark", "link", "cost", "back", "chain"))
+def pull(wall, width, height, xs, ys, own, reach, mark, link, cost, back, chain):
     """Draw a polyline taut over its own points; return how many turning points are left.
 
     Parameters
@@ -129,77 +177,39 @@ def pull(wall, width, height, xs, ys, own, reach, mark, ahead, behind, cost, bac
     own : float64 (n - 1,): squared clearance that a line must keep where it replaces each of these lines,
         > 0 (a trifle less than 0.5 - EDGE where it may touch a wall); at most ``reach`` squared.
     reach : as for :func:`line_gap`, > 0.
-    mark, ahead, behind, back : int64 (n,), scratch; ``mark`` 0.
+    mark, link, back : int64 (n,), scratch; ``mark`` 0.
     cost : float64 (n,), scratch.
     chain : int64 (n,), the points that stay, first to last. Two in a row may be at the same place, where
         the way came back to it.
 
-    Greed from the start on: the farthest point in sight, found by doubling and bisection (what is seen is
-    not always what lies nearer, so it may be missed; on long straight ways it takes few looks). The same
-    backwards from the end. Then the shortest way over the points that either found, trying the lines between
-    each and the 16 before it. (Trying all pairs of points gives ways 0.1 % shorter, for 30 times the looks.)
+    Greed from the start on and from the end back, and of the two ways the shorter. Then the shortest way
+    over its points and those 1, 2 and 4 before and after each, trying the lines from the 14 candidates before
+    each. On 38 paths through random maps the better greed was 1.1 % longer on average (at most 5.2 %) than
+    the shortest way over all points, which takes looks along all pairs; this is 0.015 % (at most 0.2 %).
     """
     n = len(xs)
-    mark[0] = 1
-    i = 0
-    while i < n - 1:
-        good = i + 1
-        bad = n
-        step = 2
-        while good < n - 1 and bad == n:
-            j = min(i + step, n - 1)
-            if _sees(wall, width, height, xs, ys, own, i, j, reach):
-                good = j
-            else:
-                bad = j
-            step *= 2
-        while bad < n and bad - good > 1:
-            j = (good + bad) // 2
-            if _sees(wall, width, height, xs, ys, own, i, j, reach):
-                good = j
-            else:
-                bad = j
-        ahead[good] = i
-        mark[good] |= 1
-        i = good
-    mark[n - 1] |= 2
-    i = n - 1
-    while i > 0:
-        good = i - 1
-        bad = -1
-        step = 2
-        while good > 0 and bad == -1:
-            j = max(i - step, 0)
-            if _sees(wall, width, height, xs, ys, own, j, i, reach):
-                good = j
-            else:
-                bad = j
-            step *= 2
-        while bad >= 0 and good - bad > 1:
-            j = (good + bad) // 2
-            if _sees(wall, width, height, xs, ys, own, j, i, reach):
-                good = j
-            else:
-                bad = j
-        behind[i] = good
-        mark[good] |= 2
-        i = good
-    # chain holds the points found so far, in order.
+    count = _greedy(wall, width, height, xs, ys, own, reach, 1, chain)
+    other = _greedy(wall, width, height, xs, ys, own, reach, -1, back)
+    if _long(xs, ys, back, n - other, other) < _long(xs, ys, chain, 0, count):
+        for k in range(other):
+            chain[k] = back[n - other + k]
+        count = other
+    for k in range(count):
+        i = chain[k]
+        link[i] = chain[k - 1] if k > 0 else 0
+        mark[i] = 2
+        for aside in range(-4, 5):
+            if aside != 3 and aside != -3 and 0 <= i + aside < n:
+                mark[i + aside] = max(mark[i + aside], 1)
+    # chain holds the candidates so far, in order.
     count = 0
     for j in range(n):
         if mark[j] == 0:
             continue
-        cost[j] = 0.0 if j == 0 else -1.0
-        if mark[j] & 1 and j > 0:
-            i = ahead[j]
-            cost[j] = cost[i] + _apart(xs, ys, i, j)
-            back[j] = i
-        if mark[j] & 2 and j > 0:
-            i = behind[j]
-            through = cost[i] + _apart(xs, ys, i, j)
-            if cost[j] < 0.0 or through < cost[j]:
-                cost[j] = through
-                back[j] = i
+        cost[j] = 0.0 if j == 0 else NEVER
+        if mark[j] == 2 and j > 0:
+            back[j] = link[j]
+            cost[j] = cost[back[j]] + _apart(xs, ys, back[j], j)
         for k in range(max(0, count - _WINDOW), count):
             i = chain[k]
             through = cost[i] + _apart(xs, ys, i, j)

@@ -101,12 +101,12 @@ def taut(lines: Lines) -> Lines:
     n = len(lines.xs)
     if n < 3:
         return lines
-    mark, ahead, behind, back, chain = np.zeros((5, n), dtype=np.int64)
+    mark, link, back, chain = np.zeros((4, n), dtype=np.int64)
     height, width = lines.wall.shape
     wall = lines.wall.ravel()
     count = pull(
         wall, width, height, lines.xs, lines.ys, lines.need, lines.reach,
-        mark, ahead, behind, np.zeros(n), back, chain,
+        mark, link, np.zeros(n), back, chain,
     )  # fmt: skip
     chain = chain[:count]
     chain = chain[_distinct(np.stack((lines.xs[chain], lines.ys[chain]), axis=1))]
