@@ -176,7 +176,8 @@ class RunningCrowd:
         self._numbers = np.zeros(0, dtype=np.int64)
         self._at, self._go = np.zeros((0, 2)), np.zeros((0, 2))  # cells, and cells a second
         self._came: list[int] = []  # the cell before the last step
-        self._reach = np.zeros(0)  # of both discs, cells; minus infinity for those that do not yield
+        self._reach = np.zeros(0)  # of both discs, cells
+        self._yields = np.zeros(0, dtype=np.bool_)
         self._halted: set[int] = set()
         self._admit(0.0)
         for body, spec in [] if crowd.recording is None else crowd.recording.tracks:
@@ -194,7 +195,8 @@ class RunningCrowd:
             self._go = np.concatenate((self._go, np.zeros((1, 2))))
             self._came.append(number)
             reach = (radius + self.scene.robot.radius) / self.resolution
-            self._reach = np.append(self._reach, reach if one.yields else -np.inf)
+            self._reach = np.append(self._reach, reach)
+            self._yields = np.append(self._yields, one.yields)
             self.world.radii.append(radius / self.resolution)
 
     def _whole(self, spec: Recorded) -> Track:
@@ -253,7 +255,7 @@ class RunningCrowd:
         # Nobody is nearer in the end than this allows.
         both = self.top_speed + max(v0, v1) + self.scene.robot.a_max * (end - t)
         near = self._reach + both * (end - t) / self.resolution
-        close = (away * away).sum(axis=1) < near * np.maximum(near, 0.0)
+        close = self._yields & ((away * away).sum(axis=1) < near * near)
         if not close.any():
             return []
         towards = (away * self._go).sum(axis=1) > 0.0
@@ -310,7 +312,7 @@ class RunningCrowd:
         far = ahead / self.resolution + 3.0
         appears = any(w.spec.rate is not None for w in self.crowd.walkers)
         d = np.abs(self._at - (x, y)).max(axis=1) - far
-        if not (appears or (d < self._reach).any()):
+        if not (appears or (self._yields & (d < self._reach)).any()):
             self.world.put_on_road([], 0, 0.0)
             return
         steps = max(math.ceil(ahead / (0.25 * self.resolution)), 1)

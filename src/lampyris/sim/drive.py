@@ -47,6 +47,9 @@ _NEVER = {
     Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
 }
 
+_WAITS = ("moving obstacle", "obstacle", "wait")
+"""Causes for which a robot that does not get on waits for somebody."""
+
 _HERE = 1e-9
 """Metres from the goal at which a robot that stands has arrived."""
 
@@ -133,7 +136,7 @@ class DriveSimulation:
         self.curves: list[Curve] = []
         self.leg: Leg = self.guide.nowhere(self.wheel.ceiling)
         self._steps = 0
-        self._stood = self._waited = 0.0
+        self._stood = self._waited = self._anchor = 0.0
         self._fault, self._fault_since = "", -1.0
         self._news = False
         self._begin()
@@ -171,7 +174,7 @@ class DriveSimulation:
     def _take(self, curve: Curve) -> None:
         """Follow a way from its beginning."""
         self.leg = self.guide.leg(curve, self.wheel.ceiling)
-        self.s = self.v = 0.0
+        self.s = self.v = self._anchor = 0.0
         self.train.begin(self.leg)
         self.curves.append(curve)
 
@@ -236,7 +239,7 @@ class DriveSimulation:
             return Decision(brake, "obstacle")
         if self.others.touching:
             return Decision(brake, "moving obstacle", min(self.others.touching))
-        if self.leg.nowhere:
+        if self.leg.nowhere or self._stood >= self.settings.patience:
             return Decision(brake, "wait")
         return self.wheel.controller.decide(self._state(period))
 
@@ -319,29 +322,30 @@ class DriveSimulation:
             self._wait(self.t - before)
 
     def _wait(self, seconds: float) -> None:
-        """Count how long the robot has been standing because of obstacles, and ask again if it is long."""
-        if self.v > 0.0:
-            self._stood = self._waited = 0.0
-            return
-        if self._news:
-            self._replan("An update of the map blocks cells.")
-            return
-        if self.decision.a > 0.0 or self.decision.cause == "no data":
-            return
-        if self._waited == 0.0:
-            self.log.tell(self.t, "wait", self.xy, "The robot waits for obstacles.", self._waits_for())
-        self._stood += seconds
-        self._waited += seconds
-        if self._waited > self.settings.give_up:
-            self._end(
-                Outcome.BLOCKED,
-                f"Waited {self._waited:.4g} s at {self._here()}; the limit is {self.settings.give_up:g} s.",
-            )
-        elif self._stood >= self.settings.patience - 1e-9:
-            self._replan(f"Asked again after standing for {self._stood:.4g} s.")
+        """Count how long obstacles have kept the robot from getting on, and ask again if it is long.
 
-    def _waits_for(self) -> int:
-        return self.decision.about if self.decision.cause in ("moving obstacle", "wait") else -1
+        To be kept from getting on is to stand, or to crawl: less than a tenth of a cell in all that time.
+        """
+        one = self.settings
+        step = 0.1 * min(self.scene.grid.resolution, self.scene.robot.v_max * one.patience)
+        if self.s - self._anchor > step or self.s < self._anchor:
+            self._anchor, self._stood, self._waited = self.s, 0.0, 0.0
+        if self._news and self.v == 0.0:
+            self._replan("An update of the map blocks cells.")
+        elif self.decision.cause in _WAITS and not self._news:
+            if self._waited == 0.0 and self.v == 0.0:
+                self.log.tell(self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.about)
+            self._stood += seconds
+            self._waited += seconds
+            if self.v > 0.0:
+                return
+            if self._waited > one.give_up:
+                self._end(
+                    Outcome.BLOCKED,
+                    f"Waited {self._waited:.4g} s at {self._here()}; the limit is {one.give_up:g} s.",
+                )
+            elif self._stood >= one.patience - 1e-9:
+                self._replan(f"Asked again after {self._stood:.4g} s without getting on.")
 
     def _here(self) -> str:
         x, y = self.xy
@@ -376,9 +380,9 @@ class DriveSimulation:
             leg=np.array(log.leg, dtype=np.int64),
             cause=tuple(log.cause),
             about=np.array(log.about, dtype=np.int64),
-            tracks=self.others.roster.tracks(self.t),
+            tracks=self.others.tracks(self.t),
             bodies=tuple(self.others.roster.bodies),
-            moments=tuple(sorted(log.moments, key=lambda m: m.t)),
+            moments=tuple(sorted((m for m in log.moments if m.t <= self.t), key=lambda m: m.t)),
             period=self.settings.decision_period,
             optimum=self.optimum,
             replans=guide.replans,

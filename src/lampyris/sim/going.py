@@ -37,9 +37,11 @@ class Route:
     def __init__(self, curve: Curve) -> None:
         self.curve = curve
         self.length = curve.length
-        flat = [
-            np.ascontiguousarray(a) for a in (*curve.xy.T, *curve.heading.T, curve.begins, curve.curvature)
-        ]
+        columns = (*curve.xy.T, *curve.heading.T, curve.begins, curve.curvature)
+        if not len(curve.lengths):  # one piece of no length, so that kernels need not ask
+            x, y = curve.end
+            columns = tuple(np.array(c) for c in ([x], [y], [1.0], [0.0], [0.0, 0.0], [0.0]))
+        flat = [np.ascontiguousarray(a) for a in columns]
         self.lines = Lines(*flat)
         self._lists = [a.tolist() for a in flat]
         self._begins: list[float] = self._lists[4]

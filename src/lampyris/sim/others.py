@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lampyris.kernels.road import first_contact
+from lampyris.model.movers import Track
 from lampyris.model.scene import Scene
 from lampyris.sim.crowd_motion import CrowdMotion
 from lampyris.sim.feed import Told
@@ -54,6 +55,10 @@ class Others:
         self._xy = np.concatenate((self._xy, np.array(fresh).reshape(-1, 2)))
         self._velocity = np.concatenate((self._velocity, np.zeros((len(fresh), 2))))
         self._radius, self._top_speed = np.array(roster.radius), np.array(roster.top_speed)
+
+    def tracks(self, t: float) -> tuple[Track, ...]:
+        """Where everybody was until ``t``, the end of the last move."""
+        return self.roster.tracks(t, self._xy)
 
     def truth(self, t: float) -> Told:
         """Where everybody is; with noise, as sensors of that noise see it."""

@@ -16,7 +16,7 @@ from lampyris.model.movers import Track
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Body
 from lampyris.sim.going import Going, Route
-from lampyris.typing import Floats
+from lampyris.typing import Floats, Points
 
 BODY, FROM, TO, X, Y, VX, VY = range(7)
 """Columns of a table of legs."""
@@ -59,15 +59,13 @@ class Roster:
         elif t > last[0]:
             corners.append((t, x, y))
 
-    def tracks(self, end: float) -> tuple[Track, ...]:
-        """Where everybody was until ``end``, seconds."""
+    def tracks(self, end: float, xy: Points) -> tuple[Track, ...]:
+        """Where everybody was until ``end``, seconds; ``xy`` (m, 2), cells, is where they are then."""
         made = []
-        for body, corners in enumerate(self.corners):
+        for body, (corners, (x, y)) in enumerate(zip(self.corners, xy.tolist(), strict=True)):
             kept = [c for c in corners if c[0] <= end] or corners[:1]
-            if len(kept) < len(corners) and kept[-1][0] < end:
-                (t0, x0, y0), (t1, x1, y1) = kept[-1], corners[len(kept)]
-                share = (end - t0) / (t1 - t0)
-                kept.append((end, x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
+            if kept[-1][0] < end:
+                kept.append((end, x, y))
             table = np.array(kept)
             made.append(Track(table[:, 0], table[:, 1:], self.radius[body], self.top_speed[body]))
         return tuple(made)
