@@ -32,6 +32,7 @@ from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import Smooth, curve_of, polyline_of
 from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.refine import refined
 from lampyris.planners import registry
 from lampyris.planners.base import Budget, Planner
 from lampyris.referee.caps import check_caps
@@ -188,7 +189,8 @@ def course(
     way : a path, a plan that found one, or any polyline: float64 (n, 2), cells.
     scene : the map and the robot's radius and turning circle.
     smooth : ``arcs``: straight lines and arcs; ``none``: the way's own lines.
-    spacing : metres between two nodes, at most; None: a quarter of a cell.
+    spacing : metres between two nodes, at most; None: a quarter of a cell. Where the room or a zone changes
+        quickly they are closer together.
 
     Raises
     ------
@@ -211,7 +213,7 @@ def course(
     points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else np.asarray(way, dtype=np.float64)
     curve = curve_of(points, scene.grid, scene.robot, smooth=smooth)
     referee.demand(check_curve(curve, scene.grid, scene.robot, points))
-    return course_of(curve, float(step))
+    return refined(course_of(curve, float(step)), scene)
 
 
 def profile(

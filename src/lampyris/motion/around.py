@@ -36,11 +36,16 @@ def reach_of(course: Course, enough: float) -> float:
 
 
 def room(course: Course, distance: Floats, reach: float) -> Floats:
-    """Least distance to a surface on the edges that touch each node, metres; infinity where none is near.
+    """Least distance to a surface on the edges that touch each node, metres; see :func:`edge_room`."""
+    return distance if len(course) < 2 else least_around(edge_room(course, distance, reach))
+
+
+def edge_room(course: Course, distance: Floats, reach: float) -> Floats:
+    """A lower bound of the distance to a surface on each edge, metres, (n - 1,); infinity where none is near.
 
     Parameters
     ----------
-    course : n nodes.
+    course : n nodes, at least two.
     distance : metres from each node to the nearest surface, infinity beyond ``reach``; (n,).
     reach : metres; see :func:`reach_of`.
 
@@ -53,8 +58,6 @@ def room(course: Course, distance: Floats, reach: float) -> Floats:
     Not taken: the bound by slope 1, ``(A + B - ds) / 2``. Half a cell from a wall, with nodes a quarter of a
     cell apart, it leaves 75 % of the room, this 97 %.
     """
-    if len(course) < 2:
-        return distance
     near = np.minimum(distance, reach)
     near *= near
     a, b = near[:-1], near[1:]
@@ -71,7 +74,7 @@ def room(course: Course, distance: Floats, reach: float) -> Floats:
     least -= 0.125 * bend * d
     np.maximum(least, 0.0, out=least)
     least[np.isinf(distance[:-1]) & np.isinf(distance[1:])] = np.inf
-    return least_around(least)
+    return least
 
 
 def cells_distance(xy: Points, cells: NDArray[np.int64], resolution: float, reach: float) -> Floats | None:
@@ -100,18 +103,26 @@ def cells_distance(xy: Points, cells: NDArray[np.int64], resolution: float, reac
 
 
 def zone_limits(course: Course, zones: FloatGrid) -> Floats:
-    """Least limit of the cells that the centre touches on the edges at each node; m/s, (n,).
+    """Least limit of the cells that the centre touches on the edges at each node; m/s, (n,)."""
+    if len(course) == 1:
+        return zones_at(course.xy, zones)
+    return least_around(edge_zones(course, zones))
+
+
+def zones_at(xy: Points, zones: FloatGrid) -> Floats:
+    """Least limit of the cells that each point touches; m/s, (n,)."""
+    return _corner_limits(zones, xy - _TOUCH, xy + _TOUCH)
+
+
+def edge_zones(course: Course, zones: FloatGrid) -> Floats:
+    """Least limit of the cells that the centre touches on each edge; m/s, (n - 1,).
 
     Edges longer than a quarter of a cell are looked at in parts. Of each part the box counts, so that a cell
     passed within an eighth of a cell of its corner may count as touched, but none that is touched is missed.
     """
     xy = course.xy
-    n = len(xy)
-    if n == 1:
-        return _corner_limits(zones, xy, xy)
     ds = course.s[1:] - course.s[:-1]
     parts = max(1, math.ceil(float(ds.max()) / course.resolution * 4.0 - 1e-6))
-    margin = _TOUCH
     if parts > 1:
         s = course.s[:-1, None] + ds[:, None] * (np.arange(parts) / parts)
         s = np.append(s.ravel(), course.s[-1])
@@ -120,10 +131,11 @@ def zone_limits(course: Course, zones: FloatGrid) -> Floats:
         else:
             xy = np.stack([np.interp(s, course.s, xy[:, k]) for k in (0, 1)], axis=-1)
     bend = np.minimum(course.curvature[:-1], course.curvature[1:])
-    bulge = np.repeat(0.125 * bend * (ds / parts) ** 2 / course.resolution, parts) + margin
+    bulge = np.repeat(0.125 * bend * (ds / parts) ** 2 / course.resolution, parts) + _TOUCH
     a, b = xy[:-1], xy[1:]
     limit = _corner_limits(zones, np.minimum(a, b) - bulge[:, None], np.maximum(a, b) + bulge[:, None])
-    return least_around(limit.reshape(-1, parts).min(axis=1))
+    least: Floats = limit.reshape(-1, parts).min(axis=1)
+    return least
 
 
 def _corner_limits(zones: FloatGrid, low: Points, high: Points) -> Floats:

@@ -1,0 +1,85 @@
+"""Nodes where they help: courses refined, and ours beside the optimum of its caps found by other means."""
+
+from __future__ import annotations
+
+import numpy as np
+from speed_courses import random_course
+
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.motion import laws
+from lampyris.motion.clearance import wall_distance
+from lampyris.motion.course import Course, course_of
+from lampyris.motion.refine import refined
+from lampyris.referee.caps import check_caps
+
+
+def optimum_of_same_caps(course: Course, scene: Scene, spacing: float, creep: float = 0.1) -> float:
+    """Seconds of the quickest drive under the caps as they are at points so close: plain passes in v^2."""
+    assert course.curve is not None
+    robot = scene.robot
+    fine = course_of(course.curve, spacing)
+    away = wall_distance(fine.xy, scene.grid, np.inf)
+    stopping = np.sqrt(2 * robot.d_max * np.maximum(away - robot.radius, 0.0))
+    cap = np.minimum(robot.v_max, np.maximum(creep * robot.v_max, stopping))
+    if scene.zones is not None:
+        x, y = np.floor(fine.xy + 0.5).astype(int).T
+        cap = np.minimum(cap, scene.zones[y, x])
+    square = np.minimum(cap**2, robot.lat_max / np.maximum(fine.curvature, 1e-12)).tolist()
+    square[0] = square[-1] = 0.0
+    for k in np.flatnonzero(fine.stop):
+        square[k] = 0.0
+    ds = np.diff(fine.s)
+    for k, d in enumerate(ds.tolist()):
+        square[k + 1] = min(square[k + 1], square[k] + 2 * robot.a_max * d)
+    for k in range(len(ds) - 1, -1, -1):
+        square[k] = min(square[k], square[k + 1] + 2 * robot.d_max * ds[k])
+    v = np.sqrt(square)
+    return float((2 * ds / (v[1:] + v[:-1])).sum())
+
+
+def test_ours_is_near_the_optimum_of_its_own_caps_and_never_quicker() -> None:
+    rng = np.random.default_rng(31)
+    ratios = []
+    for _ in range(40):
+        course, scene = random_course(rng)
+        if len(course) < 3:
+            continue
+        near = refined(course, scene)
+        took = laws.profile(near, scene).duration
+        best = optimum_of_same_caps(course, scene, course.resolution / 64)
+        ratios.append(took / best)
+    assert min(ratios) >= 1.0 - 1e-9
+    assert max(ratios) < 1.25
+    assert np.mean(ratios) < 1.1
+
+
+def test_refining_keeps_the_nodes_and_never_makes_slower() -> None:
+    rng = np.random.default_rng(32)
+    more = quicker = 0
+    for _ in range(40):
+        course, scene = random_course(rng)
+        near = refined(course, scene)
+        at = np.searchsorted(near.s, course.s)
+        assert (near.s[at] == course.s).all()
+        for name in ("xy", "heading", "stop"):
+            assert (getattr(near, name)[at] == getattr(course, name)).all()
+        assert (near.curvature[at] == course.curvature).all()
+        assert (np.diff(near.s) > 0).all()
+        before, after = laws.profile(course, scene), laws.profile(near, scene)
+        assert after.duration <= before.duration * (1 + 1e-9)
+        assert near.curve is not None
+        assert check_caps(after, near.curve, scene) is None
+        more += len(near) > len(course)
+        quicker += after.duration < before.duration * 0.99
+    assert more > 20
+    assert quicker > 10
+
+
+def test_where_nothing_is_near_nothing_is_added() -> None:
+    rng = np.random.default_rng(33)
+    course, scene = random_course(rng, zones=False)
+    free = Scene(
+        type(scene.grid)(np.zeros_like(scene.grid.blocked), resolution=course.resolution), (0, 0), (1, 1)
+    )
+    assert refined(course, free) is course
