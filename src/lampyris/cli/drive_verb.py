@@ -131,7 +131,7 @@ def drive(
     ] = None,
     spacing: Annotated[
         float | None,
-        typer.Option("--spacing", metavar="M", help="Metres between nodes of the way (half a cell)."),
+        typer.Option("--spacing", metavar="M", help="Metres between nodes of the way (a tenth of a cell)."),
     ] = None,
     hold: Annotated[
         float | None, typer.Option("--hold", metavar="S", help="Seconds without good data it waits for (2).")

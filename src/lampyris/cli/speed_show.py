@@ -45,6 +45,8 @@ def answer(told: Answer, *, explain: bool, all_nodes: bool) -> None:
         )
     )
     console.print(_laws_table(told))
+    for law, why in told.refused.items():
+        console.print(Text(f"{law} does not let the robot drive: {why}", style="red"))
     table = Table(title=f"what holds {told.entry.law}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     for name in ("cause", "of the way", "of the time"):
         table.add_column(name, justify="left" if name == "cause" else "right")

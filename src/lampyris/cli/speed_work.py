@@ -98,7 +98,8 @@ class Answer:
     source : where the way is from: a file's name, or who planned it.
     given : the way as it was given, cells (n, 2).
     course : the curve with its nodes.
-    entries : a row for each law.
+    entries : a row for each law that lets the robot drive.
+    refused : the others, and why.
     chosen : which of them is looked at.
     movers : moving obstacles.
     timing : seconds.
@@ -109,6 +110,7 @@ class Answer:
     given: Points
     course: Course
     entries: tuple[Entry, ...]
+    refused: dict[str, str]
     chosen: int
     movers: Movers | None
     timing: dict[str, float]
@@ -136,10 +138,10 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
     course = api.course(way, scene, smooth=asked.smooth, spacing=asked.spacing)  # type: ignore[arg-type]
     planned = time.perf_counter()
-    chosen = names.index(asked.request.law or "")
-    entries = _entries(names, chosen, asked, course, scene, movers)
+    entries, refused = _entries(names, asked, course, scene, movers)
+    chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
     timing = {"way_s": planned - began, "laws_s": time.perf_counter() - planned}
-    answer = Answer(scene, source, way, course, entries, chosen, movers, timing)
+    answer = Answer(scene, source, way, course, entries, refused, chosen, movers, timing)
     _write(answer, out)
     if out.json:
         verbs.print_json(record_of(answer, out.timing))
@@ -191,20 +193,32 @@ def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
 
 
 def _entries(
-    names: tuple[str, ...], chosen: int, asked: Asked, course: Course, scene: Scene, movers: Movers | None
-) -> tuple[Entry, ...]:
-    """A row for each law; each profile has passed the referee."""
+    names: tuple[str, ...], asked: Asked, course: Course, scene: Scene, movers: Movers | None
+) -> tuple[tuple[Entry, ...], dict[str, str]]:
+    """A row for each law, each profile past the referee; and why other laws do not let the robot drive at all.
+
+    Raises
+    ------
+    SettingError : PROFILE_BLOCKED: the law that is looked at does not.
+    """
     from lampyris.cli.request import parse_law
 
-    settings = parse_law(names[chosen], asked.request.law_settings)
+    looked_at = asked.request.law or ""
+    settings = parse_law(looked_at, asked.request.law_settings)
     # The optimum leaves moving obstacles aside: the others are measured against what no obstacle holds.
     best = api.profile(course, scene, "optimum", v0=asked.v0).duration
-    entries = []
-    for k, name in enumerate(names):
-        given = settings if k == chosen else None
-        made = api.profile(course, scene, name, v0=asked.v0, movers=movers, law_settings=given)
+    entries, refused = [], {}
+    for name in names:
+        given = settings if name == looked_at else None
+        try:
+            made = api.profile(course, scene, name, v0=asked.v0, movers=movers, law_settings=given)
+        except SettingError as fault:
+            if name == looked_at or fault.code != "PROFILE_BLOCKED":
+                raise
+            refused[name] = fault.what
+            continue
         entries.append(replace(entry_of(made, course, scene.robot, best), law=name))
-    return tuple(entries)
+    return tuple(entries), refused
 
 
 def _write(answer: Answer, out: SpeedOutputs) -> None:
@@ -245,6 +259,7 @@ def record_of(answer: Answer, timing: bool) -> dict[str, Any]:
         },
         "law": answer.entry.law,
         "laws": [entry_record(e) for e in answer.entries],
+        "refused": [{"law": law, "sentence": why} for law, why in answer.refused.items()],
         "held": shares_record(cause_shares(profile)),
         "speed": {
             **profile_record(profile, caps=True),

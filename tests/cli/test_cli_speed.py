@@ -1,0 +1,240 @@
+"""``lampyris speed`` and ``lampyris laws``: ways from every kind of file, laws side by side, and why."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from bad_inputs.case import inside, run
+
+MAP = ("room.txt", "--resolution", "0.25")
+ROWS = [
+    "#" * 24,
+    *["#" + "." * 22 + "#"] * 5,
+    "#" + "." * 11 + "#" * 12,
+    *["#" + "." * 22 + "#"] * 6,
+    "#" * 24,
+]
+ENDS = ("--start", "2,2", "--goal", "21,10")
+
+
+@pytest.fixture(autouse=True)
+def _room(tmp_path: Path) -> Iterator[None]:
+    """A room with a wall in it, to work in."""
+    (tmp_path / "room.txt").write_text("\n".join(ROWS) + "\n")
+    with inside(tmp_path):
+        yield
+
+
+def told(*words: str, exit: int = 0) -> dict[str, Any]:
+    done = run("speed", *words, "--json", "--no-timing")
+    assert done.exit == exit, done.err
+    out = json.loads(done.out)
+    assert isinstance(out, dict)
+    return out
+
+
+def test_laws_side_by_side_and_what_holds_ours() -> None:
+    r = told(*MAP, *ENDS, "--radius", "0.1")
+    assert set(r) == {"map", "robot", "way", "law", "laws", "refused", "held", "speed", "timing"}
+    assert [e["law"] for e in r["laws"]] == ["constant", "dissertation", "rpp", "physical", "optimum"]
+    by = {e["law"]: e for e in r["laws"]}
+    assert by["optimum"]["ratio_to_optimum"] == 1
+    assert by["physical"]["broken"] == by["optimum"]["broken"] == []
+    assert by["physical"]["ratio_to_optimum"] >= 1
+    assert by["physical"]["duration_s"] < by["constant"]["duration_s"]
+    assert r["law"] == r["speed"]["law"] == "physical"
+    assert r["speed"]["duration"] == by["physical"]["duration_s"]
+    for what in ("way", "time"):
+        assert sum(h[what] for h in r["held"]) == pytest.approx(1)
+    assert {h["cause"] for h in r["held"]} == set(r["speed"]["cause"])
+    n = r["way"]["nodes"]
+    assert {
+        len(r["speed"][k]) for k in ("s", "v", "a", "t", "cause", "about", "why", "xy", "x_m", "y_m")
+    } == {n}
+    assert {len(c["v"]) for c in r["speed"]["caps"]} == {n}
+    assert r["way"]["from"] == "ad-gso"
+    assert r["way"]["length_m"] == r["speed"]["s"][-1]
+    # The start in metres: the centre of cell (2, 2) of 14 rows.
+    assert (r["speed"]["x_m"][0], r["speed"]["y_m"][0]) == pytest.approx((2.5 * 0.25, 11.5 * 0.25))
+    braking = r["speed"]["cause"].index("braking")
+    assert re.fullmatch(r"braking for node \d+ \(.+\)", r["speed"]["why"][braking])
+
+
+def test_a_way_may_come_from_anywhere() -> None:
+    assert run("plan", *MAP, *ENDS, "--csv", "p.csv").exit == 0
+    planned = run("plan", *MAP, *ENDS, "--json").out
+    Path("p.json").write_text(planned)
+    with open("p.csv") as file:
+        rows = list(csv.DictReader(file))
+    poses = [{"pose": {"position": {"x": float(r["x_m"]), "y": float(r["y_m"])}}} for r in rows]
+    Path("ros.json").write_text(json.dumps({"header": {"frame_id": "map"}, "poses": poses}))
+    Path("cells.csv").write_text("\n".join(f"{r['x']},{r['y']}" for r in rows))
+    records = [told(*MAP, *ENDS)]
+    for words in (
+        ("p.csv",),
+        ("p.json",),
+        ("ros.json",),
+        ("cells.csv", "--units", "cells"),
+        ("p.csv", "--units", "cells"),
+    ):
+        records.append(told(*MAP, "--path", *words))
+        assert records[-1]["way"].pop("from") == words[0]
+    assert records[0]["way"].pop("from") == "ad-gso"
+    assert all(r == records[0] for r in records)
+
+
+def test_its_own_csv_is_a_way_again() -> None:
+    assert run("speed", *MAP, *ENDS, "--csv", "s.csv").exit == 0
+    with open("s.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "why"]
+    r = told(*MAP, *ENDS)
+    for name in ("x_m", "y_m", "v", "t", "s", "a"):
+        assert [float(row[name]) for row in rows] == r["speed"][name]
+    assert [row["why"] for row in rows] == r["speed"]["why"]
+    yaw = np.unwrap([float(row["yaw"]) for row in rows])
+    ahead = np.arctan2(np.diff(r["speed"]["y_m"]), np.diff(r["speed"]["x_m"]))
+    # A chord between two nodes lies between the headings at both.
+    assert np.abs(np.angle(np.exp(1j * (ahead - (yaw[1:] + yaw[:-1]) / 2)))).max() < 0.3
+    again = told(*MAP, "--path", "s.csv", "--smooth", "none")
+    assert again["way"]["points"] == len(rows)
+
+
+def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
+    plain = told(*MAP, *ENDS)
+    zones = np.full((len(ROWS), 24), np.inf)
+    zones[:, 8:16] = 0.3
+    np.save("z.npy", zones)
+    slow = told(*MAP, *ENDS, "--zones", "z.npy")
+    assert "zone" in slow["speed"]["cause"]
+    inside_ = [v for v, (x, _) in zip(slow["speed"]["v"], slow["speed"]["xy"], strict=True) if 8 < x < 15]
+    assert max(inside_) <= 0.3 + 1e-9
+    Path("m.csv").write_text("x_m,y_m,radius,top_speed\n5.5,3,0.1,0.1\n3.5,1.2,0.05,0.3\n")
+    movers = told(*MAP, *ENDS, "--movers", "m.csv")
+    assert movers["speed"]["duration"] > plain["speed"]["duration"]
+    assert {k for k, c in enumerate(movers["speed"]["cause"]) if c == "moving obstacle"}
+    assert "moving obstacle 1" in movers["speed"]["why"]
+    Path("m.csv").write_text("x_m,y_m,radius,top_speed\n2.5,2.2,0.2,1.0\n")
+    done = run("speed", *MAP, *ENDS, "--movers", "m.csv")
+    assert done.exit == 3
+    assert "PROFILE_BLOCKED" in done.err
+    assert "moving obstacle 0" in done.err
+    others = told(*MAP, *ENDS, "--movers", "m.csv", "--law", "optimum")
+    assert "moving obstacle 0" in {r["law"]: r["sentence"] for r in others["refused"]}["physical"]
+    assert "physical" not in [e["law"] for e in others["laws"]]
+    fast = told(*MAP, *ENDS, "--set-law", "clearance=false")
+    assert fast["speed"]["duration"] < plain["speed"]["duration"]
+    assert "clearance" not in fast["speed"]["cause"]
+    other = {e["law"]: e["duration_s"] for e in fast["laws"]}
+    assert other["constant"] == {e["law"]: e["duration_s"] for e in plain["laws"]}["constant"]
+    hurried = told(*MAP, *ENDS, "--v0", "0.2", "--laws", "optimum")
+    assert [e["law"] for e in hurried["laws"]] == ["optimum", "physical"]
+    assert hurried["speed"]["v"][0] == 0.2
+
+
+def test_the_reasons_are_told_by_stretches_or_by_nodes() -> None:
+    n = told(*MAP, *ENDS)["way"]["nodes"]
+    folded = run("speed", *MAP, *ENDS, "--explain").out
+    assert "what holds physical" in folded
+    nodes = [
+        k
+        for a, b in re.findall(r"^ +(\d+)(?:-(\d+))? +\d", folded, re.MULTILINE)
+        for k in (int(a), int(b or a))
+    ]
+    assert nodes[0] == 0
+    assert nodes[-1] == n - 1
+    assert all(b == a + 1 for a, b in zip(nodes[1::2], nodes[2::2], strict=False)), "stretches join"
+    every = run("speed", *MAP, *ENDS, "--all").out
+    assert len(re.findall(r"^ +\d+ +\d", every, re.MULTILINE)) == n
+    assert "braking for node" in every
+    assert "why" not in run("speed", *MAP, *ENDS).out.split()
+
+
+def test_pictures_are_drawn_and_nothing_is_overwritten() -> None:
+    words = ("speed", *MAP, *ENDS, "--picture", "a.png", "--colour-by", "cause", "--chart", "b.svg")
+    done = run(*words)
+    assert done.exit == 0, done.err
+    assert "wrote a.png" in done.out
+    with Image.open("a.png") as picture:
+        assert picture.size[0] > 600
+    assert "<svg" in Path("b.svg").read_text()
+    first = Path("b.svg").read_bytes()
+    again = run(*words)
+    assert (again.exit, again.out) == (2, "")
+    assert "EXISTS" in again.err
+    assert run(*words, "--force").exit == 0
+    assert Path("b.svg").read_bytes() == first
+
+
+def test_same_call_same_bytes() -> None:
+    words = ("speed", "guide", "--radius", "0.2", "--law", "blind", "--json", "--no-timing")
+    assert run(*words).out == run(*words).out
+    assert json.loads(run(*words[:-1]).out)["timing"].keys() == {"way_s", "laws_s"}
+
+
+def test_without_a_path_there_is_no_speed() -> None:
+    Path("wall.txt").write_text(".#.\n.#.\n")
+    words = ("wall.txt", "--start", "0,0", "--goal", "2,0")
+    r = told(*words, exit=4)
+    assert (r["speed"], r["laws"]) == (None, [])
+    assert "region" in r["sentence"]
+    done = run("speed", *words)
+    assert (done.exit, done.err) == (4, "")
+
+
+@pytest.mark.parametrize(
+    ("words", "exit", "says"),
+    [
+        (("--path", "no.csv"), 3, "FILE_MISSING"),
+        (("--path", "out.csv"), 3, "PATH_OUTSIDE.*out.csv: point 1, .*give --units cells"),
+        (("--path", "wall.csv"), 3, "PATH_BLOCKED"),
+        (("--path", "p.csv", "--goal", "1,1"), 2, "OPTIONS.*--path and --goal"),
+        (("--units", "cells"), 2, "OPTIONS.*--units without --path"),
+        (("--path", "p.csv", "--units", "miles"), 2, "UNITS.*metres, cells"),
+        ((*ENDS, "--laws", "physicl"), 2, "LAW.*--laws.*did you mean physical"),
+        ((*ENDS, "--law", "rp"), 2, "LAW.*--law.*did you mean rpp"),
+        ((*ENDS, "--set-law", "creep"), 2, "SET.*--set-law.*KEY=VALUE"),
+        ((*ENDS, "--set-law", "crep=1"), 2, "LAW_SETTING.*did you mean creep"),
+        ((*ENDS, "--set-law", "creep=7"), 3, "LAW_SETTING.*physical.creep"),
+        ((*ENDS, "--smooth", "arc"), 2, "SMOOTH.*did you mean arcs"),
+        ((*ENDS, "--spacing", "0"), 3, "SPACING"),
+        ((*ENDS, "--v0", "9"), 3, "START_SPEED|PROFILE_INFEASIBLE"),
+        ((*ENDS, "--colour-by", "colour"), 2, "COLOUR_BY.*speed, cause"),
+        ((*ENDS, "--picture", "a.gif"), 2, "SUFFIX.*.png or .svg"),
+        ((*ENDS, "--lat-max", "0"), 3, "ROBOT_LIMIT.*robot.lat_max"),
+        ((*ENDS, "--turn-radius", "-1"), 3, "ROBOT_LIMIT.*robot.turn_radius"),
+        ((*ENDS, "--jerk-max", "nan"), 3, "ROBOT_LIMIT.*robot.jerk_max"),
+        ((*ENDS, "--movers", "p.csv"), 3, "MOVERS_FILE.*p.csv:1: no column radius"),
+        ((*ENDS, "--zones", "room.txt"), 2, "SUFFIX.*'.txt'"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_named(words: tuple[str, ...], exit: int, says: str) -> None:
+    Path("p.csv").write_text("x_m,y_m\n1,1\n1.5,1\n")
+    Path("out.csv").write_text("x_m,y_m\n1,1\n40,1\n")
+    Path("wall.csv").write_text("x,y\n3.875,2.875\n3.875,0.875\n")
+    done = run("speed", *MAP, *words)
+    assert done.exit == exit, done.err
+    assert re.search(says, done.err), done.err
+    assert done.out == ""
+
+
+def test_laws_are_listed_with_their_settings() -> None:
+    rows = json.loads(run("laws", "--json").out)["laws"]
+    assert {"physical", "dissertation", "rpp", "constant", "optimum", "blind"} <= {r["name"] for r in rows}
+    for row in rows:
+        assert row["summary"]
+        assert row["source"]
+        one = json.loads(run("laws", row["name"], "--json").out)
+        assert one == row
+    assert "creep = 0.1" in run("laws", "physical").out
+    assert "rpp" in run("laws").out
+    assert run("laws", "fast").exit == 2
