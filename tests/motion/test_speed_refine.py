@@ -27,7 +27,7 @@ def optimum_of_same_caps(course: Course, scene: Scene, spacing: float, creep: fl
         cap = np.minimum(cap, scene.zones[y, x])
     square = np.minimum(cap**2, robot.lat_max / np.maximum(fine.curvature, 1e-12)).tolist()
     square[0] = square[-1] = 0.0
-    for k in np.flatnonzero(fine.stop):
+    for k in np.flatnonzero(fine.stop).tolist():
         square[k] = 0.0
     ds = np.diff(fine.s)
     for k, d in enumerate(ds.tolist()):
@@ -79,7 +79,6 @@ def test_refining_keeps_the_nodes_and_never_makes_slower() -> None:
 def test_where_nothing_is_near_nothing_is_added() -> None:
     rng = np.random.default_rng(33)
     course, scene = random_course(rng, zones=False)
-    free = Scene(
-        type(scene.grid)(np.zeros_like(scene.grid.blocked), resolution=course.resolution), (0, 0), (1, 1)
-    )
+    nothing = Grid(np.zeros_like(scene.grid.blocked), resolution=course.resolution)
+    free = Scene(nothing, (0, 0), (1, 1))
     assert refined(course, free) is course
