@@ -1,4 +1,4 @@
-"""The front door: load_grid, plan, profile, simulate.
+"""The front door: load_grid, plan, profile, simulate, drive.
 
 Nothing leaves through it that the referee has not re-checked.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,13 +16,14 @@ import numpy as np
 from lampyris import referee
 from lampyris.errors import SettingError, UsageError
 from lampyris.field.gates import find_gates
-from lampyris.field.layers import clearance, free_cells, free_space, moves_for
+from lampyris.field.layers import free_cells, free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.maps.load import load_map
+from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
 from lampyris.model.path import Path, step_costs
-from lampyris.model.plan import Plan, Status
+from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene
@@ -37,7 +38,12 @@ from lampyris.planners import registry
 from lampyris.planners.base import Budget, Planner
 from lampyris.referee.caps import check_caps
 from lampyris.referee.curve import check_curve
+from lampyris.sim import drive as driving
 from lampyris.sim import loop
+from lampyris.sim.drive_settings import split_settings
+from lampyris.sim.endings import why
+from lampyris.sim.feed import Feed
+from lampyris.sim.sources import Source
 from lampyris.typing import ByteGrid, Points
 
 MAX_SEED = 2**63 - 1
@@ -97,7 +103,7 @@ def plan(
     found = session.plan(None, budget)
     planned = time.perf_counter()
     found = assess(found, scene)
-    found = replace(found, detail=_why(found, scene))
+    found = replace(found, detail=why(found, scene))
     assessed = time.perf_counter()
     referee.demand(referee.check_plan(found, scene))
     ended = time.perf_counter()
@@ -136,40 +142,6 @@ def assess(found: Plan, scene: Scene) -> Plan:
         gates_in_map=gates,
         gates_on_path=tuple(g for g in gates if g.cell in way),
     )
-
-
-def _why(found: Plan | Trace, scene: Scene) -> str:
-    """The sentence of an answer; where there is no way, with the cells and numbers that say why."""
-    word, radius = (found.status if isinstance(found, Plan) else found.outcome).value, scene.robot.radius
-    for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):
-        if word != f"{what}-occupied":
-            continue
-        unknown = scene.grid.unknown
-        if not scene.grid.blocked[y, x]:
-            metres = float(clearance(scene.grid)[y, x])
-            where = f"({x}, {y}) is free, but {metres:.3g} m from a wall"
-            return f"The {what} {where}; the robot's radius is {radius:g} m."
-        if unknown is not None and unknown[y, x]:
-            return f"The {what} ({x}, {y}) is unknown to the map, which counts as blocked."
-        return f"The {what} ({x}, {y}) is blocked."
-    if word == Status.NO_PATH.value:
-        size = f"The robot's radius is {radius:g} m." if radius > 0 else ""
-        # Searches of the whole map have counted on the way and say so.
-        regions = "" if " region" in found.sentence else _regions(scene)
-        return " ".join(part for part in (found.sentence, regions, size) if part)
-    return found.detail
-
-
-def _regions(scene: Scene) -> str:
-    """How many cells can be reached from either end, where the other is not among them."""
-    free, moves = free_space(scene), moves_for(scene)
-    reached = [
-        solve(free, moves, end, terrain=scene.grid.terrain).exact >= 0 for end in (scene.start, scene.goal)
-    ]
-    if reached[1][scene.start[1], scene.start[0]]:
-        return ""  # it is not the walls
-    start, goal = (int(np.count_nonzero(cells)) for cells in reached)
-    return f"The start's region has {start:,} cell{'s' * (start > 1)}, the goal's {goal:,}."
 
 
 def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
@@ -329,19 +301,67 @@ def simulate(
     """
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
-    if traffic is not None:
-        scene = replace(scene, traffic=tuple(traffic) if isinstance(traffic, tuple | list) else (traffic,))
-    free = free_space(scene)
-    if scene.traffic and not (free[scene.start[1], scene.start[0]] and free[scene.goal[1], scene.goal[0]]):
-        # A blocked end is the answer; whether the obstacles would have fitted is no longer the question.
-        scene = replace(scene, traffic=())
+    scene = _among(scene, traffic)
     trace = loop.run(
         scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, progress=progress
     )
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
-    return replace(trace, detail=_why(trace, scene), timing=timing)
+    return replace(trace, detail=why(trace, scene), timing=timing)
+
+
+def drive(
+    scene: Scene,
+    planner: str | Planner = "ad-gso",
+    traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None,
+    seed: int = 0,
+    *,
+    law: laws.SpeedLaw = "physical",
+    sources: Sequence[Source] = (),
+    feed: Feed | None = None,
+    progress: Callable[[float], None] | None = None,
+    **settings: Any,
+) -> Drive:
+    """Drive through moving obstacles in continuous time, and have every moment of it re-checked.
+
+    Parameters
+    ----------
+    scene, planner, traffic, seed : as for :func:`simulate`; the scene's traffic moves from cell to cell.
+    law : a speed law's name, or its settings.
+    sources : obstacles beside the traffic, such as :class:`lampyris.sim.cutting.Cutter`.
+    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.feed.FaultyFeed`.
+    progress : called with the seconds that are over.
+    settings : those of :class:`lampyris.sim.drive_settings.Settings`; all others are the planner's.
+
+    Raises
+    ------
+    SceneError : obstacles that do not fit the map.
+    SettingError : a setting that neither a drive nor the planner has, or out of its range.
+    InternalFault : the referee refused the drive; a bug of ours.
+    """
+    ours, rest = split_settings(settings)
+    chosen = _planner(planner, rest)
+    _typed("scene", scene, Scene)
+    scene = _among(scene, traffic)
+    made = driving.drive(
+        scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, progress=progress, **ours
+    )
+    began = time.perf_counter()
+    referee.demand(referee.check_drive(made))
+    timing = {**made.timing, "referee_s": time.perf_counter() - began}
+    return replace(made, detail=why(made, scene), timing=timing)
+
+
+def _among(scene: Scene, traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None) -> Scene:
+    """The scene with this traffic, if any is given."""
+    if traffic is not None:
+        scene = replace(scene, traffic=tuple(traffic) if isinstance(traffic, tuple | list) else (traffic,))
+    free = free_space(scene)
+    if scene.traffic and not (free[scene.start[1], scene.start[0]] and free[scene.goal[1], scene.goal[0]]):
+        # A blocked end is the answer; whether the obstacles would have fitted is no longer the question.
+        scene = replace(scene, traffic=())
+    return scene
 
 
 def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
