@@ -204,7 +204,7 @@ def draw_words(figure: Figure, frame: Frame, title: str, told: str, foot: str, i
             loc="upper left",
             bbox_to_anchor=(x, (frame.bottom - 0.5) / frame.height),
             bbox_transform=figure.transFigure,
-            ncols=-(-len(items) // _rows(labels, frame)),
+            ncols=_columns(labels, frame),
             frameon=False,
             fontsize=8.5,
             borderaxespad=0,
@@ -217,10 +217,18 @@ def draw_words(figure: Figure, frame: Frame, title: str, told: str, foot: str, i
         )
 
 
+def _columns(labels: Sequence[str], frame: Frame) -> int:
+    """Columns of a legend: as many as fit, each as wide as its longest label."""
+    for columns in range(len(labels), 1, -1):
+        parts = np.array_split([len(label) for label in labels], columns)
+        if sum(0.58 + 0.064 * int(part.max()) for part in parts) <= frame.width - 0.4:
+            return columns
+    return 1
+
+
 def _rows(labels: Sequence[str], frame: Frame) -> int:
-    """Rows of a legend, about."""
-    wide = sum(0.58 + 0.064 * len(label) for label in labels)
-    return max(1, -(-int(100 * wide) // int(100 * (frame.width - 0.4))))
+    """Rows of a legend."""
+    return -(-len(labels) // _columns(labels, frame)) if labels else 0
 
 
 def _is_shades(item: Any) -> bool:

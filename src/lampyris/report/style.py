@@ -60,7 +60,7 @@ CAUSES = {
     "approach": "#e236f5",
     "turn": "#f5b5a7",
     "wait": "#ee1540",
-    "jerk": "#bfeac9",
+    "jerk": "#c9efd2",
     "no data": "#000000",
     # Of the laws of ticks and of transfers, which have none of the above but the first six.
     "obstacle": "#cc79a7",
