@@ -272,11 +272,11 @@ def test_a_cap_of_zero_on_the_way_is_refused_with_cause_and_place(k: int, of: in
 
 def test_two_nodes_with_a_cap_of_zero_at_one_of_them() -> None:
     s = np.array([0.0, 2.0])
-    for k in (0, 1):
+    # v^2 below a straight line between 0 and 0.25 over 2 m: a ramp of 1/16 m/s2 at that end.
+    for k, a, d in ((0, 1 / 16, 0.02), (1, 0.02, 1 / 16)):
         cap = np.where(np.arange(2) == k, 0.0, 0.5)
-        made = feasible_profile(s, [("clearance", cap)], a_max=9.0, d_max=9.0)
-        # v^2 below a straight line from 0 to 0.25 over 2 m: a ramp of 1/16 m/s2, then full braking.
-        assert made.t[1] == pytest.approx(stop_to_stop(2.0, 9.0, 1 / 16, 0.5)[1])
+        made = feasible_profile(s, [("clearance", cap)], a_max=9.0 if k == 0 else a, d_max=9.0 if k else d)
+        assert made.t[1] == pytest.approx(stop_to_stop(2.0, a, d, 0.5)[1])
     with pytest.raises(SettingError, match="PROFILE_BLOCKED"):
         feasible_profile(s, [("clearance", np.zeros(2))], a_max=9.0, d_max=9.0)
 
@@ -399,6 +399,9 @@ def test_the_clock_is_the_true_sum_and_never_stalls() -> None:
         stalled = np.concatenate(([0], np.cumsum(dt < 1e-15 * np.array(want[1:]))))
         assert (np.abs(t - want) <= 2.0**-52 * np.array(want) * (1 + 2 * stalled)).all()
         assert (np.diff(t) > 0).all()
+    t = np.empty(4)
+    clock(np.array([1.0, 2.0**53, 5.0]), t)
+    assert t[-1] == 2.0**53 + 6.0  # neither of the two odd ones is lost
     t = np.empty(1002)
     clock(np.array([1e6, *[1e-12] * 1000]), t)
     assert (np.diff(t) > 0).all()

@@ -185,6 +185,17 @@ def test_every_corruption_is_caught_by_its_rule(corrupt: Corruption, rule: str) 
         assert judge(corrupt(m, rng)) == rule
 
 
+def test_a_short_edge_among_long_ones_takes_its_time_too() -> None:
+    """A node told 2.5e-13 of the clock too late: of the short edge that is 5e-10."""
+    s, v = np.array([0.0, 50.0, 50.0 + 0.1, 100.0]), np.array([0.0, 10.0, 10.0, 0.0])
+    ds = np.diff(s)
+    t = np.concatenate(([0.0], np.cumsum(2 * ds / (v[:-1] + v[1:]))))
+    m = {"s": s, "v": v, "a": np.array([1.0, 0.0, -50.0 / ds[2], 0.0]), "t": t}
+    m |= {"a_max": 1.0, "d_max": 1.1, "v_max": 10.0}
+    assert judge(m) is None
+    assert judge(m | {"t": t + np.array([0.0, 0.0, 5e-12, 5e-12])}) == "time"
+
+
 def test_the_start_is_the_speed_the_robot_has() -> None:
     m = motion(np.random.default_rng(4)) | {"caps": ()}
     assert judge(m, v0=1e-3) == "start"
