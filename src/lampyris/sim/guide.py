@@ -31,7 +31,7 @@ class Guide:
         self, scene: Scene, planner: Planner, seed: int, smooth: Smooth, spacing: float | None
     ) -> None:
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
-        self.spacing = 0.1 * scene.grid.resolution if spacing is None else spacing
+        self.spacing = 0.125 * scene.grid.resolution if spacing is None else spacing
         self.session = planner.open(scene, stream(seed, 0))
         self.replans = self.expansions = 0
         self.seconds = 0.0

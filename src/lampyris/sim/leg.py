@@ -23,6 +23,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import curve_of
+from lampyris.motion.refine import refined
 from lampyris.sim.cutting import line_is_clear
 from lampyris.sim.feed import Told
 from lampyris.sim.going import Route
@@ -64,7 +65,7 @@ class Leg:
 
 def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
     """A leg along a curve, with nodes no farther apart than ``spacing`` metres."""
-    course = course_of(curve, spacing)
+    course = refined(course_of(curve, spacing), scene)
     if len(course) < 2:
         zero = np.zeros(1)
         still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
