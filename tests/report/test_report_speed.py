@@ -256,7 +256,9 @@ def test_a_drive_has_a_chart(tmp_path: Path, figures: list[Any]) -> None:
     drive = sample_drive()
     draw_drive(drive, tmp_path / "a.png")
     draw_drive(replace(drive, tracks=(), bodies=()), tmp_path / "a.png")
-    both, alone = figures
+    far = replace(drive.tracks[1], xy=np.array([[9e5, 5.0]]))
+    draw_drive(replace(drive, tracks=(far,), bodies=drive.bodies[1:]), tmp_path / "a.png")
+    both, alone, _ = figures
     assert (len(both.axes), len(alone.axes)) == (2, 1)
     assert {t.get_text().strip() for t in both.axes[0].texts} == {"wait", "replan"}
     assert any(w.startswith("wait ") for w in words_of(both))

@@ -54,12 +54,12 @@ def draw_drive(drive: Drive, out: style.OutFile) -> None:
     figure = Figure(figsize=(9.0, high), dpi=DPI, facecolor="white")
     foot, upper = (0.72 + 0.2 * rows) / high, 1 - 0.48 / high
     split = foot + (upper - foot) * 0.36 if beside else foot
-    axes = figure.add_axes((0.075, split + 0.03 * beside, 0.905, upper - split - 0.03 * beside))
+    axes = figure.add_axes((0.085, split + 0.03 * beside, 0.895, upper - split - 0.03 * beside))
     colours = style.cause_colours(drive.cause)
     _draw_speed(axes, drive, colours)
     last = axes
     if beside:
-        last = figure.add_axes((0.075, foot, 0.905, split - foot - 0.02), sharex=axes)
+        last = figure.add_axes((0.085, foot, 0.895, split - foot - 0.02), sharex=axes)
         _draw_distance(last, drive)
         axes.tick_params(labelbottom=False)
     last.set_xlabel("time (s)", fontsize=9, color=style.INK)
@@ -107,8 +107,11 @@ def _draw_distance(axes: Axes, drive: Drive) -> None:
     axes.plot(t, np.where(np.isfinite(away), away, np.nan), color=style.CAUSES["danger"], linewidth=1.2)
     axes.axhline(0.0, color=style.CAUSES["wait"], linewidth=1.0)
     near = away[np.isfinite(away)]
-    axes.set_ylim(min(0.0, float(near.min(initial=0.0))) - 0.05, 1.05 * float(near.max(initial=0.5)))
-    axes.set_ylabel("to the nearest\nobstacle (m)", fontsize=9, color=style.INK)
+    # What is much farther away than the robot needs to stop would flatten what is near.
+    robot = drive.scene.robot
+    enough = max(2.0, 4 * robot.v_max**2 / (2 * robot.d_max))
+    axes.set_ylim(min(-0.05, float(near.min(initial=0.0))), min(enough, 1.05 * float(near.max(initial=0.5))))
+    axes.set_ylabel("nearest\nobstacle (m)", fontsize=9, color=style.INK)
     _plain(axes)
 
 
