@@ -1,0 +1,90 @@
+"""Acceptance of the speed issue, in small: who moves touches nobody, arrives, and stops on bad data.
+
+The full sizes are nightly; ``tools/stop_test.py`` and ``tools/fault_test.py`` print them as tables.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tools"))
+fault_test = pytest.importorskip("fault_test", reason="the tools are not part of a wheel")
+stop_test = pytest.importorskip("stop_test", reason="the tools are not part of a wheel")
+
+pytestmark = pytest.mark.source
+
+
+def cuts(law: str, n: int, jobs: int = 1) -> list:  # type: ignore[type-arg]
+    work = partial(stop_test.one_cut, 0, "astar")
+    return stop_test.many(work, [(k, law) for k in range(n)], jobs, law)
+
+
+def crowds(law: str, kind: str, rounds: int) -> list:  # type: ignore[type-arg]
+    work = partial(stop_test.one_crowd, 0, "astar", 10)
+    count = rounds if rounds < 10 else rounds // 10 * len(stop_test.queries())
+    return stop_test.many(work, [(k, law, kind) for k in range(count)], 1, kind)
+
+
+def test_nobody_is_touched_while_the_robot_moves() -> None:
+    rows = cuts("physical", 60)
+    assert [r.refused for r in rows if r.refused] == []
+    assert sum(r.collisions for r in rows) == 0
+    assert sum(r.outcome == "arrived" for r in rows) > 40
+    # Such as cut in are near enough to matter: some stand in the robot's way, some run into it as it stands.
+    assert sum(r.gap < 0.3 for r in rows) > 8
+    assert sum(r.hits for r in rows) > 3
+
+
+@pytest.mark.parametrize(("law", "most"), [("dissertation", 0.9), ("rpp", 0.9)])
+def test_rivals_touch_somebody(law: str, most: float) -> None:
+    """The same obstacles do hit a robot that keeps no room for them: the test can fail."""
+    rows = cuts(law, 30)
+    assert [r.refused for r in rows if r.refused] == []
+    assert 0 < sum(r.collisions > 0 for r in rows) < most * len(rows)
+
+
+def test_it_arrives_among_ten_obstacles() -> None:
+    rows = crowds("physical", "walk", 8)
+    assert [r.refused for r in rows if r.refused] == []
+    assert sum(r.collisions for r in rows) == 0
+    assert stop_test.in_time(rows) == 1.0
+    rows = crowds("physical", "crossing", 4)
+    assert sum(r.collisions for r in rows) == 0
+
+
+@pytest.mark.parametrize("kind", fault_test.FAULTS)
+def test_bad_data_stop_the_robot(kind: str) -> None:
+    rows = [fault_test.one(0, "physical", (kind, k)) for k in range(3)]
+    assert [r for r in rows if not fault_test.good(r)] == []
+    assert max(r.speed for r in rows) > 0.3
+
+
+def test_runs_do_not_depend_on_how_many_run_at_once() -> None:
+    assert cuts("physical", 4, jobs=2) == cuts("physical", 4)
+
+
+@pytest.mark.nightly
+def test_ten_thousand_obstacles_cut_in() -> None:
+    rows = cuts("physical", 10_000, jobs=2)
+    assert [r.refused for r in rows if r.refused] == []
+    assert sum(r.collisions for r in rows) == 0
+
+
+@pytest.mark.nightly
+def test_it_arrives_among_ten_obstacles_every_time() -> None:
+    rows = crowds("physical", "walk", 30)
+    assert [r.refused for r in rows if r.refused] == []
+    assert sum(r.collisions for r in rows) == 0
+    assert stop_test.in_time(rows) >= 0.95
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", fault_test.FAULTS)
+def test_bad_data_stop_the_robot_fifty_times(kind: str) -> None:
+    rows = [fault_test.one(0, "physical", (kind, k)) for k in range(50)]
+    assert [r for r in rows if not fault_test.good(r)] == []
