@@ -42,14 +42,20 @@ class Course:
 
 def course_of_path(path: Path, resolution: float) -> Course:
     """A path of cells as it is: nodes at the cells, corners without curvature."""
+    # At every tick of a simulation: no call that is not needed.
     xy = path.cells.astype(np.float64)
     n = len(xy)
-    heading = np.tile((1.0, 0.0), (n, 1))
+    s, heading = np.zeros(n), np.empty((n, 2))
     if n > 1:
-        step = np.diff(xy, axis=0)
-        heading[:-1] = step / np.sqrt((step * step).sum(axis=1))[:, None]
+        step = xy[1:] - xy[:-1]
+        long = np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2)
+        np.cumsum(long, out=s[1:])
+        s *= resolution
+        np.divide(step, long[:, None], out=heading[:-1])
         heading[-1] = heading[-2]
-    return Course(path.arc * resolution, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
+    else:
+        heading[:] = 1.0, 0.0
+    return Course(s, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
 def places(way: Path | Course) -> Points | None:
