@@ -10,21 +10,30 @@ from lampyris import scenarios
 from lampyris.cli import speed_show, verbs
 from lampyris.cli.request import Request, TrafficRequest, about
 from lampyris.cli.verbs import NO_ANSWER, Outputs
-from lampyris.errors import SettingError, UsageError
+from lampyris.errors import SettingError, UsageError, did_you_mean
 from lampyris.maps.scenario import Scenario
 from lampyris.model.drive import Drive
 from lampyris.report.plain import drive_record
+from lampyris.report.style import suffix_of
 from lampyris.sim.drive_settings import Settings
 
 
 def drive(request: Request, traffic: TrafficRequest, how: Mapping[str, Any], out: Outputs) -> int:
     """``lampyris drive``. Returns the exit code."""
-    out.check()
+    check(out)
     settings = _settings(how)
     scenario = request.scenario()
     bodies = traffic.traffic(scenario.scene.grid, request.seed)
     scene = replace(scenario.scene, traffic=bodies)
     return run(replace(scenario, scene=scene, drive=asdict(settings)), out)
+
+
+def check(out: Outputs) -> None:
+    """Refuse at once what could not be done at the end."""
+    out.check()
+    for path, endings in ((out.film, (".webp", ".gif")), (out.chart, (".png", ".svg"))):
+        if path is not None:
+            suffix_of(path, endings)
 
 
 def _settings(how: Mapping[str, Any]) -> Settings:
@@ -39,8 +48,10 @@ def _settings(how: Mapping[str, Any]) -> Settings:
         return Settings.of(how)
     except SettingError as fault:
         option = f"--{fault.where.replace('_', '-')}"
-        kind = UsageError if isinstance(how.get(fault.where), str) else SettingError
-        raise kind(fault.code, fault.what, where=option, allowed=fault.allowed, todo=fault.todo) from None
+        word = how.get(fault.where)
+        kind = UsageError if isinstance(word, str) else SettingError
+        todo = did_you_mean(word, fault.allowed.split(", ")) if kind is UsageError else fault.todo
+        raise kind(fault.code, fault.what, where=option, allowed=fault.allowed, todo=todo) from None
 
 
 def run(scenario: Scenario, out: Outputs) -> int:
@@ -49,6 +60,23 @@ def run(scenario: Scenario, out: Outputs) -> int:
     with verbs._counting("driving", "s", quiet=out.json) as second:
         done: Any = scenarios.run(scenario, progress=second)
     story: Drive = done
+    if story.curves:
+        _write(story, out)
+    elif out.film or out.chart or out.csv:
+        verbs.remarks(("the robot never set off, so no film, chart or CSV was written",))
+    if out.save is not None:
+        verbs.remarks(scenarios.save_scenario(scenario, out.save))
+    if out.json:
+        record = drive_record(story)
+        verbs.print_json(record if out.timing else {**record, "timing": {}})
+    else:
+        speed_show.drive(story, name=scenario.name)
+        speed_show.written(out.film, out.chart, out.csv, out.save)
+    return 0 if story.arrived else NO_ANSWER
+
+
+def _write(story: Drive, out: Outputs) -> None:
+    """Film, chart and table."""
     if out.film is not None:
         from lampyris.report.drive_film import film_drive
 
@@ -63,12 +91,3 @@ def run(scenario: Scenario, out: Outputs) -> int:
         from lampyris.report.csv_out import write_drive_csv
 
         write_drive_csv(out.csv, story)
-    if out.save is not None:
-        verbs.remarks(scenarios.save_scenario(scenario, out.save))
-    if out.json:
-        record = drive_record(story)
-        verbs.print_json(record if out.timing else {**record, "timing": {}})
-    else:
-        speed_show.drive(story, name=scenario.name)
-        speed_show.written(out.film, out.chart, out.csv, out.save)
-    return 0 if story.arrived else NO_ANSWER

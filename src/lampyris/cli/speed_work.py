@@ -195,7 +195,7 @@ def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
 def _entries(
     names: tuple[str, ...], asked: Asked, course: Course, scene: Scene, movers: Movers | None
 ) -> tuple[tuple[Entry, ...], dict[str, str]]:
-    """A row for each law, each profile past the referee; and why other laws do not let the robot drive at all.
+    """A row for each law, each profile past the referee; and why other laws do not let the robot drive.
 
     Raises
     ------

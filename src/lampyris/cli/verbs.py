@@ -87,6 +87,7 @@ def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) ->
     if kind == "drives":
         from lampyris.cli import drive_work
 
+        drive_work.check(out)
         return drive_work.run(scenario, out)
     return (_simulate if scenario.simulated else _plan)(scenario, out)
 
