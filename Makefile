@@ -65,12 +65,14 @@ bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_repair
 	$(BIN)/python -m benchmarks.bench_query
 	$(BIN)/python -m benchmarks.bench_timed
+	$(BIN)/python -m benchmarks.bench_speed
 
 bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field --quick
 	$(BIN)/python -m benchmarks.bench_repair --quick
 	$(BIN)/python -m benchmarks.bench_query --quick
 	$(BIN)/python -m benchmarks.bench_timed --quick
+	$(BIN)/python -m benchmarks.bench_speed --quick
 
 requirements: $(VENV)/.dev
 	tools/compile_requirements.sh
