@@ -6,7 +6,7 @@ what it waits for.
 
 from __future__ import annotations
 
-from bad_inputs import command_line, movingai, pictures, ros, scen, scenarios
+from bad_inputs import command_line, movingai, pictures, ros, scen, scenarios, speed
 from bad_inputs.case import Case
 
 CASES: tuple[Case, ...] = (
@@ -16,9 +16,10 @@ CASES: tuple[Case, ...] = (
     *scen.CASES,
     *scenarios.CASES,
     *command_line.CASES,
+    *speed.CASES,
 )
 ELSEWHERE = {
-    89: "a speed at the start too fast to stop from: no option and no key has it, lampyris.profile is asked",
+    89: "a speed at the start too fast to stop from: lampyris.profile is asked; and `speed --v0`, in row 99",
     100: "Ctrl-C and a reader that leaves: a process of its own",
 }
 """Rows with a test of their own."""
