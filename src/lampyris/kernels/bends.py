@@ -12,8 +12,8 @@ from math import ceil, floor, sqrt
 from lampyris.kernels._jit import kernel, u64
 from lampyris.kernels.sight import EDGE, point_square
 
-LEAST = 1e-9
-"""A radius (cells) below which an arc is a corner: no number of the map is known so well."""
+LEAST = 1e-6
+"""A radius (cells) below which an arc is a corner: there what is shaved off the walls would count."""
 _HALVINGS, _BISECTIONS = 40, 8
 
 

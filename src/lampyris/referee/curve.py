@@ -27,6 +27,9 @@ _JOIN = 1e-9
 _FLAT = 1e-9
 """Rise of an arc over its chord (cells) that is nothing beside the slack."""
 
+_GATHER = 500_000
+"""Most pairs of a line and a square laid against each other at once."""
+
 _Point: TypeAlias = tuple[float, float]
 _Piece: TypeAlias = tuple[_Point, _Point, float, float]
 """Begin (cells), heading, length (cells), curvature (1 / cells)."""
@@ -147,63 +150,86 @@ def _extremes(piece: _Piece) -> list[_Point]:
 def _too_near(piece: _Piece, grid: Grid, need: float) -> tuple[float, _Point] | None:
     """A clearance of the piece that is less than asked for, and where; None if there is none."""
     *_, length, bend = piece
-    parts = 1 if bend == 0.0 else max(1, math.ceil(abs(bend) * length / 0.5))
-    ahead = [(length * k / parts, length * (k + 1) / parts) for k in reversed(range(parts))]
-    while ahead:
-        begin, end = ahead.pop()
-        a, b = _at(piece, begin)[0], _at(piece, end)[0]
-        rise = abs(bend) * (end - begin) ** 2 / 8.0
-        gap = _gap(grid, a, b, need + rise)
-        if gap - (rise if rise > _FLAT else 0.0) >= need - SLACK:
-            continue
+    if bend == 0.0:
+        gap = _gap(grid, piece[0], _at(piece, length)[0], need)
+        return None if gap >= need - SLACK else (gap, piece[0])
+    squares = _squares(grid, _extremes(piece), need)
+    if squares.shape[1] == 0:
+        return None
+    cuts = np.linspace(0.0, length, max(1, math.ceil(abs(bend) * length / 0.5)) + 1)
+    begin, end = cuts[:-1], cuts[1:]
+    while len(begin):
+        a, b = _places(piece, begin), _places(piece, end)
+        rise = abs(bend) * float(end[0] - begin[0]) ** 2 / 8.0
+        gaps, there = _gaps(a, b, squares), _gaps(b, b, squares)
+        seen = gaps if rise <= _FLAT else there
+        k = int(seen.argmin())
+        if seen[k] < need - SLACK:
+            return float(seen[k]), (float(b[0, k]), float(b[1, k]))
         if rise <= _FLAT:
-            return gap, a
-        for point in (a, b):
-            there = _gap(grid, point, point, need)
-            if there < need - SLACK:
-                return there, point
+            return None
+        unsure = gaps - rise < need - SLACK
+        begin, end = begin[unsure], end[unsure]
         middle = 0.5 * (begin + end)
-        ahead += [(middle, end), (begin, middle)]
+        begin, end = np.concatenate((begin, middle)), np.concatenate((middle, end))
     return None
+
+
+def _places(piece: _Piece, along: Floats) -> Points:
+    """Points of an arc, x and y, (2, m)."""
+    (x, y), (hx, hy), _, bend = piece
+    forth, aside = np.sin(bend * along) / bend, 2.0 * np.sin(0.5 * bend * along) ** 2 / bend
+    return np.stack((x + forth * hx - aside * hy, y + forth * hy + aside * hx))
+
+
+def _squares(grid: Grid, around: list[_Point], beyond: float) -> Points:
+    """Centres of blocked squares, x and y, (2, n): all that may be so near to the box of some points."""
+    pad = min(beyond, grid.width + grid.height) + 1.0
+    (x0, x1), (y0, y1) = (
+        (math.floor(min(v) - pad), math.ceil(max(v) + pad) + 1) for v in zip(*around, strict=True)
+    )
+    x0, y0 = max(0, x0), max(0, y0)
+    rows, columns = np.nonzero(grid.blocked[y0:y1, x0:x1])
+    return np.stack((columns + float(x0), rows + float(y0)))
 
 
 def _gap(grid: Grid, a: _Point, b: _Point, beyond: float) -> float:
     """Clearance of the line a-b, cells, at most ``beyond``; less than 0 is how deep it is in a wall."""
-    (ax, ay), (bx, by) = a, b
-    pad = min(beyond, grid.width + grid.height) + 1.0
-    x0, x1 = max(0, math.floor(min(ax, bx) - pad)), math.ceil(max(ax, bx) + pad) + 1
-    y0, y1 = max(0, math.floor(min(ay, by) - pad)), math.ceil(max(ay, by) + pad) + 1
-    rows, columns = np.nonzero(grid.blocked[y0:y1, x0:x1])
-    if len(rows) == 0:
-        return beyond
-    dx, dy = bx - ax, by - ay
-    size = math.hypot(dx, dy)
-    # Squares' centres, from the middle of the line: along it and across it.
-    mx, my = columns + x0 - 0.5 * (ax + bx), rows + y0 - 0.5 * (ay + by)
-    ux, uy = (dx / size, dy / size) if size > 0.0 else (1.0, 0.0)
-    across = np.abs(ux * my - uy * mx) - 0.5 * (abs(ux) + abs(uy))
-    gx, gy = np.abs(mx) - 0.5 - 0.5 * abs(dx), np.abs(my) - 0.5 - 0.5 * abs(dy)
-    apart = np.maximum(np.maximum(gx, gy), across)
-    # Nothing that is parted by so much on one axis can be nearer.
-    close = apart < beyond
-    if not close.any():
-        return beyond
-    mx, my, apart = mx[close], my[close], apart[close]
-    return float(np.where(apart > 0.0, np.maximum(apart, _between(mx, my, ux, uy, size)), apart).min())
+    squares = _squares(grid, [a, b], beyond)
+    return min(beyond, float(_gaps(np.array(a)[:, None], np.array(b)[:, None], squares)[0]))
 
 
-def _between(mx: Floats, my: Floats, ux: float, uy: float, size: float) -> Floats:
-    """Distance from squares around (mx, my) to the line of that size and direction through (0, 0), if apart.
+def _gaps(a: Points, b: Points, squares: Points) -> Floats:
+    """Clearance of lines from a to b, (2, m) each, from some squares, (2, n); (m,), infinity if none."""
+    m, n = a.shape[1], squares.shape[1]
+    out = np.full(m, np.inf)
+    some = max(1, _GATHER // max(1, n))
+    for k in range(0, m if n else 0, some):
+        out[k : k + some] = _lines_to_squares(a[:, k : k + some], b[:, k : k + some], squares).min(axis=1)
+    return out
 
-    The squares' corners against the line, and the line's ends against the squares.
+
+def _lines_to_squares(a: Points, b: Points, squares: Points) -> Points:
+    """Distance of each line from each square, (m, n), or less than 0: how deep they overlap.
+
+    How far they are parted along x, along y and across the line. If they are, they are nearest at a corner
+    of the square, against the line, or at an end of the line, against the square.
     """
-    best = np.full(len(mx), np.inf)
+    dx, dy = (b - a)[:, :, None]
+    size = np.hypot(dx, dy)
+    there = size > 0.0
+    ux, uy = np.where(there, dx / np.where(there, size, 1.0), 1.0), dy / np.where(there, size, 1.0)
+    # Squares' centres as seen from the middles of the lines.
+    mx, my = squares[:, None, :] - (0.5 * (a + b))[:, :, None]
+    apart = np.abs(ux * my - uy * mx) - 0.5 * (np.abs(ux) + np.abs(uy))
+    apart = np.maximum(apart, np.maximum(np.abs(mx) - 0.5 * np.abs(dx), np.abs(my) - 0.5 * np.abs(dy)) - 0.5)
+    best = np.full(apart.shape, np.inf)
     for sx, sy in ((-0.5, -0.5), (-0.5, 0.5), (0.5, 0.5), (0.5, -0.5)):
         along = (mx + sx) * ux + (my + sy) * uy
         aside = (my + sy) * ux - (mx + sx) * uy
         best = np.minimum(best, np.hypot(np.maximum(np.abs(along) - 0.5 * size, 0.0), aside))
     for sign in (-0.5, 0.5):
-        gx = np.maximum(np.abs(mx - sign * size * ux) - 0.5, 0.0)
-        gy = np.maximum(np.abs(my - sign * size * uy) - 0.5, 0.0)
+        gx = np.maximum(np.abs(mx - sign * dx) - 0.5, 0.0)
+        gy = np.maximum(np.abs(my - sign * dy) - 0.5, 0.0)
         best = np.minimum(best, np.hypot(gx, gy))
-    return best
+    return np.where(apart > 0.0, best, apart)
