@@ -401,6 +401,13 @@ def test_settings_are_checked(name: str, value: object) -> None:
         BlindArea(**{name: value})  # type: ignore[arg-type]
 
 
+def test_a_robot_of_absurd_speed_is_answered() -> None:
+    course = straight([(2, 30), (157, 30)], 0.1, 0.1)
+    v = caps(course, corridor(door=True), robot=Robot(v_max=1e6, d_max=1e-6))
+    assert (v == 1e5).any(), "creep"
+    assert np.isinf(v[-1])
+
+
 def test_a_course_of_one_node_and_a_cell_off_the_map() -> None:
     course = course_of(
         Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), (5.0, 28.0), 0.1), 0.1

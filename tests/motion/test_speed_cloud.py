@@ -181,6 +181,14 @@ def test_nodes_beyond_the_horizon_are_not_judged() -> None:
     assert (found.about[way().s > 6.0] == -1).all()
 
 
+def test_a_course_of_one_node() -> None:
+    full = way()
+    point = Course(full.s[:1], full.xy[:1], full.heading[:1], full.curvature[:1], full.stop[:1], 0.2)
+    found = cap(one((4, 20), (0, 0)), course=point)
+    assert found is not None
+    assert found.v.shape == (1,)
+
+
 def test_the_worst_obstacle_is_named_and_more_obstacles_never_speed_up() -> None:
     rng = np.random.default_rng(4)
     for _ in range(20):

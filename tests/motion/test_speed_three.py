@@ -135,6 +135,13 @@ def test_knowing_more_is_worth_something_and_nothing_to_fear_is_driven_fast() ->
     assert free[0] == 2
 
 
+def test_of_equal_speeds_the_fastest_is_chosen() -> None:
+    settings = ThreeSpeed(depth=1, cost=1.0)
+    index, values = choose(np.array([[1.0, 0.0, 0.0]]), np.ones((1, 5, 3, 1, 3)), settings)
+    assert values.tolist() == [0.0, 0.0, 0.0]
+    assert index == 2
+
+
 # beliefs ----------
 
 
@@ -262,6 +269,15 @@ def test_only_the_nearest_are_weighed_and_far_ones_change_nothing() -> None:
     near = one((15, 8), (0, 0.8))
     far = Movers([[15, 8], [99, 0]], [0.3, 0.3], [1.0, 1.0], [[0, 0.8], [0, 0]])
     assert (speeds(near) == speeds(far)).all()
+
+
+def test_a_course_of_one_node() -> None:
+    course = way()
+    point = Course(
+        course.s[:1], course.xy[:1], course.heading[:1], course.curvature[:1], course.stop[:1], 0.2
+    )
+    (cap,) = three_speed_cap(point, SCENE, ThreeSpeed(), Around(movers=one((2, 20), (0, 0))))
+    assert cap.v.shape == (1,)
 
 
 def test_the_same_bytes_every_time() -> None:

@@ -124,7 +124,8 @@ def hiding_distance(course: Course, scene: Scene, settings: BlindArea) -> Floats
     end = np.inf
     if settings.reach is not None and settings.reach - settings.hidden_radius < enough:
         end = settings.reach - settings.hidden_radius
-    limit = min(enough, end) / resolution
+    # Nothing on the map is farther than this, whatever the robot's speed is.
+    limit = min(min(enough, end) / resolution, float(sum(scene.grid.blocked.shape) + 2))
     n = len(course)
     land = _land(course, scene.grid, settings, limit)
     out = np.full(n, limit)
@@ -141,9 +142,7 @@ def hiding_distance(course: Course, scene: Scene, settings: BlindArea) -> Floats
         else:
             edges = np.minimum(after[:-1], before[1:])
             out = np.minimum(np.append(edges, np.inf), np.append(np.inf, edges))
-    out = out * resolution
-    out[out >= min(enough, end)] = end
-    return out
+    return np.where(out >= limit, end, out * resolution)
 
 
 class _Land(NamedTuple):
