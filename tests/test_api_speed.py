@@ -13,7 +13,7 @@ from lampyris.errors import InternalFault, LampyrisError
 from lampyris.maps.load import load_map
 from lampyris.model.curve import Curve
 from lampyris.model.movers import Movers
-from lampyris.motion import laws
+from lampyris.motion import laws, physical
 from lampyris.motion.course import course_of
 from lampyris.motion.physical import PhysicalLaw
 
@@ -124,20 +124,29 @@ def test_a_way_that_is_none() -> None:
         api.course(np.array([[0.0, 0.0], [99.0, 0.0]]), scene)
 
 
-@pytest.mark.parametrize("fault", ["faster", "clock", "walls"])
+@pytest.mark.parametrize("fault", ["faster", "clock", "clearance", "curvature", "zones"])
 def test_the_referee_stands_at_the_door(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan, scene = case("env-1", radius=0.3)
+    plan, scene = case("env-1", radius=0.3, lat_max=0.1)
     course = api.course(plan, scene)
+    scene = replace(scene, zones=np.where(RNG.random(scene.grid.blocked.shape) < 0.2, 0.3, np.inf))
     true = laws.profile
 
     def lying(way: Any, scene: Any, **how: Any) -> Any:
-        if fault == "walls":
-            return true(way, scene, **{**how, "law": PhysicalLaw(clearance=False)})
+        if fault not in ("faster", "clock"):
+            return true(way, scene, **{**how, "law": laws.with_settings("physical", {fault: False})})
         made = true(way, scene, **how)
         return replace(made, v=made.v * 1.01) if fault == "faster" else replace(made, t=made.t * 1.01)
 
     monkeypatch.setattr(laws, "profile", lying)
     with pytest.raises(InternalFault):
+        api.profile(course, scene)
+
+
+def test_room_at_the_nodes_alone_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, scene = case("env-1", radius=0.3)
+    course = api.course(plan, scene)
+    monkeypatch.setattr(physical, "room", lambda course, distance, reach: distance)
+    with pytest.raises(InternalFault, match="clearance"):
         api.profile(course, scene)
 
 

@@ -8,6 +8,7 @@ from speed_courses import random_course
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion import laws
+from lampyris.motion.around import edge_room, edge_zones, reach_of, zones_at
 from lampyris.motion.clearance import wall_distance
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.refine import refined
@@ -54,6 +55,22 @@ def test_ours_is_near_the_optimum_of_its_own_caps_and_never_quicker() -> None:
     assert np.mean(ratios) < 1.1
 
 
+def own_speeds(course: Course, scene: Scene) -> np.ndarray:
+    """What each edge allows over the mean of what its two ends allow for themselves."""
+    assert course.curve is not None
+    assert scene.zones is not None
+    reach = reach_of(course, 9.0)
+    away = wall_distance(course.xy, scene.grid, reach)
+    robot, both = scene.robot, []
+    for room, zone in (
+        (away, zones_at(course.xy, scene.zones)),
+        (edge_room(course, away, reach), edge_zones(course, scene.zones)),
+    ):
+        stopping = np.sqrt(2 * robot.d_max * np.maximum(room - robot.radius, 0.0))
+        both.append(np.minimum(np.minimum(np.maximum(0.1 * robot.v_max, stopping), robot.v_max), zone))
+    return both[1] / (0.5 * (both[0][1:] + both[0][:-1]))
+
+
 def test_refining_keeps_the_nodes_and_never_makes_slower() -> None:
     rng = np.random.default_rng(32)
     more = quicker = 0
@@ -68,6 +85,9 @@ def test_refining_keeps_the_nodes_and_never_makes_slower() -> None:
         assert (np.diff(near.s) > 0).all()
         before, after = laws.profile(course, scene), laws.profile(near, scene)
         assert after.duration <= before.duration * (1 + 1e-9)
+        parent = np.searchsorted(course.s, near.s[:-1], side="right") - 1
+        done = np.diff(near.s) > 1.01 * np.diff(course.s)[parent] / 32
+        assert (own_speeds(near, scene)[done] >= 0.9 * (1 - 1e-9)).all()
         assert near.curve is not None
         assert check_caps(after, near.curve, scene) is None
         more += len(near) > len(course)
