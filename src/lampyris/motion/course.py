@@ -75,15 +75,14 @@ def course_of(curve: Curve, spacing: float) -> Course:
         if k in halts and k + 1 in halts and counts[k] == 1:
             counts[k] = 2
     begins = curve.begins
-    s = [begins[:1]]
-    for k, m in enumerate(counts.tolist()):
-        s.append(begins[k] + curve.lengths[k] * (np.arange(1, m + 1) / m))
-        s[-1][-1] = begins[k + 1]
-    nodes = np.concatenate(s)
+    border = np.concatenate(([0], np.cumsum(counts)))
+    piece = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(piece)) - border[piece] + 1) / counts[piece]
+    nodes = np.concatenate((begins[:1], begins[piece] + curve.lengths[piece] * share))
+    nodes[border] = begins
     xy, heading = curve.at(nodes)
     n = len(nodes)
     kappa, stop = np.zeros(n), np.zeros(n, dtype=np.bool_)
-    border = np.concatenate(([0], np.cumsum(counts)))
     size = np.repeat(np.abs(curve.curvature), counts)
     kappa[:-1] = size
     kappa[1:] = np.maximum(kappa[1:], size)
