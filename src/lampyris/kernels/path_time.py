@@ -33,7 +33,8 @@ def allow_pairs(z, kink, kink_z, levels, rise, fall, start, words, ok):
     rise, fall : most units of speed gained or lost in a step.
     start : units of speed at the beginning; odd or even as the last place is.
     words : in a row of bits.
-    ok : out, uint64 (levels * (rise + fall + 1) * words,), given as zeros.
+    ok : out, uint8 (levels * (rise + fall + 1) * words * 64,): 1 where the pair can be driven; given as
+        zeros. Bytes, not bits: the length of the longest array is how a kernel knows its work.
     """
     last = len(z) - 1
     width = rise + fall + 1
@@ -41,7 +42,7 @@ def allow_pairs(z, kink, kink_z, levels, rise, fall, start, words, ok):
         jj = float(j * j)
         for k in range(max(j - fall, 0), min(j + rise + 1, levels)):
             kk = float(k * k)
-            base = (j * width + k - j + fall) * words
+            base = (j * width + k - j + fall) * words * 64
             way = j + k
             at = 0
             for n in range(((last - way + j - start) >> 1) + 1):
@@ -60,7 +61,7 @@ def allow_pairs(z, kink, kink_z, levels, rise, fall, start, words, ok):
                         i += 1
                     if i < len(kink) and kink[i] < m + way:
                         continue
-                ok[base + (n >> 6)] |= u64(1) << u64(n & 63)
+                ok[base + n] = 1
 
 
 @kernel(out=("best",))
@@ -69,7 +70,7 @@ def fewest_steps(ok, goal, levels, rise, fall, words, start, best):
 
     Parameters
     ----------
-    ok : see :func:`allow_pairs`.
+    ok : uint64 (levels * (rise + fall + 1) * words,): the answer of :func:`allow_pairs` as bits.
     best : out, int64 ((goal + 1) * levels,): work, given as 2**40 everywhere.
     """
     width = rise + fall + 1
@@ -138,7 +139,7 @@ def spread(
     low, high : out, int64 ((steps + 1) * levels,): first and last word of each row with a bit set.
     work : out, uint64 (words,).
     begin, end : first step and the one to stop at.
-    ok : see :func:`allow_pairs`.
+    ok : see :func:`fewest_steps`.
     parts, index, span_lo, span_hi : the spans of part i of step k are ``index[k * parts + i]`` up to the next
         index; float64, units of length.
 

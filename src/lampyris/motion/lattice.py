@@ -57,7 +57,7 @@ class Lattice:
         stops, each with its own units.
     levels, rise, fall : number of speeds; units gained and lost in a step at most.
     words : in a row of bits.
-    ok : from where each pair of speeds can be driven, see :func:`lampyris.kernels.path_time.allow_pairs`.
+    ok : from where each pair of speeds can be driven, bits; see :func:`lampyris.kernels.path_time.allow_pairs`.
     speed : units of speed at the beginning.
     fewest : steps to the goal with nobody in the way.
     """
@@ -173,11 +173,12 @@ def lattice_of(
     z[places[1:]] = 0.0
     levels = min(levels, math.floor(math.sqrt(float(z.max())) * (1.0 + _HAIR)) + 1)
     rise, fall = min(rate.rise, levels - 1), min(rate.fall, levels - 1)
-    ok = np.zeros(levels * (rise + fall + 1) * words, dtype=np.uint64)
+    can = np.zeros(levels * (rise + fall + 1) * words * 64, dtype=np.uint8)
     kink, kink_z = _kinks(s, x, legs, places, unit)
-    allow_pairs(z, kink, kink_z, levels, rise, fall, start.speed, words, ok)
+    allow_pairs(z, kink, kink_z, levels, rise, fall, start.speed, words, can)
     if start.speed >= levels:
         return None
+    ok = np.packbits(can, bitorder="little").view("<u8").astype(np.uint64)
     work = np.full((goal + 1) * levels, 2**40, dtype=np.int64)
     steps = int(fewest_steps(ok, goal, levels, rise, fall, words, start.speed, work))
     if steps < 0:

@@ -276,7 +276,8 @@ class _Search:
             elif not last and a[k] < 0.0:
                 word = "braking"
             elif v[k] >= top[k] - tight:
-                word = "limit"
+                node = min(int(np.searchsorted(self.way.s, s[k])), len(self.way.s) - 1)
+                word = "acceleration" if self.still.cause[node] == "acceleration" else "limit"
             else:
                 who = culprit if last else self.blame(float(t[k]), float(s[k]), float(v[k]))
                 word = "moving obstacle" if who >= 0 else "acceleration" if a[k - 1] > 0.0 else "limit"
@@ -307,10 +308,10 @@ def _joined(head: list[tuple[float, float, float, float]], lattice: Lattice, don
 
 
 def _merged(found: Motion) -> Motion:
-    """Neighbouring stretches of one acceleration as one; standing still is a stretch of its own."""
+    """Neighbouring stretches of one acceleration as one."""
     t, s, v, a = found
     keep = np.ones(len(t), dtype=np.bool_)
-    keep[1:-1] = (a[1:-1] != a[:-2]) | ((v[1:-1] == 0.0) != (v[:-2] == 0.0))
+    keep[1:-1] = a[1:-1] != a[:-2]
     return Motion(*(np.ascontiguousarray(x[keep]) for x in (t, s, v, np.append(a[:-1], 0.0))))
 
 

@@ -62,7 +62,7 @@ def walk(way: Way, lattice: Lattice, discs: Discs, t: float, horizon: float | No
     LimitError : ``PATH_TIME``: it would take more than 256 MB to know.
     """
     levels, words = lattice.levels, lattice.words
-    parts = _parts(lattice, discs)
+    parts = parts_of(lattice, discs)
     if horizon is None:
         ends = float(discs.t.max()) - t
         most = math.ceil(max(ends, 0.0) / lattice.dt) + 2 * lattice.fewest + 16
@@ -112,7 +112,7 @@ def walk(way: Way, lattice: Lattice, discs: Discs, t: float, horizon: float | No
             return Walk(place, speed)
 
 
-def _parts(lattice: Lattice, discs: Discs) -> int:
+def parts_of(lattice: Lattice, discs: Discs) -> int:
     """Parts of a step: 4 to 64, so that little is lost by taking each as a whole."""
     fast = float(lattice.unit.max()) * (lattice.levels - 1)
     near = discs.reach[discs.reach > 0.0]
@@ -173,7 +173,8 @@ def _taken(way: Way, rows: list[Floats]) -> tuple[Floats, Floats, NDArray[np.int
     cx, cy = 0.5 * (way.x[firsts] + way.x[lasts]), 0.5 * (way.y[firsts] + way.y[lasts])
     # No point of a block is farther from the middle of its chord than its length has in it.
     around = way.s[lasts] - way.s[firsts]
-    room = len(rows[0]) + 64
+    # Far more room than is needed: the longest array is how a kernel knows its work.
+    room = min(len(rows[0]) * (len(firsts) + _BLOCK) + 64, 10**6)
     while True:
         low, high, piece = np.zeros(room), np.zeros(room), np.zeros(room, dtype=np.int64)
         count = taken(way.s, way.x, way.y, cx, cy, around, _BLOCK, *rows, low, high, piece)
