@@ -230,6 +230,15 @@ def test_touching_is_not_meeting() -> None:
     assert through_tracks(course, cap, ROBOT, [*beside, crossing_one]).duration > p.duration
 
 
+@pytest.mark.parametrize("x", [3.003, 5.0, 6.1171, 7.77])
+def test_a_graze_is_a_meeting(x: float) -> None:
+    """A thousandth of a millimetre too near, for 2 mm of the way: samples in between would miss it."""
+    course = straight(10.0, 101)
+    beside = Track(np.array([0.0]), np.array([(x, 0.5 - 1e-6)]), 0.25, 0.0)
+    with pytest.raises(SettingError, match="obstacle 0"):
+        through_tracks(course, np.full(101, 1.0), ROBOT, [beside])
+
+
 def test_more_obstacles_never_help_and_more_power_never_hurts() -> None:
     """Within what the lattice may lose: a step for an obstacle more, 6 % for other units."""
     rng = np.random.default_rng(3)
