@@ -263,13 +263,17 @@ def best_lattice(
         if found.seconds <= (1.0 + _GOOD) * fastest:
             break
     if best is None:
-        raise LimitError(
-            "PATH_TIME",
-            f"no lattice of at most {LEVELS[-1]} speeds and {MAX_WORDS} words drives this way of "
-            f"{float(s[-1]):g} m at speeds from {math.sqrt(float(x[1:-1].min(initial=math.inf))):g} "
-            f"to {top:g} m/s",
-            where="tracks",
-            allowed="ways that a lattice of speeds can drive",
-            todo="drive a shorter part of the way, or give a step",
-        )
+        raise _undrivable(s, x, top)
     return best
+
+
+def _undrivable(s: Floats, x: Floats, top: float) -> LimitError:
+    least = math.sqrt(float(x[1:-1].min(initial=math.inf)))
+    return LimitError(
+        "PATH_TIME",
+        f"no lattice of at most {LEVELS[-1]} speeds and {MAX_WORDS} words drives this way of "
+        f"{float(s[-1]):g} m at speeds from {least:g} to {top:g} m/s",
+        where="tracks",
+        allowed="ways that a lattice of speeds can drive",
+        todo="drive a shorter part of the way, or give a step",
+    )

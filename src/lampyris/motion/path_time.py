@@ -72,12 +72,7 @@ def through_tracks(
     LimitError : ``PATH_TIME``: the lattice would be larger than 256 MB, or cannot drive the way.
     """
     v0 = start_speed(v0)
-    for where, value in (("margin", margin), ("t0", t0), ("horizon", 1.0 if horizon is None else horizon)):
-        least = -math.inf if where == "t0" else 0.0
-        if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
-            raise SettingError(
-                "TRACK", f"{value!r}", where=where, allowed="a finite number of metres or seconds"
-            )
+    _check_numbers(margin=margin, t0=t0, horizon=1.0 if horizon is None else horizon)
     plain = _feasible(course.s, v_cap, robot, v0, course.stop)
     fastest = Profile(
         law, course.s, plain.v, plain.a, plain.t, plain.cause, "m/s", plain.about,
@@ -96,6 +91,15 @@ def through_tracks(
     except Blocked as blocked:
         raise _blocked(blocked, who) from None
     return search.profile(found, law)
+
+
+def _check_numbers(**given: float) -> None:
+    for where, value in given.items():
+        least = -math.inf if where == "t0" else 0.0
+        real = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
+        if not (real and math.isfinite(value) and value >= least):
+            allowed = "a finite number of metres or seconds" + ("" if where == "t0" else ", >= 0")
+            raise SettingError("TRACK", f"{value!r}", where=where, allowed=allowed)
 
 
 def _blocked(blocked: Blocked, fastest_meets: int) -> SettingError:
