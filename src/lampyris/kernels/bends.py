@@ -3,6 +3,10 @@
 An arc that is tangent to both lines of a corner lies within the triangle of the corner and the two points
 where it leaves the lines, so it is on the map wherever the lines are. Of its turn only the tangent of the
 half is ever needed, which is algebra: ``tan(half) = |cross| / (1 + dot)`` of the two unit vectors.
+
+A small enough arc is as near to its corner as one likes. So one fits wherever the corner itself is farther
+from walls than is asked for, and wherever what it touches lies outside the turn. None fits where the disc in
+the corner touches a wall on the inside: there the way can only turn on the spot.
 """
 
 from __future__ import annotations
@@ -114,7 +118,7 @@ def _fit(wall, width, height, px, py, ax, ay, bx, by, side, slant, most, least, 
     """The longest tangent of a clear arc, at most ``most`` and at least ``least``; 0: none.
 
     ``slant`` is the tangent of half the turn. Halved until it is clear, then made longer by bisection: within
-    a four-hundredth of the longest. (A longer one that is clear again beyond one that is not would pass a
+    1/256 of the longest. (A longer one that is clear again beyond one that is not would pass a
     wall on its other side.)
     """
     bottom = max(least, LEAST * slant)
