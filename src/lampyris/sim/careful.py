@@ -12,11 +12,11 @@ from lampyris.kernels.road import travelled
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
 from lampyris.motion.cloud import cloud_cap
-from lampyris.motion.course import Course
 from lampyris.motion.passive import Rails, rails_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.three_speed import ThreeSpeedControl
 from lampyris.sim.control import Decision, State, towards, under_ceiling
+from lampyris.sim.foresight import Foresight
 from lampyris.sim.leg import Leg
 from lampyris.typing import Floats
 
@@ -125,11 +125,13 @@ class Careful:
     ----------
     scene, law : what is driven and by which settings.
     know : what is used of the obstacles: ``positions``, ``velocities`` or ``tracks``.
+    foresight : what is wished where more than positions is known.
     """
 
     scene: Scene
     law: PhysicalLaw
     know: str = "positions"
+    foresight: Foresight | None = None
     _speeds: ThreeSpeedControl | None = field(default=None, init=False)
     _last: float = field(default=0.0, init=False)
     _chosen: tuple[float, float] = field(default=(-math.inf, math.inf), init=False)
@@ -151,6 +153,8 @@ class Careful:
             slower = towards(state, v, cause)
             if slower.a < wish.a:
                 wish = slower
+        if self.foresight is not None:
+            wish = self.foresight.wish(state, wish)
         if state.late:
             return late_push(state, wish)
         return safe_push(state, wish, self._rails, self._above)
@@ -161,7 +165,7 @@ class Careful:
         found = []
         if law.cloud is not None and len(state.told.xy):
             near = state.movers(self.know, (2.0 * law.cloud.horizon, law.cloud.near))
-            here = ahead_of(state, 0.0)
+            here = state.ahead(0.0)
             caps = cloud_cap(here, self.scene, law.cloud, Around(movers=near))
             found += [(c.cause, float(c.v[0])) for c in caps]
         if self._speeds is not None:
@@ -174,26 +178,10 @@ class Careful:
         if state.t < until - 1e-9:
             return v
         settings = speeds.settings
-        here = ahead_of(state, self.scene.robot.v_max * settings.ahead)
+        here = state.ahead(self.scene.robot.v_max * settings.ahead)
         movers = state.movers(self.know)
         speeds.update(movers, state.t - self._last, here)
         caps = speeds.cap(here, self.scene, Around(movers=movers))
         v = float(caps[0].v[0]) if caps else math.inf
         self._last, self._chosen = state.t, (state.t + settings.step, v)
         return v
-
-
-def ahead_of(state: State, metres: float) -> Course:
-    """The course from the robot on, so many metres of it; its first node is where the robot is."""
-    course, leg, s = state.leg.course, state.leg, state.s
-    later = np.flatnonzero((course.s > s) & (course.s <= s + metres))
-    x, y = leg.route.at(s)
-    at = min(state.at, len(course) - 1)
-    nodes = np.concatenate(([at], later))
-    xy = course.xy[nodes]
-    xy[0] = (x, y)
-    places = course.s[nodes] - s
-    places[0] = 0.0
-    return Course(
-        places, xy, course.heading[nodes], course.curvature[nodes], course.stop[nodes], course.resolution
-    )

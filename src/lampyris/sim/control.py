@@ -10,6 +10,7 @@ import numpy as np
 from lampyris.kernels.road import ceiling_push
 from lampyris.model.movers import Movers
 from lampyris.model.robot import Robot
+from lampyris.motion.course import Course
 from lampyris.sim.feed import Told
 from lampyris.sim.leg import Leg
 from lampyris.typing import Cell
@@ -88,6 +89,17 @@ class State:
         velocity = None if know == "positions" or told.velocity is None else told.velocity[kept]
         radius, age = told.radius[kept] + self.noise, max(self.t - told.stamp, 0.0)
         return Movers(told.xy[kept], radius, told.top_speed[kept], velocity, age)
+
+    def ahead(self, metres: float) -> Course:
+        """The course from the robot on, so many metres of it; its first node is where the robot is."""
+        course, s = self.leg.course, self.s
+        later = np.flatnonzero((course.s > s + 1e-6) & (course.s <= s + metres + 1e-9))
+        nodes = np.concatenate(([min(self.at, len(course) - 1)], later))
+        xy, places = course.xy[nodes], course.s[nodes] - s
+        xy[0], places[0] = self.leg.route.at(s), 0.0
+        stop = course.stop[nodes]
+        stop[0] = False
+        return Course(places, xy, course.heading[nodes], course.curvature[nodes], stop, course.resolution)
 
 
 class Controller(Protocol):

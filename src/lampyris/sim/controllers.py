@@ -15,8 +15,10 @@ from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.rpp import Rpp
 from lampyris.sim.careful import Careful
 from lampyris.sim.control import Controller, Follow
+from lampyris.sim.foresight import Foresight
 from lampyris.sim.leg import Ceiling
 from lampyris.sim.rivals import ByRings, Regulated
+from lampyris.sim.sources import Roster
 
 
 class Wheel(NamedTuple):
@@ -28,8 +30,12 @@ class Wheel(NamedTuple):
     cells: bool
 
 
-def wheel(scene: Scene, law: laws.SpeedLaw, know: str) -> Wheel:
+def wheel(scene: Scene, law: laws.SpeedLaw, know: str, roster: Roster) -> Wheel:
     """Who drives by a law, given by name or by settings.
+
+    Parameters
+    ----------
+    know : what our law uses of the obstacles; with ``tracks`` the roster's recorded ones are known.
 
     Raises
     ------
@@ -38,6 +44,10 @@ def wheel(scene: Scene, law: laws.SpeedLaw, know: str) -> Wheel:
     settings: Any = laws.named(law).settings if isinstance(law, str) else law
     laws.settings_of(settings)  # refuses what is no law
 
+    foresight = None
+    if know != "positions":
+        foresight = Foresight(roster if know == "tracks" else None)
+
     def ceiling(course: Course) -> Profile | None:
         return laws.profile(course, scene, law=settings)
 
@@ -45,7 +55,7 @@ def wheel(scene: Scene, law: laws.SpeedLaw, know: str) -> Wheel:
         return None
 
     table: dict[type, tuple[Callable[[Any], Controller], Ceiling]] = {
-        PhysicalLaw: (lambda one: Careful(scene, one, know), ceiling),
+        PhysicalLaw: (lambda one: Careful(scene, one, know, foresight), ceiling),
         Constant: (lambda one: Follow(), ceiling),
         Optimum: (lambda one: Follow(), limits),
         DissertationLaw: (lambda one: ByRings(scene, one), limits),

@@ -122,11 +122,11 @@ class DriveSimulation:
         self.settings = one = Settings.of(settings)
         self.scene = scene
         self.seed = _seed(seed)
-        self.wheel = wheel(scene, law, one.know)
         self.feed: Feed = PerfectFeed() if feed is None else feed
         self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag)
         self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
+        self.wheel = wheel(scene, law, one.know, self.others.roster)
         self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing)
         self.log = Log()
         self.t = self.s = self.v = 0.0
