@@ -222,50 +222,164 @@ def step_is_free(step, m, j, k, parts, index, span_lo, span_hi):
     return True
 
 
-@kernel(out=("place", "speed"))
-def trace_back(
-    reach, steps, ok, goal, levels, rise, fall, start, words, parts, index, span_lo, span_hi, place, speed
+@kernel(out=("reach", "low", "high", "work", "kept"))
+def prune(
+    reach,
+    low,
+    high,
+    work,
+    kept,
+    steps,
+    ok,
+    goal,
+    levels,
+    rise,
+    fall,
+    start,
+    words,
+    parts,
+    index,
+    span_lo,
+    span_hi,
 ):
-    """One motion that arrives at step ``steps``, from the goal back; every step of it is checked anew.
+    """Leave only those states from which the goal is reached at step ``steps``; arguments as of spread.
 
-    Of the states that it may have come from, that with the same acceleration as after it is taken, else the
-    one with the most even speed: what is left is a motion of few pieces.
+    Parameters
+    ----------
+    work, kept : out, uint64 (words,).
+    """
+    width = rise + fall + 1
+    for j in range(levels):
+        row = steps * levels + j
+        for w in range(low[row], high[row] + 1):
+            reach[row * words + w] = u64(0)
+        low[row] = words
+        high[row] = -1
+    row = steps * levels
+    low[row] = goal >> 6
+    high[row] = goal >> 6
+    reach[row * words + (goal >> 6)] = u64(1) << u64(goal & 63)
+    for step in range(steps - 1, -1, -1):
+        busy = index[(step + 1) * parts] > index[step * parts]
+        for j in range(levels):
+            row = step * levels + j
+            least = low[row]
+            most = high[row]
+            for w in range(least, most + 1):
+                kept[w] = u64(0)
+            for k in range(max(j - fall, 0), min(j + rise + 1, levels)):
+                to = (step + 1) * levels + k
+                over = k >> 6
+                shift = k & 63
+                begin = max(least, low[to] - over - 1)
+                end = min(most, high[to] - over)
+                if begin > end:
+                    continue
+                base = (j * width + k - j + fall) * words
+                some = u64(0)
+                for w in range(begin, end + 1):
+                    bits = reach[to * words + w + over] >> u64(shift)
+                    if shift > 0 and w + over + 1 < words:
+                        carry = reach[to * words + w + over + 1] << u64(64 - shift)
+                        bits |= carry & u64(0xFFFF_FFFF_FFFF_FFFF)
+                    work[w] = bits & ok[base + w] & reach[row * words + w]
+                    some |= work[w]
+                if some == u64(0):
+                    continue
+                if busy:
+                    before = 0.0
+                    for i in range(parts):
+                        part = (i + 1.0) / parts
+                        after = part * (2.0 * j + (k - j) * part)
+                        for c in range(index[step * parts + i], index[step * parts + i + 1]):
+                            first = floor(span_lo[c] - after) + 1
+                            until = ceil(span_hi[c] - before) - 1
+                            first = max((first + j - start + 1) >> 1, begin << 6)
+                            until = min((until + j - start) >> 1, (end << 6) + 63)
+                            if first <= until:
+                                clear_range(work, first, until)
+                        before = after
+                for w in range(begin, end + 1):
+                    kept[w] |= work[w]
+            low[row] = words
+            high[row] = -1
+            for w in range(least, most + 1):
+                reach[row * words + w] = kept[w]
+                if kept[w] != u64(0):
+                    high[row] = w
+                    if low[row] > w:
+                        low[row] = w
+
+
+@kernel()
+def is_set(reach, step, n, j, levels, words):
+    """Whether a state is among those that are left."""
+    word = reach[(step * levels + j) * words + (n >> 6)]
+    return (word >> u64(n & 63)) & u64(1) != u64(0)
+
+
+@kernel(out=("place", "speed"))
+def walk_on(
+    reach,
+    steps,
+    ahead,
+    ok,
+    goal,
+    levels,
+    rise,
+    fall,
+    start,
+    words,
+    parts,
+    index,
+    span_lo,
+    span_hi,
+    place,
+    speed,
+):
+    """One motion among the states that :func:`prune` has left, from the start on.
+
+    Each step takes the speed that could be held longest, up to ``ahead`` steps; of equal ones the highest. So
+    the robot does not wait for what is far, and does not race to where it has to stand.
 
     Parameters
     ----------
     place, speed : out, int64 (steps + 1,).
+
+    Returns
+    -------
+    0, or the number of the step after which nothing was left, which cannot be.
     """
     width = rise + fall + 1
-    place[steps] = 2 * goal + start
-    speed[steps] = 0
-    gain = 0
-    to = goal
-    for step in range(steps - 1, -1, -1):
-        k = speed[step + 1]
-        n = to - k
+    n = 0
+    j = start
+    place[0] = 0
+    speed[0] = start
+    for step in range(steps):
+        best = -1
         found = -1
-        for c in range(-1, 2 * (rise + fall) + 1):
-            if c < 0:
-                j = k - gain
-            elif c & 1:
-                j = k + ((c + 1) >> 1)
-            else:
-                j = k - (c >> 1)
-            m = 2 * n - j + start
-            if j < 0 or j >= levels or n < 0 or m < 0 or k - j > rise or j - k > fall:
+        m = 2 * n - j + start
+        for k in range(min(j + rise, levels - 1), max(j - fall, 0) - 1, -1):
+            if n + k > goal or not is_set(reach, step + 1, n + k, k, levels, words):
                 continue
-            bit = u64(n & 63)
-            if (reach[(step * levels + j) * words + (n >> 6)] >> bit) & u64(1) == u64(0):
+            word = ok[(j * width + k - j + fall) * words + (n >> 6)]
+            if (word >> u64(n & 63)) & u64(1) == u64(0):
                 continue
-            if (ok[(j * width + k - j + fall) * words + (n >> 6)] >> bit) & u64(1) == u64(0):
-                continue
-            if step_is_free(step, m, j, k, parts, index, span_lo, span_hi):
-                found = j
-                break
+            held = 0
+            while held < ahead and step + held + 2 <= steps:
+                to = n + k * (held + 2)
+                if to > goal or not is_set(reach, step + held + 2, to, k, levels, words):
+                    break
+                held += 1
+            if held > best and step_is_free(step, m, j, k, parts, index, span_lo, span_hi):
+                best = held
+                found = k
+                if held == ahead:
+                    break
         if found < 0:
             return step + 1
-        gain = k - found
-        speed[step] = found
-        place[step] = 2 * n - found + start
-        to = n
+        n += found
+        j = found
+        place[step + 1] = 2 * n - j + start
+        speed[step + 1] = j
     return 0

@@ -57,7 +57,7 @@ class Lattice:
         stops, each with its own units.
     levels, rise, fall : number of speeds; units gained and lost in a step at most.
     words : in a row of bits.
-    ok : from where each pair of speeds can be driven, bits; see :func:`lampyris.kernels.path_time.allow_pairs`.
+    ok : bits: from where each pair of speeds can be driven, :func:`lampyris.kernels.path_time.allow_pairs`.
     speed : units of speed at the beginning.
     fewest : steps to the goal with nobody in the way.
     """

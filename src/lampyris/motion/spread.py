@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import LimitError
+from lampyris.errors import InternalFault, LimitError
 from lampyris.kernels.meeting import taken
-from lampyris.kernels.path_time import spread, trace_back
+from lampyris.kernels.path_time import prune, spread, walk_on
 from lampyris.motion.lattice import MAX_WORDS, Lattice
 from lampyris.motion.tracks import Discs, Way
 from lampyris.typing import Floats
@@ -20,6 +20,10 @@ _BLOCK = 16
 
 _SHARE = 0.15
 """Parts of a step are so short that robot and obstacle come nearer by at most this share of their reach."""
+
+
+_AHEAD = 2.0
+"""Seconds that a speed should be able to be held."""
 
 
 class Blocked(Exception):
@@ -106,9 +110,13 @@ def walk(way: Way, lattice: Lattice, discs: Discs, t: float, horizon: float | No
         if done < -1:
             raise _stuck(lattice, discs, spans, reach, low, high, -2 - done, parts, t)
         if done >= 0:
+            rest = (lattice.ok, lattice.goal, *flat)
+            prune(reach, low, high, work, np.zeros(words, dtype=np.uint64), done, *rest)
             place, speed = np.zeros(done + 1, dtype=np.int64), np.zeros(done + 1, dtype=np.int64)
-            lost = trace_back(reach, done, lattice.ok, lattice.goal, *flat, place, speed)
-            assert lost == 0, "a state that was reached has no state it came from"
+            ahead = max(1, math.ceil(_AHEAD / lattice.dt))
+            lost = walk_on(reach, done, ahead, *rest, place, speed)
+            if lost:
+                raise InternalFault("PATH_TIME", f"no state is left after step {lost} of {done}")
             return Walk(place, speed)
 
 
