@@ -26,10 +26,14 @@ from lampyris.maps import dob, json_text, yaml_text
 from lampyris.maps.document import MapDocument
 from lampyris.maps.json_text import read_json
 from lampyris.maps.load import load_map
+from lampyris.maps.movers_file import read_movers
 from lampyris.maps.scenario import Scenario
 from lampyris.maps.tracks import read_track
+from lampyris.maps.way_file import Way, read_way
 from lampyris.maps.yaml_text import read_yaml
+from lampyris.maps.zones import read_zones
 from lampyris.model.grid import Grid
+from lampyris.model.movers import Movers
 from lampyris.scenarios import completed, load_scenario, run, save_scenario
 from lampyris.typing import Cell
 from reference import corpora
@@ -57,6 +61,7 @@ class Target:
     call : given the file and a number from 0 on (to vary options by), reads it.
     check : asserts that a result is a valid object.
     beside : other files of the folder.
+    codes : how many kinds of errors there are at least: a table of numbers has one.
     """
 
     corpus: Corpus
@@ -64,6 +69,7 @@ class Target:
     call: Callable[[Path, int], Any]
     check: Callable[[Any], None]
     beside: Mapping[str, bytes] = field(default_factory=dict)
+    codes: int = 2
 
 
 def read_map(path: Path, k: int) -> MapDocument:
@@ -143,6 +149,43 @@ def check_track(found: tuple[Cell, ...]) -> None:
     assert all(type(x) is int and type(y) is int for x, y in found)
 
 
+PLAIN = Grid(np.zeros((6, 7), dtype=bool))
+SMALL = Grid(np.zeros((2, 3), dtype=bool))
+
+
+def read_way_file(path: Path, k: int) -> Way:
+    """A way, in each unit; on a map."""
+    way = read_way(path, (None, "metres", "cells")[k % 3])
+    way.on(PLAIN)
+    return way
+
+
+def check_way(found: Way) -> None:
+    assert found.points.ndim == 2
+    assert found.points.shape[0] >= 1
+    assert np.isfinite(found.points).all()
+    assert np.abs(found.points).max() <= 1e9
+    assert found.frame in ("metres", "cells")
+    for note in found.notes:
+        check_words(note)
+    if found.map is None:
+        assert np.isfinite(found.on(PLAIN)).all()
+
+
+def check_movers(found: Movers) -> None:
+    assert np.isfinite(found.xy).all()
+    assert (found.radius >= 0).all()
+    assert (found.top_speed >= 0).all()
+
+
+def check_zones(found: tuple[Any, tuple[str, ...]]) -> None:
+    zones, notes = found
+    assert zones.shape == SMALL.blocked.shape
+    assert (zones > 0).all()
+    for note in notes:
+        check_words(note)
+
+
 def read_obstacles(path: Path, k: int) -> list[Any]:
     """The obstacles of a ``.dob``, and their tracks on some grid."""
     grid = Grid(np.zeros((6, 7), dtype=bool))
@@ -200,6 +243,12 @@ TARGETS = {
     "scenario-yaml": Target(corpora.SCENARIO_YAML, "s.yaml", read_scenario, check_scenario, BESIDE),
     "scenario-json": Target(corpora.SCENARIO_JSON, "s.json", read_scenario, check_scenario, BESIDE),
     "track": Target(corpora.TRACK, "t.csv", lambda p, k: read_track(p), check_track),
+    "way": Target(corpora.WAY, "w.csv", read_way_file, check_way, codes=1),
+    "way-json": Target(corpora.WAY_JSON, "w.json", read_way_file, check_way),
+    "way-yaml": Target(corpora.WAY_YAML, "w.yaml", read_way_file, check_way),
+    "movers": Target(corpora.MOVERS, "m.csv", lambda p, k: read_movers(p, PLAIN), check_movers, codes=1),
+    "zones": Target(corpora.ZONES, "z.csv", lambda p, k: read_zones(p, SMALL, 1.0), check_zones),
+    "zones-npy": Target(corpora.ZONES_NPY, "z.npy", lambda p, k: read_zones(p, SMALL, 1.0), check_zones),
     "dob": Target(corpora.DOB, "t.dob", read_obstacles, check_obstacles),
 }
 
@@ -297,7 +346,7 @@ def fuzz(name: str, folder: Path, cases: int, seed: int, cpu_s: float) -> Tally:
 def judge(tally: Tally) -> None:
     assert tally.read > tally.cases // 30, f"the mutations are too rough to tell anything: {tally}"
     assert tally.refused.total() > tally.cases // 10, str(tally)
-    assert len(tally.refused) >= 2, str(tally)
+    assert len(tally.refused) >= TARGETS[tally.name].codes, str(tally)
 
 
 @pytest.mark.parametrize("name", TARGETS)
@@ -329,6 +378,9 @@ def test_a_mutant_that_is_read_can_be_run_and_written(tmp_path: Path, name: str)
         assert load_scenario(again, max_cells=4096) == completed(scenario)
         if scenario.simulated:
             scenario = replace(scenario, ticks=min(scenario.ticks or 20, 20))
+        if scenario.drive is not None:
+            # A period may be a millionth of a second.
+            scenario = replace(scenario, drive={**scenario.drive, "time_limit": 3.0, "period": 0.2})
         try:
             run(scenario)  # with the referee
         except LampyrisError as raised:

@@ -16,13 +16,26 @@ import pytest
 import lampyris
 from lampyris.api import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
-from lampyris.maps import csv_table, dob, image, json_text, movingai, numpy_file, pgm, tracks, yaml_text
+from lampyris.maps import (
+    csv_table,
+    dob,
+    image,
+    json_text,
+    movingai,
+    numpy_file,
+    pgm,
+    tracks,
+    way_file,
+    yaml_text,
+)
 from lampyris.maps.document import byte_limit
 from lampyris.maps.json_text import read_json
 from lampyris.maps.load import load_map
 from lampyris.maps.make import MAX_CELLS, make
+from lampyris.maps.movers_file import read_movers
 from lampyris.maps.movingai import read_scen
 from lampyris.maps.tracks import read_track
+from lampyris.maps.way_file import read_way
 from lampyris.maps.yaml_text import read_yaml
 from lampyris.model.grid import Grid
 from lampyris.model.robot import GREATEST, LEAST, Robot
@@ -253,6 +266,7 @@ def one_track_by_ticks(folder: Path, n: int) -> object:
     return found
 
 
+ONE = Grid([[False]])
 LIMITS: dict[str, tuple[int, Ask, str]] = {
     "file of a map": (
         byte_limit(1),
@@ -301,6 +315,26 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         lambda f, n: read_track(put(f, b"x,y\n1,2," + b"z" * (n - 5) + b"\n", "t.csv")),
         "LIMIT",
     ),
+    "points of a way": (
+        way_file.MAX_POINTS,
+        lambda f, n: read_way(put(f, b"x,y\n" + b"1,2\n" * n, "w.csv")),
+        "LIMIT",
+    ),
+    "moving obstacles in a file": (
+        MAX_BODIES,
+        lambda f, n: read_movers(put(f, b"x_m,y_m,radius,top_speed\n" + b"1,2,0,1\n" * n, "m.csv"), ONE),
+        "LIMIT",
+    ),
+    "lines of a table": (
+        csv_table.MAX_LINES,
+        lambda f, n: read_way(put(f, b"x,y\n1,2\n" + b"\n" * (n - 2), "w.csv")),
+        "LIMIT",
+    ),
+    "file of a way": (
+        csv_table.MAX_BYTES,
+        sized("w.csv", b"x,y\n1,2\n", b" ", read_way),
+        "FILE_TOO_LARGE",
+    ),
     "file of a track": (
         csv_table.MAX_BYTES,
         sized("t.csv", b"x,y\n1,2\n", b"\n", read_track),
@@ -328,7 +362,7 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
 }
 SLOW = {"cells of a recipe"}
 """Asked on the far side only: what is within the limit takes its time."""
-FULL = {"file of a track", "words of a .dob"}
+FULL = {"file of a track", "file of a way", "words of a .dob"}
 """At the limit these say something else, as no file so large is right."""
 
 
@@ -365,7 +399,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path, name: str, limit: 
     assert grown[0] < 2**20
 
 
-@pytest.mark.parametrize("field", ["v_max", "a_max", "d_max"])
+@pytest.mark.parametrize("field", ["v_max", "a_max", "d_max", "lat_max", "jerk_max"])
 def test_limits_of_a_robot(field: str) -> None:
     for value in (LEAST, np.nextafter(LEAST, 1), 1, np.nextafter(GREATEST, 0), GREATEST):
         Robot(**{field: float(value)})

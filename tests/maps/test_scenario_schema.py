@@ -20,9 +20,16 @@ SCHEMA = json_schema()
 BY_MEANING = {
     "START_OUTSIDE", "GOAL_OUTSIDE", "RADIUS", "PLANNER", "SETTING", "CHOICE", "LAW", "LAW_SETTING",
     "FILE_MISSING", "MAP_CELL", "MAP_TRUNCATED", "RECIPE", "MAP_TOO_LARGE", "OBSTACLE_TRACK",
-    "OBSTACLE_SPEED", "TRACK",
+    "OBSTACLE_SPEED", "TRACK", "ZONES_MAP", "PATH_OUTSIDE",
 }  # fmt: skip
-MEANT = ("\\u0007", "without line breaks", "`start` is missing", "late.csv", "with a .dob file")
+MEANT = (
+    "one of them",
+    "\\u0007",
+    "without line breaks",
+    "`start` is missing",
+    "late.csv",
+    "with a .dob file",
+)
 
 
 def fits(value: Any, schema: dict[str, Any]) -> bool:
@@ -88,7 +95,7 @@ def test_every_table_is_closed_and_every_field_described() -> None:
         assert table["additionalProperties"] is False
         for name, field in table["properties"].items():
             assert field["description"].endswith((".", ")")), name
-            assert name in table.get("required", ()) or "default" in field or name == "simulate"
+            assert name in table.get("required", ()) or "default" in field or name in ("simulate", "drive")
     assert SCHEMA["$schema"].endswith("2020-12/schema")
     assert SCHEMA["required"] == ["version", "map"]
     assert "title" not in json.dumps(SCHEMA["$defs"])

@@ -135,6 +135,57 @@ TRACK = Corpus(
     ),
     (b"x", b"y", b"t", b"tick"),
 )
+WAY = Corpus(
+    (
+        b"x_m,y_m,yaw\n0.5,0.5,0\n1.5,.5,1\n",
+        b"\xef\xbb\xbf# x y\r\n1 2\r\n1e0 -2.5\r\n",
+        b"x;y\n1;2\n\n3;4\n# end\n",
+        b'"x","y"\n"3","4"\n',
+        b"1,2\n3,4\n",
+    ),
+    (b"x_m", b"y_m", b"x", b"y", b"nan", b"1e9", b"1_0", b"#"),
+)
+_POSE = b'{"header": {"frame_id": "map"}, "pose": {"position": {"x": 1.5, "y": 2, "z": 0}}}'
+_A_MAP = b'{"name": "m", "width": 7, "height": 6, "resolution": 1.0, "origin": [0.0, 0.0, 0.0]}'
+WAY_JSON = Corpus(
+    (
+        b'{"header": {"frame_id": "odom"}, "poses": [' + _POSE + b", " + _POSE + b"]}",
+        b'{"op": "publish", "msg": {"poses": [{"position": {"x": 0, "y": -1e2}}]}}',
+        b'{"planner": "astar", "cells": [[0, 0], [1, 1]], "map": ' + _A_MAP + b"}",
+    ),
+    (b"poses", b"pose", b"position", b"msg", b"cells", b"planner", b"map", b"NaN", b"null", b"frame_id"),
+)
+WAY_YAML = Corpus(
+    (
+        b"header:\n  frame_id: map\nposes:\n- pose:\n    position:\n      x: 1.0\n      y: 2.0\n---\n",
+        b"poses: [{position: {x: 1, y: .5}}, {pose: {position: {x: 2, y: 3}}}]\n",
+    ),
+    (*YAML_WORDS, b"poses", b"pose", b"position", b"x", b"y", b"---\n"),
+)
+MOVERS = Corpus(
+    (
+        b"x_m,y_m,radius,top_speed\n1,2,0.3,1\n",
+        b"id;x_m;y_m;radius;top_speed;vx;vy\r\n1;1;2;0;1.5;1;-1\r\n",
+        b"x_m,y_m,radius,top_speed\n",
+    ),
+    (b"x_m", b"radius", b"top_speed", b"vx", b"vy", b"-1", b"1e9"),
+)
+ZONES = Corpus(
+    (
+        b"1,1,0.5\n,inf,2\n",
+        b"\xef\xbb\xbf# m/s\r\n1;1;1\r\n;;3e-1\r\n",
+        b"1\t1\t1\n1\t1\t1",
+    ),
+    (b"inf", b"0", b"nan", b"-1", b"1e10"),
+)
+ZONES_NPY = Corpus(
+    (
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }", b"\0\0\0\0\0\0\xf0\x3f" * 6),
+        npy("{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3), }", b"\0\0\x80\x7f" * 6),
+    ),
+    (b"descr", b"'<f4'", b"'<i4'", b"'|O'", b"shape", b"fortran_order", b"True", b"(2, 3)"),
+    mend=mend_npy,
+)
 _DOB = b"""NumberOfDynamicObstacles: 1
 DynamicObstacleID: 0
 ObstacleRadius: 0.25
@@ -154,7 +205,8 @@ SCENARIO_WORDS = (
     *b"simulate bundled file recipe rows resolution values colour size settings origin radius".split(),
     *b"v_max a_max d_max kind count rate waypoints track id tick_s ticks patience m random-walk".split(),
     *b"patrol crossing recorded octile guide dissertation ad-gso astar physical costmap random".split(),
-    *b"m.map t.csv t.dob".split(),
+    *b"m.map t.csv t.dob z.csv zones drive lat_max turn_radius jerk_max period know velocities".split(),
+    *b"tracking perfect velocity time_limit creep blind.reach moving.reaction optimum rpp".split(),
     *YAML_WORDS,
 )
 _ALL_OF_IT = b"""version: 1
@@ -177,6 +229,16 @@ obstacles:
 - {kind: recorded, file: t.dob, id: 0, tick_s: 0.5}
 simulate: {ticks: 5, patience: 2}
 """
+_DRIVEN = b"""version: 1
+map: {file: m.map, resolution: 0.5}
+start: [0, 0]
+goal: [3, 2]
+robot: {v_max: 1.5, lat_max: 0.5, turn_radius: 0.0, jerk_max: null}
+law: {name: physical, settings: {creep: 0.2, moving.reaction: 0.2}}
+zones: z.csv
+obstacles: [{kind: crossing, count: 1}]
+drive: {period: 0.2, time_limit: 9, know: velocities, tracking: perfect, delay: 0}
+"""
 _RECIPE = b"""version: 1
 map: {recipe: random, size: [20, 10], seed: 3, settings: {density: 0.2}}
 start: [0, 0]
@@ -195,6 +257,7 @@ SCENARIO_YAML = Corpus(
         b"version: 1\nmap: guide\n",
         b"version: 1\nmap: {file: r.yaml}\nstart: [1, 1]\ngoal: [2, 0]\n",
         _ALL_OF_IT,
+        _DRIVEN,
         _RECIPE,
         _ROWS,
     ),
@@ -223,4 +286,5 @@ SCENARIO_BESIDE = {
     "m.pgm": ROS_PICTURE,
     "t.csv": b"x,y\n1,2\n2,2\n",
     "t.dob": _DOB,
+    "z.csv": b"1,1,0.5,inf\n1,,1,1\n1,1,1,1\n",
 }

@@ -67,7 +67,9 @@ def read_floats(source: Source) -> FloatGrid:
     if not _REAL.fullmatch(header.kind):
         what = f"element type {header.kind[:40]!r}"
         raise source.error("NPY_TYPE", what, allowed="real numbers", todo="save it as .astype('float64')")
-    return _cells(header, source).astype(np.float64, order="C")
+    # A signalling NaN of another width would warn; it is still none of the numbers asked for.
+    with np.errstate(invalid="ignore"):
+        return _cells(header, source).astype(np.float64, order="C")
 
 
 def _cells(header: _Header, source: Source) -> np.ndarray[Any, Any]:
