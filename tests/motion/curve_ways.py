@@ -61,7 +61,7 @@ def cases(count: int, seed: int) -> list[Case]:
             points = polyline(rng, blocked, number % 3 == 1)
         size = float(rng.choice([0.05, 0.5, 1.0]))
         robot = Robot(
-            radius=float(rng.choice([0, 0, 0.3, 0.5, 0.7, 1.0, 1.4])) * size,
+            radius=float(rng.choice([0, 0, 0.3, 0.5, 0.7, 1.0, 1.4, 3.2])) * size,
             v_max=float(rng.choice([0.3, 1.0, 5.0])),
             turn_radius=float(rng.choice([0, 0, 0, 0.5, 2.0])) * size,
         )

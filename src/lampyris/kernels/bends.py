@@ -147,9 +147,7 @@ def _fit(wall, width, height, px, py, ax, ay, bx, by, side, slant, most, least, 
 
 
 @kernel(out=("want",))
-def fit_bends(
-    wall, width, height, xs, ys, hx, hy, slant, side, length, need, least_need, radius, least, want
-):
+def fit_bends(wall, width, height, xs, ys, hx, hy, slant, side, length, need, radius, least, want):
     """The longest tangent of an arc in each corner that lines and walls leave room for; 0: none.
 
     Parameters
@@ -159,8 +157,8 @@ def fit_bends(
     hx, hy, length : float64 (n - 1,), unit vector and length of each line.
     slant : float64 (n,), tangent of half the turn; 0 where there is none or where it is a half turn.
     side : float64 (n,), 1 or -1.
-    need : float64 (n - 1,), squared distance that each line keeps from walls; an arc keeps that of its two
-        lines, or, where nothing fits, ``least_need``, which is that of the whole way.
+    need : float64 (n - 1,), squared distance that each line keeps from walls; an arc keeps the lesser of its
+        two lines'.
     radius, least : the largest and the smallest radius, cells.
     want : float64 (n,). Given: how long a tangent may be besides. Out: how long it can be.
     """
@@ -172,12 +170,7 @@ def fit_bends(
         own = min(need[i - 1], need[i])
         low = least * slant[i]
         a, b, c, d = hx[i - 1], hy[i - 1], hx[i], hy[i]
-        found = _fit(wall, width, height, xs[i], ys[i], a, b, c, d, side[i], slant[i], most, low, own)
-        if found == 0.0 and least_need < own:
-            found = _fit(
-                wall, width, height, xs[i], ys[i], a, b, c, d, side[i], slant[i], most, low, least_need
-            )
-        want[i] = found
+        want[i] = _fit(wall, width, height, xs[i], ys[i], a, b, c, d, side[i], slant[i], most, low, own)
 
 
 @kernel(out=("want", "tangent"))

@@ -128,7 +128,7 @@ def _tangents(lines: Lines, turn: _Turns, useful: float, least: float) -> Floats
     def fit() -> None:
         fit_bends(
             wall, width, height, lines.xs, lines.ys, hx, hy, turn.slant, turn.side, lines.length,
-            lines.need, float(lines.need.min()), radius, least, want,
+            lines.need, radius, least, want,
         )  # fmt: skip
 
     fit()
