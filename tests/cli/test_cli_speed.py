@@ -141,6 +141,28 @@ def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
     assert hurried["speed"]["v"][0] == 0.2
 
 
+def test_known_tracks_are_let_pass_or_passed_first() -> None:
+    plain = told(*MAP, *ENDS)
+    # It stands in the gap beside the wall for a while, then leaves to the left.
+    Path("t.csv").write_text("x,y\n" + "10,6\n" * 16 + "".join(f"{x},6\n" for x in range(9, 2, -1)))
+    r = told(*MAP, *ENDS, "--track", "t.csv", "--tick", "0.5")
+    assert r["speed"]["duration"] > plain["speed"]["duration"] + 1
+    assert "moving obstacle 0" in r["speed"]["why"]
+    assert {"clearance", "limit"} <= set(r["speed"]["cause"]), "caps keep their names"
+    xy, t = np.array(r["speed"]["xy"]), np.array(r["speed"]["t"])
+    there = t < 7.5
+    assert np.hypot(*(xy[there] - (10, 6)).T).min() * 0.25 >= 0.125 - 1e-6, "rims do not overlap"
+    rest = [e["duration_s"] for e in r["laws"] if e["law"] != "physical"]
+    assert rest == [e["duration_s"] for e in plain["laws"] if e["law"] != "physical"]
+    # Long gone when the robot comes by.
+    early = told(*MAP, *ENDS, "--track", "t.csv", "--tick", "0.01")
+    assert early["speed"] == plain["speed"]
+    assert run("speed", *MAP, *ENDS, "--track", "t.csv", "--law", "rpp").exit == 2
+    assert run("speed", *MAP, *ENDS, "--tick", "1").exit == 2
+    assert run("speed", *MAP, *ENDS, "--track", "t.csv", "--tick", "0").exit == 3
+    assert run("speed", *MAP, *ENDS, "--track", "t.csv", "--csv", "out.csv").exit == 0
+
+
 def test_the_reasons_are_told_by_stretches_or_by_nodes() -> None:
     n = told(*MAP, *ENDS)["way"]["nodes"]
     folded = run("speed", *MAP, *ENDS, "--explain").out

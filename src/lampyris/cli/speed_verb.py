@@ -25,6 +25,7 @@ from lampyris.cli.options import (
     MaxCells,
     Moves,
     NoTiming,
+    ObstacleRadius,
     Picture,
     Planner,
     Preset,
@@ -35,6 +36,7 @@ from lampyris.cli.options import (
     SetLaw,
     Start,
     StartM,
+    Track,
     TurnRadius,
     Values,
     VMax,
@@ -84,6 +86,12 @@ def speed(
             "--movers", metavar="FILE", help="Moving obstacles: CSV x_m,y_m,radius,top_speed[,vx,vy]."
         ),
     ] = None,
+    track: Track = None,
+    tick: Annotated[
+        float | None,
+        typer.Option("--tick", metavar="S", help="Seconds of a row of --track (default: a cell at --v-max)."),
+    ] = None,
+    obstacle_radius: ObstacleRadius = 0.0,
     zones: Zones = None,
     seed: Seed = 0,
     resolution: Resolution = None,
@@ -127,7 +135,8 @@ def speed(
         radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
         zones, set_law or [],
     )  # fmt: skip
-    asked = work.Asked(request, path, units, laws_, v0, smooth, spacing, movers)
+    tracks = work.TracksAsked(tuple(track or ()), tick, obstacle_radius)
+    asked = work.Asked(request, path, units, laws_, v0, smooth, spacing, movers, tracks)
     out = work.SpeedOutputs(
         json_, not no_timing, csv, picture, chart, colour_by, force, explain or all_, all_
     )

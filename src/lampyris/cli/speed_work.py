@@ -9,29 +9,66 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import api
+from lampyris import api, referee
 from lampyris.cli import speed_show, verbs
 from lampyris.cli.request import Request, known
+from lampyris.cli.speed_record import record_of
 from lampyris.errors import SettingError, UsageError
 from lampyris.maps.movers_file import read_movers
+from lampyris.maps.tracks import read_track
 from lampyris.maps.way_file import UNITS, read_way
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.movers import Movers, Track
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
-from lampyris.model.scene import Scene
+from lampyris.model.robot import LEAST
+from lampyris.model.scene import Scene, check_obstacle
+from lampyris.model.traffic import Recorded
 from lampyris.motion import laws
 from lampyris.motion.compare import Entry, entry_of
 from lampyris.motion.course import Course
+from lampyris.motion.path_time import through_tracks
+from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.tracks import tracks_from_recorded
 from lampyris.planners import registry
-from lampyris.report.metrics import cause_shares
-from lampyris.report.plain import grid_record, profile_record, robot_record, shares_record
+from lampyris.report.plain import grid_record
 from lampyris.report.style import suffix_of
 from lampyris.typing import Points
 
 PICTURES = (".png", ".svg")
 COLOUR_BY = ("speed", "cause")
 SMOOTH = ("arcs", "none")
+
+
+@dataclass(frozen=True)
+class TracksAsked:
+    """Recorded obstacles, as they were asked for."""
+
+    files: tuple[Path, ...] = ()
+    tick: float | None = None
+    radius: float = 0.0
+
+    def read(self, scene: Scene) -> tuple[Track, ...]:
+        """The tracks in continuous time.
+
+        Raises
+        ------
+        UsageError : a tick or a radius without a track.
+        SettingError : TICK: out of its range.
+        SceneError, FileError : a track that cannot be read, or is not on the map.
+        """
+        if not self.files:
+            for option, given in (("--tick", self.tick), ("--obstacle-radius", self.radius or None)):
+                if given is not None:
+                    raise UsageError("OPTIONS", f"{option} without --track", allowed="a track it is of")
+            return ()
+        tick = scene.grid.resolution / scene.robot.v_max if self.tick is None else self.tick
+        if not 1e-6 <= tick <= 1e6:
+            raise SettingError("TICK", f"{tick!r}", where="--tick", allowed="1e-06 to 1e6 seconds")
+        bodies = [Recorded(read_track(file), self.radius) for file in self.files]
+        for k, body in enumerate(bodies):
+            check_obstacle(scene.grid, k, body)
+        return tuple(tracks_from_recorded(bodies, tick, scene.grid.resolution))
 
 
 @dataclass(frozen=True)
@@ -46,6 +83,7 @@ class Asked:
     smooth: str
     spacing: float | None
     movers: Path | None
+    tracks: TracksAsked = TracksAsked()
 
     def check(self) -> tuple[str, ...]:
         """Refuse what does not go together; the laws to compare, the one that is looked at among them."""
@@ -136,9 +174,10 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
             speed_show.no_way(source)
         return verbs.NO_ANSWER
     movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
+    tracks = asked.tracks.read(scene)
     course = api.course(way, scene, smooth=asked.smooth, spacing=asked.spacing)  # type: ignore[arg-type]
     planned = time.perf_counter()
-    entries, refused = _entries(names, asked, course, scene, movers)
+    entries, refused = _entries(names, asked, course, scene, movers, tracks)
     chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
     timing = {"way_s": planned - began, "laws_s": time.perf_counter() - planned}
     answer = Answer(scene, source, way, course, entries, refused, chosen, movers, timing)
@@ -193,7 +232,12 @@ def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
 
 
 def _entries(
-    names: tuple[str, ...], asked: Asked, course: Course, scene: Scene, movers: Movers | None
+    names: tuple[str, ...],
+    asked: Asked,
+    course: Course,
+    scene: Scene,
+    movers: Movers | None,
+    tracks: tuple[Track, ...],
 ) -> tuple[tuple[Entry, ...], dict[str, str]]:
     """A row for each law, each profile past the referee; and why other laws do not let the robot drive.
 
@@ -217,8 +261,55 @@ def _entries(
                 raise
             refused[name] = fault.what
             continue
-        entries.append(replace(entry_of(made, course, scene.robot, best), law=name))
+        along = course
+        if tracks and name == looked_at:
+            made = _through(made, course, scene, laws.with_settings(name, settings), tracks, asked.v0)
+            along = _course_at(made, course)
+        entries.append(replace(entry_of(made, along, scene.robot, best), law=name))
     return tuple(entries), refused
+
+
+def _through(
+    made: Profile, course: Course, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
+) -> Profile:
+    """The fastest profile under the caps of one that meets nobody on known tracks; past the referee.
+
+    Raises
+    ------
+    UsageError : a law that has no caps.
+    SettingError : PROFILE_BLOCKED: there is no way through.
+    """
+    if not isinstance(law, PhysicalLaw):
+        ours = ", ".join(key for key, row in laws.LAWS.items() if isinstance(row.settings, PhysicalLaw))
+        raise UsageError("OPTIONS", f"--track with the law {made.law}", allowed=ours)
+    cap = np.min([speeds for _, speeds in made.caps], axis=0)
+    found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
+    if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):
+        return made  # nobody is met, and this one knows which cap is which
+    found = replace(found, cause=_caps_named(found, made), caps=())
+    creep = law.creep if law.clearance else 1.0
+    referee.demand(referee.check_profile(found, None, scene, v0=v0, creep=creep, slowest=LEAST))
+    return found
+
+
+def _caps_named(found: Profile, made: Profile) -> tuple[str, ...]:
+    """Causes, with the cap's own name where only the least of them was known."""
+    names, speeds = [cause for cause, _ in made.caps], np.stack([v for _, v in made.caps])
+    behind = np.clip(np.searchsorted(made.s, found.s), 0, len(made.s) - 1)
+    before = np.maximum(behind - 1, 0)
+    least = speeds.min(axis=0)
+    node = np.where(least[before] < least[behind], before, behind)
+    which = speeds.argmin(axis=0)[node]
+    return tuple(names[w] if word == "limit" else word for word, w in zip(found.cause, which, strict=True))
+
+
+def _course_at(profile: Profile, course: Course) -> Course:
+    """The course with the nodes of a profile; where it waits there are two at one place."""
+    n = len(profile.s)
+    assert course.curve is not None
+    xy, heading = course.curve.at(profile.s)
+    none = np.zeros(n, dtype=np.bool_)
+    return Course(profile.s, xy, heading, np.zeros(n), none, course.resolution, course.curve)
 
 
 def _write(answer: Answer, out: SpeedOutputs) -> None:
@@ -226,7 +317,7 @@ def _write(answer: Answer, out: SpeedOutputs) -> None:
     if out.csv is not None:
         from lampyris.report.csv_out import write_profile_csv
 
-        write_profile_csv(out.csv, profile, answer.course.heading, grid)
+        write_profile_csv(out.csv, profile, _course_at(profile, answer.course).heading, grid)
     with verbs._working("drawing", quiet=out.json):
         if out.picture is not None:
             from lampyris.report.course_picture import draw_course
@@ -239,49 +330,6 @@ def _write(answer: Answer, out: SpeedOutputs) -> None:
             from lampyris.report.speed_compare import draw_comparison
 
             draw_comparison([(e.law, e.profile) for e in answer.entries], answer.chosen, out.chart)
-
-
-def record_of(answer: Answer, timing: bool) -> dict[str, Any]:
-    """What ``--json`` prints; all of it but ``timing`` is decided by the files and the options."""
-    scene, course, profile = answer.scene, answer.course, answer.entry.profile
-    curve = course.curve
-    metres = scene.grid.to_metres(course.xy)
-    return {
-        "map": grid_record(scene.grid),
-        "robot": robot_record(scene),
-        "way": {
-            "from": answer.source,
-            "points": len(answer.given),
-            "nodes": len(course),
-            "length_m": float(course.s[-1]),
-            "arcs": 0 if curve is None else int(np.count_nonzero(curve.curvature)),
-            "stops": int(np.count_nonzero(course.stop)),
-        },
-        "law": answer.entry.law,
-        "laws": [entry_record(e) for e in answer.entries],
-        "refused": [{"law": law, "sentence": why} for law, why in answer.refused.items()],
-        "held": shares_record(cause_shares(profile)),
-        "speed": {
-            **profile_record(profile, caps=True),
-            "x_m": metres[:, 0].tolist(),
-            "y_m": metres[:, 1].tolist(),
-        },
-        "timing": answer.timing if timing else {},
-    }
-
-
-def entry_record(e: Entry) -> dict[str, Any]:
-    """One law of a comparison."""
-    return {
-        "law": e.law,
-        "duration_s": e.duration_s,
-        "mean": e.mean,
-        "ratio_to_optimum": e.ratio,
-        "peak_acceleration": e.peak_accel,
-        "peak_braking": e.peak_braking,
-        "peak_lateral": e.peak_lateral,
-        "broken": list(e.broken),
-    }
 
 
 def runs(profile: Profile, every: bool) -> list[tuple[int, int]]:
