@@ -284,6 +284,15 @@ def test_a_disc_keeps_its_distance_or_that_of_the_way() -> None:
         assert near >= min(r, 1.5 / math.sqrt(2)) - 1e-8
 
 
+def test_walls_beyond_the_way_count() -> None:
+    # Two and a half cells below the straight line from end to end, and five from the way itself.
+    blocked = np.zeros((14, 14), dtype=bool)
+    blocked[2, 5] = True
+    points = np.array([(0.0, 5.0), (5.0, 10.0), (10.0, 5.0)])
+    assert curve_of(points, Grid(blocked), Robot(radius=2.4)).lengths.tolist() == [10.0]
+    assert curve_of(points, Grid(blocked), Robot(radius=2.6)).length > 11.0
+
+
 def test_taut_is_hardly_longer_than_the_best_over_its_own_points() -> None:
     rng = np.random.default_rng(4)
     ratios = []
