@@ -44,6 +44,28 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
         ),
         "a film: the robot re-chooses its way among 24 moving obstacles of three kinds",
     ),
+    (
+        "speed.png",
+        ("speed", "env-3", "--resolution", "0.25", "--radius", "0.15", "--chart", "speed.png", "--json"),
+        "five speed laws on one way, our law's caps as faint lines, and what holds it",
+    ),
+    (
+        "drive.webp",
+        (
+            "drive",
+            "env-3",
+            "--resolution",
+            "0.25",
+            "--radius",
+            "0.1",
+            "--seed",
+            "2",
+            "--film",
+            "drive.webp",
+            "--json",
+        ),
+        "the same in continuous time: real accelerations, obstacles as discs",
+    ),
 )
 
 
@@ -71,6 +93,12 @@ def main(folder: Path) -> int:
 
 def told(record: dict) -> str:  # type: ignore[type-arg]
     """The result in a few words."""
+    if "laws" in record:
+        times = ", ".join(f"{law['law']} {law['duration_s']:.4g} s" for law in record["laws"])
+        return f"{record['way']['length_m']:.4g} m: {times}"
+    if "curves" in record:
+        held = ", ".join(f"{h['cause']} {h['time']:.0%}" for h in record["held"][:3])
+        return f"{record['outcome']} after {record['duration']:.4g} s; held by {held}"
     if "outcome" in record:
         return (
             f"{record['outcome']} after {record['ticks']} ticks, cost {record['cost']:.6g}, "

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
+    "course": "lampyris.api",
+    "drive": "lampyris.api",
     "load_grid": "lampyris.api",
     "plan": "lampyris.api",
     "profile": "lampyris.api",
@@ -23,11 +25,13 @@ _HOME = {
     "Budget": "lampyris.planners.base",
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
+    "Drive": "lampyris.model.drive",
     "Field": "lampyris.model.field",
     "Gate": "lampyris.model.field",
     "Grid": "lampyris.model.grid",
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
+    "Movers": "lampyris.model.movers",
     "Moves": "lampyris.model.moves",
     "Outcome": "lampyris.model.trace",
     "Path": "lampyris.model.path",
@@ -41,6 +45,7 @@ _HOME = {
     "Scene": "lampyris.model.scene",
     "Status": "lampyris.model.plan",
     "Trace": "lampyris.model.trace",
+    "Track": "lampyris.model.movers",
 }
 
 _ROOMS = ("planners",)
@@ -49,6 +54,8 @@ __all__ = ["__version__", "planners", *_HOME]
 
 if TYPE_CHECKING:
     from lampyris import planners as planners
+    from lampyris.api import course as course
+    from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
     from lampyris.api import plan as plan
     from lampyris.api import profile as profile
@@ -57,9 +64,12 @@ if TYPE_CHECKING:
     from lampyris.field.solve import solve_field as solve_field
     from lampyris.maps.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
+    from lampyris.model.drive import Drive as Drive
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
     from lampyris.model.grid import Grid as Grid
+    from lampyris.model.movers import Movers as Movers
+    from lampyris.model.movers import Track as Track
     from lampyris.model.moves import MOVES as MOVES
     from lampyris.model.moves import Moves as Moves
     from lampyris.model.path import Path as Path

@@ -286,21 +286,22 @@ def _through(
     found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
     if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):
         return made  # nobody is met, and this one knows which cap is which
-    found = replace(found, cause=_caps_named(found, made), caps=())
+    found = _caps_named(found, made)
     creep = law.creep if law.clearance else 1.0
     referee.demand(referee.check_profile(found, None, scene, v0=v0, creep=creep, slowest=LEAST))
     return found
 
 
-def _caps_named(found: Profile, made: Profile) -> tuple[str, ...]:
-    """Causes, with the cap's own name where only the least of them was known."""
+def _caps_named(found: Profile, made: Profile) -> Profile:
+    """The same with the caps of another profile of the way, each under its own name, at its nodes."""
     names, speeds = [cause for cause, _ in made.caps], np.stack([v for _, v in made.caps])
     behind = np.clip(np.searchsorted(made.s, found.s), 0, len(made.s) - 1)
     before = np.maximum(behind - 1, 0)
     least = speeds.min(axis=0)
     node = np.where(least[before] < least[behind], before, behind)
     which = speeds.argmin(axis=0)[node]
-    return tuple(names[w] if word == "limit" else word for word, w in zip(found.cause, which, strict=True))
+    cause = (names[w] if word == "limit" else word for word, w in zip(found.cause, which, strict=True))
+    return replace(found, cause=tuple(cause), caps=tuple(zip(names, speeds[:, node], strict=True)))
 
 
 def _course_at(profile: Profile, course: Course) -> Course:
