@@ -260,3 +260,19 @@ def test_laws_are_listed_with_their_settings() -> None:
     assert "creep = 0.1" in run("laws", "physical").out
     assert "rpp" in run("laws").out
     assert run("laws", "fast").exit == 2
+
+
+@pytest.mark.source
+def test_the_page_names_every_key_and_column() -> None:
+    from lampyris.report.csv_out import DRIVE_COLUMNS, PROFILE_COLUMNS
+
+    page = (Path(__file__).resolve().parents[2] / "docs" / "speed" / "files.md").read_text(encoding="utf-8")
+    speeds, drives = (page[page.index(f"## `{verb} --json`") :] for verb in ("speed", "drive"))
+    r = told(*MAP, *ENDS)
+    keys = [*r, *r["way"], *r["laws"][0], *r["held"][0], *r["speed"], *r["speed"]["caps"][0]]
+    assert not [key for key in keys if f"`{key}`" not in speeds]
+    r = json.loads(run("drive", "guide", "--obstacles", "1", "--json").out)
+    keys = [*r, *r["curves"][0], *r["bodies"][0], *r["moments"][0]]
+    assert not [key for key in keys if f"`{key}`" not in drives]
+    for columns in (PROFILE_COLUMNS, DRIVE_COLUMNS):
+        assert f"`{', '.join(columns)}`" in page
