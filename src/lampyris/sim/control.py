@@ -13,7 +13,7 @@ from lampyris.model.robot import Robot
 from lampyris.motion.course import Course
 from lampyris.sim.feed import Told
 from lampyris.sim.leg import Leg
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Floats
 
 
 class Decision(NamedTuple):
@@ -44,6 +44,7 @@ class State:
     leg : the way.
     robot : its limits.
     told : the last trusted message.
+    still : for how long each obstacle has been told to be where it is, seconds, (m,).
     cells : cells that obstacles cover as far as is known, in order.
     period : seconds until the next decision.
     reaction : seconds until the next decision has an effect: the period and the known delay.
@@ -52,6 +53,7 @@ class State:
     late : whether commands are late or followed with a lag.
     haste : how much faster than commanded it may be.
     noise : metres that a told position may be off.
+    tries : new ways since the robot last came a cell farther.
     """
 
     t: float
@@ -61,6 +63,7 @@ class State:
     leg: Leg
     robot: Robot
     told: Told
+    still: Floats
     cells: list[Cell]
     period: float
     reaction: float
@@ -68,6 +71,7 @@ class State:
     late: bool = False
     haste: float = 1.0
     noise: float = 0.0
+    tries: int = 0
 
     def movers(self, know: str, within: tuple[float, float] | None = None) -> Movers:
         """What is known of the obstacles, as the caps take it.

@@ -40,15 +40,13 @@ from lampyris.sim.leg import Leg, covered_cells
 from lampyris.sim.others import Others
 from lampyris.sim.sources import Source
 from lampyris.sim.tracking import CATCH_UP, STEP, Perfect, train_of
+from lampyris.sim.waiting import Waiting
 
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,
     Status.START_OCCUPIED: Outcome.START_OCCUPIED,
     Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
 }
-
-_WAITS = ("moving obstacle", "obstacle", "wait")
-"""Causes for which a robot that does not get on waits for somebody."""
 
 _HERE = 1e-9
 """Metres from the goal at which a robot that stands has arrived."""
@@ -136,7 +134,8 @@ class DriveSimulation:
         self.curves: list[Curve] = []
         self.leg: Leg = self.guide.nowhere(self.wheel.ceiling)
         self._steps = 0
-        self._stood = self._waited = self._anchor = 0.0
+        cell = scene.grid.resolution
+        self.waiting = Waiting(0.1 * min(cell, scene.robot.v_max * one.patience), cell)
         self._fault, self._fault_since = "", -1.0
         self._news = False
         self._begin()
@@ -174,7 +173,8 @@ class DriveSimulation:
     def _take(self, curve: Curve) -> None:
         """Follow a way from its beginning."""
         self.leg = self.guide.leg(curve, self.wheel.ceiling)
-        self.s = self.v = self._anchor = 0.0
+        self.s = self.v = 0.0
+        self.waiting.begin()
         self.train.begin(self.leg)
         self.curves.append(curve)
 
@@ -182,13 +182,11 @@ class DriveSimulation:
         """Ask again from where the robot stands; the old way stays if there is no new one."""
         xy, told = self.xy, self.watch.last
         self.log.tell(self.t, "replan", xy, why)
-        self._stood, self._news = 0.0, False
-        plan = self.guide.again(xy, told)
-        if not plan:
-            if self.guide.blocked and plan.status in _NEVER:
-                self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
-            return
-        curve = self.guide.curve(plan, xy, told)
+        self._news = False
+        self.waiting.asked()
+        plan, curve = self.guide.again(xy, told, self._reaction(self.settings.decision_period))
+        if not plan and self.guide.blocked and plan.status in _NEVER:
+            self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
         if curve is not None and len(curve.lengths):
             self._take(curve)
 
@@ -239,7 +237,7 @@ class DriveSimulation:
             return Decision(brake, "obstacle")
         if self.others.touching:
             return Decision(brake, "moving obstacle", min(self.others.touching))
-        if self.leg.nowhere or self._stood >= self.settings.patience:
+        if self.leg.nowhere or self.waiting.stood >= self.settings.patience:
             return Decision(brake, "wait")
         return self.wheel.controller.decide(self._state(period))
 
@@ -247,7 +245,6 @@ class DriveSimulation:
         one, last = self.settings, self.watch.last
         assert last is not None
         s, v = self.train.commanded(self.s, self.v)
-        perfect = isinstance(self.train, Perfect)
         return State(
             t=self.t,
             s=s,
@@ -256,14 +253,20 @@ class DriveSimulation:
             leg=self.leg,
             robot=self.scene.robot,
             told=last,
+            still=last.stamp - self.watch.since,
             cells=covered_cells(self.scene, last) if self.wheel.cells else [],
             period=period,
-            reaction=period if perfect else period + one.delay + STEP,
+            reaction=self._reaction(period),
             real=(self.s, self.train.quickest(self.t, self.v)),
-            late=not perfect,
+            late=not isinstance(self.train, Perfect),
             haste=CATCH_UP if one.tracking == "position" else 1.0,
             noise=one.noise,
+            tries=self.waiting.tries,
         )
+
+    def _reaction(self, period: float) -> float:
+        """Seconds until the next decision has an effect."""
+        return period if isinstance(self.train, Perfect) else period + self.settings.delay + STEP
 
     def _cut_at_goal(self, going: Going) -> None:
         """A robot that comes to rest at the goal has arrived there and then."""
@@ -322,30 +325,22 @@ class DriveSimulation:
             self._wait(self.t - before)
 
     def _wait(self, seconds: float) -> None:
-        """Count how long obstacles have kept the robot from getting on, and ask again if it is long.
-
-        To be kept from getting on is to stand, or to crawl: less than a tenth of a cell in all that time.
-        """
-        one = self.settings
-        step = 0.1 * min(self.scene.grid.resolution, self.scene.robot.v_max * one.patience)
-        if self.s - self._anchor > step or self.s < self._anchor:
-            self._anchor, self._stood, self._waited = self.s, 0.0, 0.0
-        if self._news and self.v == 0.0:
+        """Ask again, or give up, when obstacles have kept the robot from getting on for long."""
+        one, waiting = self.settings, self.waiting
+        kept = waiting.count(self.s, self.decision.cause, seconds)
+        if self.v > 0.0:
+            return
+        if self._news:
             self._replan("An update of the map blocks cells.")
-        elif self.decision.cause in _WAITS and not self._news:
-            if self._waited == 0.0 and self.v == 0.0:
+        elif kept:
+            if not waiting.told:
+                waiting.told = True
                 self.log.tell(self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.about)
-            self._stood += seconds
-            self._waited += seconds
-            if self.v > 0.0:
-                return
-            if self._waited > one.give_up:
-                self._end(
-                    Outcome.BLOCKED,
-                    f"Waited {self._waited:.4g} s at {self._here()}; the limit is {one.give_up:g} s.",
-                )
-            elif self._stood >= one.patience - 1e-9:
-                self._replan(f"Asked again after {self._stood:.4g} s without getting on.")
+            if waiting.waited > one.give_up:
+                where = f"at {self._here()}; the limit is {one.give_up:g} s"
+                self._end(Outcome.BLOCKED, f"Waited {waiting.waited:.4g} s {where}.")
+            elif waiting.stood >= one.patience - 1e-9:
+                self._replan(f"Asked again after {waiting.stood:.4g} s without getting on.")
 
     def _here(self) -> str:
         x, y = self.xy

@@ -199,6 +199,7 @@ class Watch:
     ----------
     last : the last message that was trusted.
     blocked : cells that messages said are blocked, in order.
+    since : since when each obstacle has been where it is, seconds, (m,).
     """
 
     resolution: float
@@ -207,6 +208,7 @@ class Watch:
     noise: float = 0.0
     last: Told | None = None
     blocked: list[Cell] = field(default_factory=list)
+    since: Floats = field(default_factory=lambda: np.zeros(0))
 
     def hear(self, now: float, messages: list[Told], robot: tuple[float, float], moving: bool) -> str:
         """Take in the messages of this period; what is wrong with them, or an empty string.
@@ -217,10 +219,22 @@ class Watch:
         for message in reversed(messages):
             why = self._judge(now, message, robot, moving)
             if not why:
+                self._note(message)
                 self.last = message
                 self.blocked += [c for c in message.blocked if c not in self.blocked]
                 break
         return why
+
+    def _note(self, m: Told) -> None:
+        """Remember since when each obstacle has been where it is."""
+        n = 0 if self.last is None else len(self.last.xy)
+        since = np.full(len(m.xy), m.stamp)
+        if self.last is not None and n:
+            away = (m.xy[:n] - self.last.xy) * self.resolution
+            limit = 2.0 * self.noise + 1e-9
+            stays = (away * away).sum(axis=1) <= limit * limit
+            since[:n] = np.where(stays, self.since[:n], m.stamp)
+        self.since = since
 
     def _judge(self, now: float, m: Told, robot: tuple[float, float], moving: bool) -> str:
         if not math.isfinite(m.stamp):

@@ -12,9 +12,19 @@ from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planners.base import Planner
 from lampyris.sim.feed import Told
-from lampyris.sim.leg import Ceiling, Leg, Smooth, closed_cells, curve_from, leg_of, nearest_cell, standing
+from lampyris.sim.leg import (
+    Ceiling,
+    Leg,
+    Smooth,
+    closed_cells,
+    comfort,
+    curve_from,
+    leg_of,
+    nearest_cell,
+    standing,
+)
 from lampyris.sim.sources import stream
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Floats
 
 
 class Guide:
@@ -41,7 +51,7 @@ class Guide:
 
     def first(self, told: Told) -> Plan:
         """The first plan, with the obstacles where they are."""
-        return self._ask(self.scene.start, told)
+        return self._ask(self.scene.start, closed_cells(self.scene, told))
 
     def without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
@@ -50,13 +60,22 @@ class Guide:
         self._count(plan, began)
         return plan
 
-    def again(self, xy: tuple[float, float], told: Told | None) -> Plan:
-        """A plan from where the robot stands."""
+    def again(self, xy: tuple[float, float], told: Told | None, reaction: float) -> tuple[Plan, Curve | None]:
+        """A plan from where the robot stands, and its way; None if there is none that can be driven.
+
+        First one that passes the obstacles around it at a distance at which it need not crawl; if there is
+        none, at half of that; or else one that only misses them.
+        """
         self.replans += 1
-        nobody: Cell = (-1, -1)
-        return self._ask(
-            nearest_cell(self.scene, self._free, xy, closed_cells(self.scene, told, nobody)), told
-        )
+        wide = comfort(self.scene, told, xy, reaction)
+        for more in (wide, 0.5 * wide, None) if wide is not None else (None,):
+            shut = closed_cells(self.scene, told, more)
+            cell = nearest_cell(self.scene, self._free, xy, shut)
+            plan = self._ask(cell, shut)
+            curve = self.curve(plan, xy, told, more) if plan else None
+            if curve is not None:
+                break
+        return plan, curve
 
     def update(self, cells: list[Cell]) -> bool:
         """Take in blocked cells of the map; whether any is new."""
@@ -69,10 +88,12 @@ class Guide:
                 self._free[y, x] = False
         return bool(fresh)
 
-    def curve(self, plan: Plan, xy: tuple[float, float], told: Told | None) -> Curve | None:
+    def curve(
+        self, plan: Plan, xy: tuple[float, float], told: Told | None, more: Floats | None = None
+    ) -> Curve | None:
         """The way of a plan from where the robot stands; None if it cannot be driven from there."""
         try:
-            return curve_from(plan, self.scene, xy, told, self.smooth, self.blocked)
+            return curve_from(plan, self.scene, xy, told, self.smooth, self.blocked, more)
         except SettingError:
             return None
 
@@ -85,9 +106,9 @@ class Guide:
         x, y = self.scene.start
         return self.leg(standing(self.scene, (float(x), float(y))), ceiling)
 
-    def _ask(self, robot: Cell, told: Told | None) -> Plan:
+    def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
         began = time.perf_counter()
-        shut = closed_cells(self.scene, told, robot)
+        shut -= {robot}
         plan = self.session.plan(Change(robot=robot, obstacles=shut, blocked=tuple(self._untold)))
         self._untold.clear()
         self._count(plan, began)

@@ -83,23 +83,44 @@ def standing(scene: Scene, xy: tuple[float, float]) -> Curve:
     return Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), xy, scene.grid.resolution)
 
 
-def closed_cells(scene: Scene, told: Told | None, own: Cell) -> frozenset[Cell]:
-    """Every cell at whose centre the robot would touch an obstacle as told; its own cell left out."""
-    return _cells_within(scene, told, scene.robot.radius) - {own}
+def comfort(scene: Scene, told: Told | None, xy: tuple[float, float], reaction: float) -> Floats | None:
+    """How far a way should pass each obstacle near ``xy``, so that the robot need not crawl there; (m,).
+
+    At so many metres it may drive at three tenths of its top speed: in ``T + 0.3 v_max / d_max`` seconds it
+    stands, and so far does the obstacle come. 0 for obstacles that are four times as far away: they will be
+    elsewhere. None if nobody is near.
+    """
+    if told is None or not len(told.xy) or not np.isfinite(told.xy).all():
+        return None
+    robot = scene.robot
+    wide: Floats = told.top_speed * (reaction + 0.3 * robot.v_max / robot.d_max)
+    away = (told.xy - xy) * scene.grid.resolution
+    gap = np.sqrt((away * away).sum(axis=1)) - told.radius - robot.radius
+    wide = np.where(gap < 4.0 * wide, wide, 0.0)
+    return wide if wide.any() else None
 
 
-def _cells_within(scene: Scene, told: Told | None, more: float) -> frozenset[Cell]:
+def closed_cells(scene: Scene, told: Told | None, more: Floats | None = None) -> frozenset[Cell]:
+    """Every cell at whose centre the robot would touch an obstacle as told, or come nearer than ``more``."""
+    return _cells_within(scene, told, scene.robot.radius, more)
+
+
+def _cells_within(
+    scene: Scene, told: Told | None, reach: float, more: Floats | None = None
+) -> frozenset[Cell]:
+    """The cells whose centres are nearer than so many metres to an obstacle's rim, and those it is on."""
     grid, cells = scene.grid, set()
     if told is None:
         return frozenset()
-    for (x, y), radius in zip(told.xy.tolist(), told.radius.tolist(), strict=True):
+    wide = told.radius + reach if more is None else told.radius + reach + more
+    for (x, y), metres in zip(told.xy.tolist(), wide.tolist(), strict=True):
         if not (math.isfinite(x) and math.isfinite(y)):
             continue
-        reach = (radius + more) / grid.resolution
+        far = metres / grid.resolution
         cells.add((math.floor(x + 0.5), math.floor(y + 0.5)))
-        for cy in range(math.ceil(y - reach), math.floor(y + reach) + 1):
-            for cx in range(math.ceil(x - reach), math.floor(x + reach) + 1):
-                if (cx - x) * (cx - x) + (cy - y) * (cy - y) < reach * reach - 1e-9:
+        for cy in range(math.ceil(y - far), math.floor(y + far) + 1):
+            for cx in range(math.ceil(x - far), math.floor(x + far) + 1):
+                if (cx - x) * (cx - x) + (cy - y) * (cy - y) < far * far - 1e-9:
                     cells.add((cx, cy))
     return frozenset(c for c in cells if grid.contains(c))
 
@@ -156,11 +177,12 @@ def curve_from(
     told: Told | None,
     smooth: Smooth,
     blocked: Sequence[Cell] = (),
+    more: Floats | None = None,
 ) -> Curve:
-    """The curve of a plan, begun where the robot is; it keeps off the cells where obstacles are said to be.
+    """The curve of a plan, begun where the robot is; it keeps off the cells of obstacles, and of ``more``.
 
-    Without the obstacles a shortcut would lead right through the one that the plan goes round. Where the
-    robot stands too near to one for that, they are left out: nobody is run into for it, it only takes longer.
+    Without the obstacles a shortcut would lead right through the one that the plan goes round. Cells that the
+    robot's own disc touches are left out, or there would be no way at all.
 
     Raises
     ------
@@ -169,17 +191,17 @@ def curve_from(
     points, grid = points_of(plan, xy), scene.grid
     if len(points) < 2:
         return standing(scene, (float(points[0, 0]), float(points[0, 1])))
-    own = tuple(points[0].tolist())
-    near = scene.robot.radius / grid.resolution + 1.5
-    taken = list(blocked) + [
-        c
-        for c in sorted(_cells_within(scene, told, 0.0))
-        if max(abs(c[0] - own[0]), abs(c[1] - own[1])) > near and not grid.blocked[c[1], c[0]]
-    ]
+    x, y = xy
+    radius = scene.robot.radius / grid.resolution
+    taken = list(blocked)
+    for cx, cy in sorted(_cells_within(scene, told, 0.0, more)):
+        gx, gy = max(abs(cx - x) - 0.5, 0.0), max(abs(cy - y) - 0.5, 0.0)
+        if gx * gx + gy * gy > radius * radius and not grid.blocked[cy, cx]:
+            taken.append((cx, cy))
     if taken:
         shut = grid.blocked.copy()
-        for x, y in taken:
-            shut[y, x] = True
+        for cx, cy in taken:
+            shut[cy, cx] = True
         try:
             return roomy_curve(points, replace(grid, blocked=shut), scene.robot, smooth)
         except SettingError:

@@ -1,0 +1,345 @@
+"""Drives in continuous time: nobody is driven into, everybody arrives, and the story is the motion."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from sim_planners import Breadth, Scripted, fail, grid_of
+
+from lampyris import api
+from lampyris.errors import SceneError, SettingError, UsageError
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome
+from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
+from lampyris.motion.laws import LAWS
+from lampyris.planners.ad_gso import AdGso
+from lampyris.planners.astar import AStar
+from lampyris.planners.theta_star import ThetaStar
+from lampyris.referee import check_drive
+from lampyris.referee.drive import measure
+from lampyris.sim.cutting import Cutter
+from lampyris.sim.drive import DriveSimulation, drive
+
+ROOM = grid_of(*["." * 16] * 16)
+LANE = grid_of("." * 20)
+
+
+def random_run(seed, law="physical", **settings):
+    """A small random map with everything that moves; None where the obstacles do not fit."""
+    rng = np.random.default_rng(seed)
+    h, w = rng.integers(8, 20, 2)
+    blocked = rng.random((h, w)) < rng.choice([0.0, 0.1, 0.2])
+    resolution = float(rng.choice([0.1, 0.5, 1.0]))
+    free = np.argwhere(~blocked)
+    (sy, sx), (gy, gx), *others = free[rng.integers(len(free), size=5)].tolist()
+    robot = Robot(
+        radius=float(rng.choice([0, 0.2, 0.45, 0.6])) * resolution,
+        v_max=float(rng.uniform(0.2, 2)),
+        a_max=float(rng.uniform(0.2, 2)),
+        d_max=float(rng.uniform(0.3, 2)),
+        lat_max=float(rng.uniform(0.3, 2)),
+        turn_radius=float(rng.choice([0, 0, 0.5])) * resolution,
+    )
+    rate = None if rng.random() < 0.5 else 0.5
+    spec = [RandomWalk(int(rng.integers(0, 5)), rate=rate, radius=float(rng.choice([0, 0.4])) * resolution)]
+    if rng.random() < 0.4:
+        spec.append(Crossing(int(rng.integers(1, 3))))
+    if rng.random() < 0.4:
+        spec.append(Patrol(tuple((x, y) for y, x in others)))
+    cutters = [Cutter(float(rng.uniform(0.2, 2)), count=int(rng.integers(0, 3)), wait=5.0)]
+    moves = str(rng.choice(["octile", "dissertation"]))
+    planner = (AStar(), ThetaStar(), AdGso())[int(rng.integers(3))]
+    speed = float(rng.uniform(0.2, 1.5)) * robot.v_max
+    scene = Scene(Grid(blocked, resolution=resolution), (sx, sy), (gx, gy), moves, robot, tuple(spec))
+    try:
+        return drive(
+            scene,
+            planner,
+            law=law,
+            seed=seed,
+            sources=cutters,
+            obstacle_speed=speed,
+            time_limit=90.0,
+            give_up=30.0,
+            **settings,
+        )
+    except SceneError:
+        return None
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_ours_drives_into_nobody(seed):
+    run = random_run(seed)
+    if run is not None:
+        assert check_drive(run) is None
+        assert run.outcome is not Outcome.COLLISION
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS if law not in ("physical", "blind")])
+def test_every_law_drives_as_it_is_told(law):
+    """The referee sees every drive; only our laws promise not to collide."""
+    ends = []
+    for seed in range(100, 105):
+        run = random_run(seed, law)
+        if run is not None:
+            assert check_drive(run) is None
+            assert run.law == law
+            ends.append(run.outcome)
+    if law not in ("dissertation", "rpp", "constant", "optimum"):
+        assert Outcome.COLLISION not in ends
+
+
+@pytest.mark.parametrize("know", ["velocities", "tracks"])
+def test_more_knowledge_is_no_danger(know):
+    for seed in range(8):
+        run = random_run(seed, know=know)
+        if run is not None:
+            assert check_drive(run) is None
+            assert run.outcome is not Outcome.COLLISION
+
+
+def test_known_noise_is_no_danger():
+    for seed in range(8):
+        run = random_run(seed, noise=0.05)
+        if run is not None:
+            assert check_drive(run) is None
+            assert run.outcome is not Outcome.COLLISION
+
+
+def test_who_minds_nobody_collides():
+    """The same runs with the time optimum: the adversary is one."""
+    ends = [run.outcome for seed in range(40) if (run := random_run(seed, "optimum")) is not None]
+    assert ends.count(Outcome.COLLISION) >= 4
+
+
+def test_an_empty_room_is_driven_in_nearly_the_best_time():
+    robot = Robot(radius=0.2, v_max=1.3, a_max=0.4, d_max=0.9)
+    run = drive(Scene(ROOM, (0, 0), (15, 9), robot=robot), AStar())
+    assert run.outcome is Outcome.ARRIVED
+    assert run.optimum <= run.duration <= run.optimum + 0.5
+    assert run.duration == pytest.approx(measure(run)["duration"])
+    assert (run.at(np.array([run.duration]))[0] == (15.0, 9.0)).all()
+    assert run.v[-1] == 0.0
+    assert [m.word for m in run.moments] == ["arrive"]
+    assert set(run.cause) <= {"acceleration", "limit", "braking", "goal", "curvature"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_states_are_those_recorded(seed):
+    """Step by step beside the whole story: places, speeds, obstacles."""
+    spec = (RandomWalk(4), Crossing(2))
+    scene = Scene(ROOM, (0, 0), (15, 15), robot=Robot(radius=0.3, v_max=1.2), traffic=spec)
+    one = DriveSimulation(scene, AStar(), seed=seed, on_hit="go-on", sources=[Cutter(0.8)])
+    states = []
+    while one.outcome is None:
+        one.step()
+        places = [] if one.t == 0 else one.others.truth(one.t).xy.tolist()
+        states.append((one.t, one.xy, one.v, places))
+    run = one.drive()
+    t = np.array([s[0] for s in states])
+    xy, v = run.at(t)
+    assert np.abs(xy - np.array([s[1] for s in states])).max() < 1e-9
+    assert np.abs(v - np.array([s[2] for s in states])).max() < 1e-9
+    for body, track in enumerate(run.tracks):
+        assert np.abs(track.at(t) - np.array([s[3][body] for s in states])).max() < 1e-9
+    assert check_drive(run) is None
+
+
+def same(a, b):
+    for f in fields(a):
+        left, right = getattr(a, f.name), getattr(b, f.name)
+        if isinstance(left, np.ndarray):
+            assert left.tobytes() == right.tobytes(), f.name
+        elif f.name in ("cause", "outcome", "detail", "moments", "replans", "error"):
+            assert left == right, f.name
+    for p, q in zip(a.tracks, b.tracks, strict=True):
+        assert p.t.tobytes() == q.t.tobytes()
+        assert p.xy.tobytes() == q.xy.tobytes()
+
+
+@pytest.mark.parametrize("settings", [{}, {"tracking": "velocity", "delay": 0.2}, {"noise": 0.05}])
+def test_the_same_seed_gives_the_same_bytes(settings):
+    for seed in range(3):
+        a, b = random_run(seed, **settings), random_run(seed, **settings)
+        assert (a is None) == (b is None)
+        if a is not None:
+            same(a, b)
+
+
+def test_limits_hold_at_every_instant():
+    run = next(
+        r for seed in range(9, 40) if (r := random_run(seed)) is not None and r.arrived and r.duration > 5
+    )
+    robot = run.scene.robot
+    t = np.linspace(0, run.duration, 20_001)
+    xy, v = run.at(t)
+    dt = t[1] - t[0]
+    assert v.max() <= robot.v_max * (1 + 1e-9)
+    change = np.diff(v) / dt
+    assert change.max() <= robot.a_max + 1e-6
+    assert change.min() >= -robot.d_max - 1e-6
+    moved = np.sqrt((np.diff(xy, axis=0) ** 2).sum(axis=1)) * run.scene.grid.resolution
+    assert (moved <= np.maximum(v[:-1], v[1:]) * dt + 1e-9).all()
+
+
+# ---- contacts --------------------
+
+
+def test_a_hit_ends_the_drive_or_is_told():
+    """An obstacle that does not yield comes along a lane and runs over the robot, which cannot give way."""
+    track = Recorded(tuple((x, 0) for x in range(19, -1, -1)))
+    scene = Scene(LANE, (0, 0), (10, 0), robot=Robot(radius=0.3), traffic=(track,))
+    run = drive(scene, AStar())
+    assert run.outcome is Outcome.HIT
+    assert run.v[-1] == 0.0
+    assert check_drive(run) is None
+    run = drive(scene, AStar(), on_hit="go-on")
+    assert [m.word for m in run.moments].count("hit") == 1
+    assert check_drive(run) is None
+    # It stays at its last cell, on the robot's start; the robot has gone nowhere and must not move.
+    assert run.outcome in (Outcome.BLOCKED, Outcome.ARRIVED)
+
+
+def test_a_blind_law_collides_at_the_instant_of_contact():
+    wall = Recorded(((12, 0),))
+    scene = Scene(LANE, (0, 0), (19, 0), robot=Robot(radius=0.3, v_max=2.0, a_max=2.0), traffic=(wall,))
+    planner = Scripted((lambda s, c: Breadth().open(s, None).plan(None),))
+    run = drive(scene, planner, law="optimum")
+    assert run.outcome is Outcome.COLLISION
+    assert run.at(np.array([run.duration]))[0][0, 0] == pytest.approx(12 - 0.8, abs=1e-6)
+    assert run.moments[-1].word == "contact"
+    assert check_drive(run) is None
+    ours = drive(scene, planner, time_limit=40.0)
+    assert ours.outcome in (Outcome.BLOCKED, Outcome.TIMEOUT)
+    assert ours.at(np.array([ours.duration]))[0][0, 0] < 12 - 0.8
+    assert check_drive(ours) is None
+
+
+# ---- endings --------------------
+
+
+@pytest.mark.parametrize(
+    ("rows", "outcome"),
+    [
+        (("#.#.", "..#."), Outcome.START_OCCUPIED),
+        (("..#.", "..##"), Outcome.GOAL_OCCUPIED),
+        (("..#.", "..#."), Outcome.NO_PATH),
+    ],
+)
+def test_what_never_can_be_driven(rows, outcome):
+    run = drive(Scene(grid_of(*rows), (0, 0), (3, 1)), Breadth())
+    assert run.outcome is outcome
+    assert run.duration == 0.0
+    assert run.curves == ()
+    assert run.optimum is None
+    assert check_drive(run) is None
+
+
+def test_start_on_the_goal():
+    run = drive(Scene(ROOM, (3, 3), (3, 3), traffic=(RandomWalk(3),)), AStar())
+    assert run.outcome is Outcome.ARRIVED
+    assert run.duration == 0.0
+    assert check_drive(run) is None
+
+
+def test_a_planner_that_finds_nothing_is_asked_again():
+    spec = (RandomWalk(1),)
+    planner = Scripted((fail(), lambda s, c: Breadth().open(s, None).plan(None)))
+    run = drive(Scene(ROOM, (0, 0), (9, 9), traffic=spec), planner, patience=1.0, time_limit=5.0)
+    assert run.outcome is Outcome.NO_PATH or run.replans >= 1
+    stuck = Scripted((fail(), lambda s, c: Breadth().open(s, None).plan(None), fail()))
+    run = drive(Scene(ROOM, (0, 0), (9, 9), traffic=spec), stuck, patience=1.0, give_up=4.0)
+    assert run.outcome is Outcome.BLOCKED
+    assert 4.0 <= run.duration <= 4.3
+    assert run.replans == 4
+    assert "Waited" in run.sentence
+
+
+def test_somebody_in_the_way_is_driven_round():
+    """An obstacle comes to stand on the way; after the patience the robot plans round it."""
+    ahead = Recorded(((8, 3), (8, 4), (8, 5), (8, 6), (8, 7), (8, 8)))
+    scene = Scene(ROOM, (1, 8), (15, 8), robot=Robot(radius=0.3), traffic=(ahead,))
+    run = drive(scene, AStar(), patience=2.0)
+    assert run.outcome is Outcome.ARRIVED
+    assert run.replans == 1
+    assert len(run.curves) == 2
+    assert {"wait", "replan", "arrive"} <= {m.word for m in run.moments}
+    assert check_drive(run) is None
+
+
+def test_the_time_limit():
+    run = drive(Scene(ROOM, (0, 0), (15, 15)), AStar(), time_limit=3.0)
+    assert run.outcome is Outcome.TIMEOUT
+    assert run.duration == pytest.approx(3.0)
+    assert check_drive(run) is None
+
+
+def test_a_story_can_be_told_at_any_time():
+    one = DriveSimulation(Scene(ROOM, (0, 0), (15, 15), traffic=(RandomWalk(3),)), AStar())
+    for _ in range(20):
+        one.step()
+    run = one.drive()
+    assert run.outcome is Outcome.TIMEOUT
+    assert check_drive(run) is None
+
+
+def test_appearing_obstacles_are_told_of():
+    scene = Scene(ROOM, (0, 0), (15, 15), traffic=(RandomWalk(6, rate=0.4),))
+    run = drive(scene, AStar(), seed=3)
+    appeared = [m for m in run.moments if m.word == "appear"]
+    assert [m.body for m in appeared] == list(range(len(run.tracks)))
+    assert check_drive(run) is None
+
+
+# ---- the front door --------------------
+
+
+def test_the_front_door():
+    run = api.drive(Scene(ROOM, (0, 0), (15, 15)), "astar", RandomWalk(3), 1, patience=3.0)
+    assert run.outcome is Outcome.ARRIVED
+    assert len(run.tracks) == 3
+    assert {"total_s", "planning_s", "referee_s"} <= set(run.timing)
+    with pytest.raises(SettingError, match="SETTING"):
+        api.drive(Scene(ROOM, (0, 0), (15, 15)), "astar", foo=1)
+    with pytest.raises(UsageError, match="did you mean physical"):
+        api.drive(Scene(ROOM, (0, 0), (15, 15)), "astar", law="phisical")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("period", 0.0),
+        ("period", float("nan")),
+        ("delay", -1.0),
+        ("know", "everything"),
+        ("tracking", "perfekt"),
+        ("on_hit", None),
+        ("patience", True),
+        ("time_limit", "long"),
+        ("smooth", "clothoids"),
+    ],
+)
+def test_settings_that_are_none(name, value):
+    with pytest.raises(SettingError, match=f"DRIVE_SETTING.*{name}"):
+        drive(Scene(ROOM, (0, 0), (1, 0)), AStar(), **{name: value})
+
+
+def test_a_setting_that_a_drive_does_not_have():
+    with pytest.raises(SettingError, match="did you mean patience"):
+        drive(Scene(ROOM, (0, 0), (1, 0)), AStar(), pacience=1.0)
+    with pytest.raises(SettingError, match="SEED"):
+        drive(Scene(ROOM, (0, 0), (1, 0)), AStar(), seed=-1)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("block", range(20))
+def test_ours_drives_into_nobody_a_thousand_times(block):
+    for seed in range(1000 + 50 * block, 1050 + 50 * block):
+        run = random_run(seed)
+        if run is not None:
+            assert check_drive(run) is None
+            assert run.outcome is not Outcome.COLLISION
