@@ -205,6 +205,36 @@ def test_paths_are_relative_to_the_file() -> None:
     assert lampyris.load_scenario("runs/s.yaml", allow_outside=True) == completed(x)
 
 
+def test_zones_and_drives_are_saved_and_are_part_of_what_decides() -> None:
+    grid = lampyris.load_grid("guide")
+    zones = np.full((10, 10), np.inf)
+    zones[2:5] = 0.5
+    np.save("z.npy", zones)
+    robot = lampyris.Robot(lat_max=0.3, turn_radius=0.2, jerk_max=2.0)
+    scene = lampyris.Scene(grid, (0, 9), (7, 0), robot=robot, zones=zones)
+    drive = {"period": 0.2, "know": "velocities"}
+    law = {"law": "blind", "law_settings": {"blind.reach": 4.0}}
+    x = lampyris.Scenario(scene, **law, map=Bundled("guide"), zones="z.npy", drive=drive)  # type: ignore[arg-type]
+    for ending in (".yaml", ".json"):
+        assert lampyris.save_scenario(x, f"s{ending}") == ()
+        y = lampyris.load_scenario(f"s{ending}")
+        assert y == completed(x)
+        assert y.scene.robot == robot
+        assert y.scene.zones is not None
+        assert (y.scene.zones == zones).all()
+        assert (y.law_settings["blind.reach"], y.law_settings["three_speed"]) == (4.0, None)
+    assert x != replace(x, drive=None)
+    assert x != replace(x, drive={"period": 0.3})
+    assert x != replace(x, scene=replace(scene, zones=None))
+    assert x != replace(x, scene=replace(scene, zones=np.where(zones < 1, 0.4, zones)))
+    Path("in").mkdir()
+    assert lampyris.save_scenario(x, "in/s.yaml") == (
+        "the file of zones is outside the scenario's folder: running the scenario needs --allow-outside",
+    )
+    with pytest.raises(LampyrisError, match=r"ZONES.*in no file.*Scenario\.zones"):
+        lampyris.save_scenario(replace(x, zones=None), "t.yaml")
+
+
 @pytest.mark.parametrize("ending", [".yaml", ".json"])
 def test_what_cannot_be_saved_is_said(ending: str) -> None:
     free = np.zeros((2, 3), bool)
