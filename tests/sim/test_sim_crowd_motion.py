@@ -88,22 +88,25 @@ def test_far_from_the_robot_it_is_the_tick_model(seed):
 
 @pytest.mark.parametrize("seed", range(30))
 def test_who_yields_never_runs_into_a_robot_that_stands(seed):
-    """A robot that drives and stands at random, in a small room full of walkers and patrols."""
+    """A robot that drives through a small room full of walkers and patrols, and stands now and then."""
     rng = np.random.default_rng(seed)
-    grid = Grid(np.zeros((6, 8), dtype=bool), resolution=1.0)
+    grid = Grid(np.zeros((5, 14), dtype=bool), resolution=1.0)
     robot = Robot(radius=float(rng.choice([0.0, 0.2, 0.45])), v_max=1.0)
-    spec = (RandomWalk(4), Patrol(((0, 5), (7, 5), (7, 0))), RandomWalk(1, radius=0.7))
-    scene = Scene(grid, (3, 2), (7, 2), robot=robot, traffic=spec)
+    spec = (RandomWalk(8), Patrol(((1, 4), (12, 4), (12, 0), (1, 0))), RandomWalk(1, radius=0.7))
+    scene = Scene(grid, (0, 2), (13, 2), robot=robot, traffic=spec)
     roster = Roster()
     crowd = CrowdMotion(float(rng.choice([0.3, 1.0, 3.0])), seed).open(scene, roster)
-    route = line((3.0, 2.0), (1.0, 0.0), 4.0)
-    s, v, stood = 0.0, 0.0, {}
+    route = line((0.0, 2.0), (1.0, 0.0), 13.0)
+    s, v, clear, until, push = 0.0, 0.0, {}, 0, 0.5
     for k in range(400):
         t, end = k * 0.1, (k + 1) * 0.1
-        a = float(rng.uniform(-1.0, 0.5)) if s < 3.0 else -1.0
-        going = Going(route, split(t, end, s, v, a, None))
+        if k >= until:
+            until, push = k + int(rng.integers(3, 25)), float(rng.choice([0.5, 0.5, -1.0, -1.0]))
+        going = Going(route, split(t, end, s, v, push if v < 1.0 or push < 0.0 else 0.0, None))
         legs = crowd.advance(t, end, going)
         s, v = going.stretches[-1].after(end)
+        if s > 12.0:
+            break
         for row in legs:
             body = int(row[0])
             reach = (roster.radius[body] + robot.radius) - 1e-9
@@ -111,12 +114,9 @@ def test_who_yields_never_runs_into_a_robot_that_stands(seed):
                 when = row[1] + u * (row[2] - row[1])
                 where, fast = going.at(when)
                 gap = np.hypot(*(row[3:5] + row[5:7] * (when - row[1]) - route.at(where))) - reach
-                if fast > 0.0:
-                    stood[body] = gap > 0.0
-                else:
-                    # Once clear of a robot that stands, it stays clear.
-                    assert gap > 0.0 or not stood.get(body, True)
-                    stood[body] = gap > 0.0
+                # Once clear of a robot that stands, it stays clear.
+                assert fast > 0.0 or gap > 0.0 or not clear.get(body, True)
+                clear[body] = gap > 0.0
 
 
 def test_who_is_halted_goes_back_and_who_waits_goes_on():
