@@ -143,6 +143,24 @@ def test_who_is_halted_goes_back_and_who_waits_goes_on():
     assert min(seen[70:]) < 2.1  # then came again
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_a_patrol_that_is_cut_off_at_the_end_of_its_route_keeps_to_it(seed):
+    """A robot that jumps to and fro in front of it; the patrol is late, turns, goes back, at any time."""
+    rng = np.random.default_rng(seed)
+    scene = Scene(
+        grid_of("....."), (0, 0), (4, 0), robot=Robot(radius=0.2), traffic=(Patrol(((3, 0), (1, 0))),)
+    )
+    route, roster = line((0.0, 0.0), (1.0, 0.0), 4.0), Roster()
+    crowd = CrowdMotion(1.0, 0).open(scene, roster)
+    shuttle = crowd.crowd.drivers[0]
+    for k in range(600):
+        t, end = k * 0.1, (k + 1) * 0.1
+        place = float(rng.choice([0.0, 1.6, 2.4, 4.0]))
+        crowd.advance(t, end, Going(route, [Stretch(t, end, place, 0.0, 0.0)]))
+        assert shuttle.route[shuttle.at] == crowd.world.where[0]
+        assert 0.9 <= roster.corners[0][-1][1] <= 3.1
+
+
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), "fast", True])
 def test_speeds_that_are_none(speed):
     with pytest.raises(SettingError, match="OBSTACLE_SPEED"):

@@ -300,7 +300,9 @@ class RunningCrowd:
             self._came[body] = number
             for driver in self.crowd.drivers:
                 if isinstance(driver, Shuttle) and driver.body == body:
-                    driver.at -= driver.ahead
+                    # It may have turned round at the end of its route meanwhile: asked is where it came from.
+                    before = driver.at - 1
+                    driver.at = before if before >= 0 and driver.route[before] == came else driver.at + 1
 
     def _see(self, t: float, going: Going) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
