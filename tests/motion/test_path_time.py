@@ -178,13 +178,13 @@ def test_it_waits_slows_down_or_passes_first() -> None:
     chased = Track(np.array([0.0, 4.0]), np.array([(-4.0, 0.0), (0.0, 0.0)]), 0.25, 1.0)
     waiting = through_tracks(course, cap, ROBOT, [chased, across(3.0, 8.0, 0.1)])
     k = waiting.cause.index("wait")
-    assert waiting.why(k) == "wait 1"
+    assert waiting.why(k) == "wait for obstacle 1"
     assert 0.4 < waiting.s[k] < 2.501
     # Somewhere to wait that is not the start, for so long that no speed can be held.
     gate = Track(np.array([0.0, 60.0, 61.0]), np.array([(5.0, 0.3), (5.0, 0.3), (5.0, 9.0)]), 0.25, 9.0)
     stood = through_tracks(course, cap, ROBOT, [chased, gate])
     k = stood.cause.index("wait")
-    assert stood.why(k) == "wait 1"
+    assert stood.why(k) == "wait for obstacle 1"
     assert stood.s[k] == stood.s[k + 1]
     assert stood.t[k + 1] - stood.t[k] > 5.0
     slowed = through_tracks(course, cap, ROBOT, [across(5.0, 4.9)], v0=1.0)

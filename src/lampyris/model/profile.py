@@ -87,4 +87,6 @@ def reason(cause: tuple[str, ...], about: NDArray[np.int64], k: int) -> str:
     word, of = cause[k], int(about[k])
     if of < 0:
         return word
-    return f"braking for node {of} ({cause[of]})" if word == "braking" else f"{word} {of}"
+    if word == "braking":
+        return f"braking for node {of} ({cause[of]})"
+    return f"wait for obstacle {of}" if word == "wait" else f"{word} {of}"
