@@ -10,6 +10,7 @@ from sim_planners import Breadth, Scripted, fail, grid_of
 
 from lampyris import api
 from lampyris.errors import SceneError, SettingError, UsageError
+from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -19,10 +20,12 @@ from lampyris.motion.laws import LAWS
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
 from lampyris.planners.theta_star import ThetaStar
-from lampyris.referee import check_drive
+from lampyris.referee import check_curve, check_drive
 from lampyris.referee.drive import measure
 from lampyris.sim.cutting import Cutter
 from lampyris.sim.drive import DriveSimulation, drive
+from lampyris.sim.feed import Told
+from lampyris.sim.leg import closed_cells, curve_from
 
 ROOM = grid_of(*["." * 16] * 16)
 LANE = grid_of("." * 20)
@@ -217,6 +220,27 @@ def test_a_blind_law_collides_at_the_instant_of_contact():
     assert ours.outcome in (Outcome.BLOCKED, Outcome.TIMEOUT)
     assert ours.at(np.array([ours.duration]))[0][0, 0] < 12 - 0.8
     assert check_drive(ours) is None
+
+
+# ---- ways --------------------
+
+
+def test_a_way_round_obstacles_keeps_off_walls():
+    """What stands beside the plan's own lines must be no leave to graze walls elsewhere."""
+    judged = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        grid = Grid(rng.random((12, 12)) < 0.15)
+        scene = Scene(grid, (0, 0), (11, 11), robot=Robot(radius=float(rng.choice([0.3, 0.5, 0.7]))))
+        n = int(rng.integers(1, 6))
+        told = Told(0.0, rng.uniform(0, 11, (n, 2)), np.full(n, 0.5), np.ones(n))
+        shut = closed_cells(scene, told) - {(0, 0)}
+        plan = AStar().open(scene, rng).plan(Change(robot=(0, 0), obstacles=shut))
+        if plan:
+            curve = curve_from(plan, scene, (0.0, 0.0), told, "arcs")
+            assert check_curve(curve, grid, scene.robot, plan.path.cells.astype(float)) is None
+            judged += 1
+    assert judged >= 12
 
 
 # ---- endings --------------------

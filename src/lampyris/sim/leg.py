@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -24,7 +25,7 @@ from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import curve_of
 from lampyris.motion.refine import refined
-from lampyris.sim.cutting import line_is_clear
+from lampyris.sim.cutting import line_is_clear, square_distances
 from lampyris.sim.feed import Told
 from lampyris.sim.going import Route
 from lampyris.typing import BoolGrid, Cell, Floats, Points
@@ -182,7 +183,8 @@ def curve_from(
     """The curve of a plan, begun where the robot is; it keeps off the cells of obstacles, and of ``more``.
 
     Without the obstacles a shortcut would lead right through the one that the plan goes round. Cells that the
-    robot's own disc touches are left out, or there would be no way at all.
+    robot would touch on the plan's own lines are left out: a curve may come as near to walls as those lines
+    do, and obstacles must be no leave to come near to real ones.
 
     Raises
     ------
@@ -191,13 +193,8 @@ def curve_from(
     points, grid = points_of(plan, xy), scene.grid
     if len(points) < 2:
         return standing(scene, (float(points[0, 0]), float(points[0, 1])))
-    x, y = xy
-    radius = scene.robot.radius / grid.resolution
-    taken = list(blocked)
-    for cx, cy in sorted(_cells_within(scene, told, 0.0, more)):
-        gx, gy = max(abs(cx - x) - 0.5, 0.0), max(abs(cy - y) - 0.5, 0.0)
-        if gx * gx + gy * gy > radius * radius and not grid.blocked[cy, cx]:
-            taken.append((cx, cy))
+    cells = [c for c in sorted(_cells_within(scene, told, 0.0, more)) if not grid.blocked[c[1], c[0]]]
+    taken = [*blocked, *_off(points, cells, scene.robot.radius / grid.resolution)]
     if taken:
         shut = grid.blocked.copy()
         for cx, cy in taken:
@@ -207,6 +204,22 @@ def curve_from(
         except SettingError:
             pass
     return roomy_curve(points, grid, scene.robot, smooth)
+
+
+def _off(points: Points, cells: list[Cell], radius: float) -> list[Cell]:
+    """Those cells whose squares are at least ``radius`` cells from every line between two points."""
+    if not cells:
+        return []
+    xy = np.array(cells, dtype=np.float64)
+    least = np.full(len(cells), np.inf)
+    for a, b in pairwise(points.tolist()):
+        reach = radius + 1.0
+        near = np.abs(xy[:, 0] - 0.5 * (a[0] + b[0])) < 0.5 * abs(a[0] - b[0]) + reach
+        near &= np.abs(xy[:, 1] - 0.5 * (a[1] + b[1])) < 0.5 * abs(a[1] - b[1]) + reach
+        if near.any():
+            squared = square_distances((a[0], a[1]), (b[0], b[1]), xy[near, 0], xy[near, 1])
+            least[near] = np.minimum(least[near], squared)
+    return [c for c, d in zip(cells, least.tolist(), strict=True) if d > radius * radius]
 
 
 def roomy_curve(points: Points, grid: Grid, robot: Robot, smooth: Smooth) -> Curve:
