@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -65,6 +66,25 @@ def random_case(rng: np.random.Generator, n: int | None = None) -> Case:
     return Case(s, [("limit", np.full(n, top)), ("curvature", bend)], a, d, stop)
 
 
+def halted(rng: np.random.Generator, case: Case) -> Case:
+    """Stops in a row and beside the ends; caps of 0 where the robot stands anyway."""
+    n, stop, bend = len(case.s), case.stop.copy(), case.caps[1][1].copy()
+    if n > 2 and rng.random() < 0.2:
+        k = int(rng.choice([1, int(rng.integers(1, n - 1)), n - 2]))
+        stop[k : min(k + int(rng.integers(1, 4)), n - 1)] = True
+    if rng.random() < 0.3:
+        still = stop.copy()
+        still[[0, -1]] = True
+        bend[still & (rng.random(n) < 0.5)] = 0.0
+    return case._replace(caps=[case.caps[0], ("curvature", bend)], stop=stop)
+
+
+def shut(case: Case) -> bool:
+    """Whether nothing may move at either node of an edge."""
+    still = (case.least == 0.0).tolist()
+    return any(here and there for here, there in itertools.pairwise(still))
+
+
 def refusal(case: Case, v0: float) -> SettingError:
     with pytest.raises(SettingError) as raised:
         case.made(v0=v0)
@@ -75,10 +95,16 @@ def refusal(case: Case, v0: float) -> SettingError:
 def judge_profiles(seed: int, count: int) -> dict[str, int]:
     """Random profiles from rest, at the exact limit, an ulp beyond it, and clearly beyond."""
     rng = np.random.default_rng(seed)
-    seen = dict.fromkeys(("rest", "limit", "ulp beyond", "one node", "two nodes", "stops", "refused"), 0)
+    kinds = ("rest", "limit", "ulp beyond", "one node", "two nodes", "stops", "stops in a row", "zero caps")
+    seen = dict.fromkeys((*kinds, "refused", "shut"), 0)
     for _ in range(count):
-        case = random_case(rng)
+        case = halted(rng, random_case(rng))
         n = len(case.s)
+        if shut(case):
+            with pytest.raises(SettingError, match="PROFILE_BLOCKED"):
+                case.made()
+            seen["shut"] += 1
+            continue
         kind = ("rest", "below", "limit", "ulp beyond")[int(rng.integers(4))]
         v0 = 0.0
         if kind != "rest":
@@ -103,6 +129,8 @@ def judge_profiles(seed: int, count: int) -> dict[str, int]:
             ("one node", n == 1),
             ("two nodes", n == 2),
             ("stops", case.stop.any()),
+            ("stops in a row", (case.stop[1:] & case.stop[:-1]).any()),
+            ("zero caps", not case.least.all()),
         ):
             if met and key in seen:
                 seen[key] += 1

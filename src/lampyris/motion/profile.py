@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, UsageError
 from lampyris.kernels.speed import ACCELERATION, BRAKING, brake_floor, clock, sweep
 from lampyris.motion.jerk import limited, rest_to_rest
 from lampyris.motion.lowest import GOAL, JERK, START, TURN, CapLike, Lowest
@@ -78,9 +78,9 @@ def feasible_profile(
     Parameters
     ----------
     s : metres along the path, strictly rising; shape (n,), n >= 1.
-    caps : :class:`lampyris.motion.cap.Cap` or (cause, m/s) pairs, at least one; without ``start``, ``goal``
-        and ``turn``, which are added here. In the order of ties. 0 is allowed at the two ends only, where
-        the robot may stand, and at stops.
+    caps : :class:`lampyris.motion.cap.Cap` or (cause, m/s) pairs; without ``start``, ``goal`` and ``turn``,
+        which are added here. In the order of ties; none: a_max and d_max alone. 0 is allowed at the two ends
+        only, where the robot may stand, and at stops, and not at both nodes of an edge.
     a_max, d_max : m/s2, > 0.
     v0 : m/s at the first node, >= 0.
     on_infeasible : what to do with a v0 too fast for the caps or the way that is left. ``raise`` refuses.
@@ -110,9 +110,14 @@ def feasible_profile(
     Raises
     ------
     SettingError : ``PROFILE_INFEASIBLE`` with the distance that v0 needs and the distance there is, and the
-        greatest start speed; ``PROFILE_BLOCKED``: a cap of 0 on the way; ``START_SPEED``,
-        ``PROFILE_SPACING``, ``PROFILE_LIMIT``.
+        greatest start speed; ``PROFILE_BLOCKED``: a cap of 0 on the way, or at both nodes of an edge;
+        ``START_SPEED``, ``PROFILE_SPACING``, ``PROFILE_LIMIT``.
+    UsageError : ``ON_INFEASIBLE``: neither of the two words.
     """
+    if on_infeasible not in get_args(OnInfeasible):
+        raise UsageError(
+            "ON_INFEASIBLE", f"{on_infeasible!r}", where="on_infeasible", allowed="raise or brake"
+        )
     v0 = start_speed(v0)
     s = np.asarray(s, dtype=np.float64)
     ds = _edges(s)
@@ -230,7 +235,7 @@ def _checked(
             raise SettingError(
                 "PROFILE_LIMIT", f"{np.shape(values)} values", where=name, allowed=f"one a node: {len(s)}"
             )
-    low = lowest(caps)
+    low = lowest(caps or [("limit", np.full(len(s), np.inf))])
     _limit("a_max", a_max)
     _limit("d_max", d_max)
     bad = ~((low.v >= _SMALL) | (low.v == 0.0))
@@ -244,8 +249,8 @@ def _checked(
         )
     shut = (low.v == 0.0) & ~halt
     shut[[0, -1]] = False
-    if len(s) == 2 and not low.v.any():
-        shut[1] = True
+    # Nothing can be driven between two nodes where nothing may move, though it may stand at either.
+    shut[1:] |= (low.v[1:] == 0.0) & (low.v[:-1] == 0.0)
     if shut.any():
         k = int(shut.argmax())
         raise SettingError(
@@ -253,7 +258,8 @@ def _checked(
             f"the robot may not drive at node {k}, {float(s[k] - s[0]):.6g} m from the start: "
             f"0 m/s for the cause {_told(low, k)}",
             where="path",
-            allowed="a speed above 0 everywhere but at the ends and where the robot stops to turn",
+            allowed="a speed above 0 everywhere but at the ends and where the robot stops to turn, "
+            "and at one node of each edge",
             todo="plan another way, or wait",
         )
     return low

@@ -97,7 +97,12 @@ class Foresight:
         if not tracks or len(course) < 3:
             return None
         squares = np.interp(state.s + course.s, leg.nodes, leg.squares)
-        squares[0], squares[-1] = max(float(squares[0]), state.v * state.v), 0.0
+        squares[0] = max(float(squares[0]), state.v * state.v)
+        # It stands at the end of what it looks at and where it turns, whatever the cap there. One of 0 at
+        # both would forbid the edge between them.
+        halts = np.append(np.flatnonzero(course.stop), len(course) - 1)
+        beside = np.pad(squares, 1)
+        squares[halts] = np.maximum(squares, np.maximum(beside[2:], beside[:-2]))[halts]
         cap: Floats = np.sqrt(squares)
         try:
             made = through_tracks(course, cap, robot, tracks, margin=state.noise, v0=state.v)

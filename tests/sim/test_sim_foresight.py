@@ -1,0 +1,45 @@
+"""Foresight looks at pieces of the way that end beside a stop, or between stops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from lampyris import Robot, Scene, api
+from lampyris.cli.request import TrafficRequest
+from lampyris.errors import LampyrisError
+from lampyris.maps.load import load_map
+from lampyris.model.drive import Drive
+from lampyris.model.trace import Outcome
+from lampyris.sim import foresight
+
+
+def driven(seed: int) -> Drive:
+    """A robot that turns on the spot again and again among fast obstacles whose velocities it knows."""
+    document = load_map("env-1")
+    scene = Scene(document.grid, (11, 8), (21, 45), robot=Robot(radius=0.4, turn_radius=2.0))
+    traffic = TrafficRequest(16, "mixed", None, 0.0, ()).traffic(scene.grid, seed)
+    return api.drive(
+        replace(scene, traffic=traffic), seed=seed, know="velocities", on_hit="go-on", obstacle_speed=2.0
+    )
+
+
+@pytest.mark.parametrize("seed", [1, 3, 4])
+def test_an_end_beside_a_stop_is_no_bar(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    true, refused, beside = foresight.through_tracks, [], 0
+
+    def watched(course: Any, cap: Any, *rest: Any, **more: Any) -> Any:
+        nonlocal beside
+        beside += bool(course.stop[-2])
+        try:
+            return true(course, cap, *rest, **more)
+        except LampyrisError as fault:
+            refused.append(str(fault))
+            raise
+
+    monkeypatch.setattr(foresight, "through_tracks", watched)
+    assert driven(seed).outcome is Outcome.ARRIVED
+    assert beside > 0
+    assert not [told for told in refused if "for the cause limit" in told]
