@@ -152,7 +152,7 @@ def test_where_the_command_can_be_followed_it_is_the_speed() -> None:
     command_ = np.minimum.reduce([v for _, v in made.caps])
     followed = np.array([c in ("limit", "curvature", "clearance", "approach") for c in made.cause])
     assert followed.sum() > 0.9 * len(course)
-    np.testing.assert_allclose(made.v[1:][followed[1:]], command_[:-1][followed[1:]], rtol=1e-12)
+    np.testing.assert_allclose(made.v[followed], command_[followed], rtol=1e-12)
     assert {"limit", "curvature", "approach", "start", "goal"} <= set(made.cause)
     assert made.v[-1] == 0.0
 
@@ -186,6 +186,53 @@ def test_it_stands_where_the_course_says_and_keeps_the_robots_limits() -> None:
         assert (made.v <= min(0.5, scene.robot.v_max)).all()
         assert made.v[-1] == 0.0
     assert stops > 8
+
+
+def test_cause_and_cap_agree_and_braking_says_where_it_ends() -> None:
+    """At every node of random courses: the cap that is named is met, and braking is that for its node."""
+    rng = np.random.default_rng(11)
+    met = {"command": 0, "halt": 0, "nothing": 0}
+    for k in range(150):
+        course, scene = random_course(rng)
+        if k % 3 == 0:
+            scene = replace(scene, robot=replace(scene.robot, d_max=0.1))
+        desired = float(rng.uniform(0.3, 3.0))
+        v0 = 0.0 if k % 2 else min(0.2, scene.robot.v_max)
+        try:
+            made = laws.profile(course, scene, law=Rpp(desired=desired), v0=v0)
+        except SettingError:
+            continue
+        caps, x, d_max = dict(made.caps), made.v**2, scene.robot.d_max
+        least = np.minimum.reduce(list(caps.values()))
+        for i, cause in enumerate(made.cause):
+            of = int(made.about[i])
+            assert cause == "braking" or of == -1
+            if cause in caps:
+                assert made.v[i] == pytest.approx(caps[cause][i], rel=1e-6)
+                assert caps[cause][i] == least[i]
+            elif cause == "acceleration":
+                assert made.v[i] <= least[i] * (1 + 1e-9)
+            elif cause == "braking" and of < 0:
+                assert made.v[i] > least[i]
+                met["nothing"] += 1
+            elif cause == "braking":
+                assert of > i
+                assert set(made.cause[i:of]) == {"braking"}
+                halt = made.cause[of] in ("turn", "goal")
+                assert halt or made.cause[of] in caps
+                fall = 2 * d_max * (course.s[of] - course.s[i])
+                # The last edge before a command is met may be driven gentler.
+                assert x[i] <= (x[of] + fall) * (1 + 1e-9)
+                met["halt" if halt else "command"] += 1
+    assert min(met.values()) > 20, met
+
+
+def test_hard_braking_past_a_halt_is_told() -> None:
+    course = bent(0.3)
+    made = laws.profile(course, scene_of(course), law="rpp", v0=9.0, on_infeasible="brake")
+    assert made.v[-1] > 0.0
+    assert set(made.cause[1:]) == {"braking"}
+    assert set(made.about.tolist()) == {-1}
 
 
 def test_a_start_too_fast_for_the_goal_is_refused_and_for_a_command_is_not() -> None:

@@ -46,6 +46,7 @@ def motion(rng: np.random.Generator) -> Numbers:
 
 def judge(made: Numbers, **more: Any) -> str | None:
     found = check_motion(**(made | more))
+    assert "np." not in str(found)
     return None if found is None else found.rule
 
 

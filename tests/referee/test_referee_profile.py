@@ -30,6 +30,7 @@ ROBOTS = (
 
 def judge(profile: Profile, path: Path, scene: Scene, **more: Any) -> str | None:
     verdict = check_profile(profile, path, scene, **more)
+    assert "np." not in str(verdict)
     return None if verdict is None else verdict.rule
 
 

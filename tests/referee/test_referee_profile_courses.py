@@ -48,6 +48,7 @@ def profile(numbers: dict[str, Any], **more: Any) -> Profile:
 
 def judge(made: Profile, way: Path | None, scene: Scene, **more: Any) -> str | None:
     found = check_profile(made, way, scene, **more)
+    assert "np." not in str(found)
     return None if found is None else found.rule
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion import laws
 from lampyris.motion.course import Course
+from lampyris.motion.jerk import jerks
 from lampyris.typing import Floats
 
 _ROUNDING = 1e-9
@@ -31,7 +33,8 @@ class Entry:
     mean : m/s: the way's length over its duration; 0 where there is no way.
     peak_accel, peak_braking : m/s2, the greatest of each; 0 where there is none.
     peak_lateral : m/s2: the greatest ``v^2 kappa``. A course without a curve has no curvature.
-    broken : which of the robot's limits it breaks: ``acceleration``, ``braking``, ``lateral``, ``v_max``.
+    broken : which of the robot's limits it breaks: ``acceleration``, ``braking``, ``lateral``, ``v_max``, and
+        ``jerk`` if it has one.
     ratio : of its duration to that of the time optimum; 1 where there is no way.
     """
 
@@ -87,6 +90,7 @@ def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Ent
         "braking": (float(max(-profile.a.min(), 0.0)), robot.d_max),
         "lateral": (float(lateral.max()) if len(lateral) else 0.0, robot.lat_max),
         "v_max": (float(profile.v.max()), robot.v_max),
+        "jerk": (jerk_of(profile), math.inf if robot.jerk_max is None else robot.jerk_max),
     }
     return Entry(
         profile.law,
@@ -111,3 +115,18 @@ def lateral_of(profile: Profile, course: Course) -> Floats:
     fast = np.maximum(profile.v[1:], profile.v[:-1])
     out: Floats = fast * fast * np.abs(course.curve.curvature[piece])
     return out
+
+
+def jerk_of(profile: Profile) -> float:
+    """The greatest jerk of a profile, m/s3, as :mod:`lampyris.motion.jerk` has it; 0 where it never moves.
+
+    An edge from rest to rest has that of the gentlest motion that takes its time. A wait is one node.
+    """
+    fresh = np.append(True, np.diff(profile.s) > 0.0)
+    s, v = profile.s[fresh], profile.v[fresh]
+    if len(s) < 2:
+        return 0.0
+    ds, took = np.diff(s), np.diff(profile.t)[fresh[1:]]
+    rest = (v[1:] == 0.0) & (v[:-1] == 0.0)
+    hops = 32.0 * ds[rest] / took[rest] ** 3
+    return max(float(jerks(ds, v).max()), float(hops.max(initial=0.0)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -212,10 +212,12 @@ def rpp_profile(
 ) -> Profile:
     """The commands of Regulated Pure Pursuit, followed as well as the robot's acceleration and braking allow.
 
-    The command at a node is that of the place where the robot is: nothing ahead is braked for before it is
-    commanded, so that the robot may be faster at a bend or a wall than the command there. The goal, and
-    places where it must turn on the spot, are braked for in time: Nav2 leaves that to its goal checker and to
-    turning in place. ``previous`` says nothing here.
+    The speed at a node is the command there, or what comes nearest to it from the speed at the node before:
+    nothing farther ahead is braked for, so that the robot may be faster at a bend or a wall than the command
+    there. The goal, and places where it must turn on the spot, are braked for in time: Nav2 leaves that to
+    its goal checker and to turning in place. ``about`` of a braking node: where the braking ends, because
+    the command is met or the robot stands; -1 where the command rises again before that. ``previous`` says
+    nothing here.
 
     Raises
     ------
@@ -224,24 +226,35 @@ def rpp_profile(
     course = way if isinstance(way, Course) else course_of_path(way, scene.grid.resolution)
     commands = rpp_commands(course, scene, law, as_cells(obstacles), movers)
     low = lowest(commands)
-    v, cause = _tracked(course, low.v, low.words, scene, start_speed(v0))
+    followed = _tracked(course, low.v, low.words, scene, start_speed(v0))
     robot = scene.robot
     made = feasible_profile(
         course.s,
-        [Cap("limit", v)],
+        [Cap("limit", followed.v)],
         a_max=robot.a_max,
         d_max=robot.d_max,
         v0=v0,
         on_infeasible=on_infeasible,
         stop=course.stop,
     )
+    # A start too fast for the next halt, if it may be so, is braked for as hard as can be, past the halt.
+    hard = made.v > np.where(course.stop, 0.0, followed.v) * (1.0 + 1e-9)
+    hard[0] = False
+    cause = tuple("braking" if over else why for over, why in zip(hard, followed.cause, strict=True))
+    about = np.where(hard, made.about, followed.about)
     caps = tuple((cap.cause, cap.v) for cap in commands)
-    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", caps=caps, xy=places(way))
+    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", about, caps, places(way))
 
 
-def _tracked(
-    course: Course, command: Floats, words: tuple[str, ...], scene: Scene, v0: float
-) -> tuple[Floats, tuple[str, ...]]:
+class _Tracked(NamedTuple):
+    """Speeds that may be driven, but at halts, their causes, and the nodes that are braked for."""
+
+    v: Floats
+    cause: list[str]
+    about: NDArray[np.int64]
+
+
+def _tracked(course: Course, command: Floats, words: tuple[str, ...], scene: Scene, v0: float) -> _Tracked:
     """Speeds that follow the command from behind, and why; the next halt is braked for at the last moment."""
     s, robot, n = course.s, scene.robot, len(course)
     halts = np.append(np.flatnonzero(course.stop), n - 1)
@@ -253,7 +266,7 @@ def _tracked(
     x, cause = [v0 * v0], ["start"]
     for i in range(n - 1):
         most, least = x[i] + up[i], x[i] - down[i]
-        at, why = wanted[i], words[i]
+        at, why = wanted[i + 1], words[i + 1]
         if at > most:
             at, why = most, "acceleration"
         elif at < least:
@@ -264,7 +277,22 @@ def _tracked(
         cause.append(why)
     if n > 1:
         cause[-1] = "goal"
-    # The caps of a way that stands still at both ends of its only edge are the commands.
-    x[-1] = x[-1] if n > 2 else wanted[-1]
+    # It stands there anyway. What it is commanded there bounds edges from rest to rest.
+    for k in halts.tolist():
+        x[k] = wanted[k]
     x[0] = max(x[0], wanted[0])
-    return np.sqrt(np.maximum(x, 0.0)), tuple(cause)
+    return _Tracked(np.sqrt(np.maximum(x, 0.0)), cause, _braked_for(cause))
+
+
+def _braked_for(cause: list[str]) -> NDArray[np.int64]:
+    """For each braking node the one whose command or halt ends the braking; (n,).
+
+    -1 where there is none: the command rose again before it was met.
+    """
+    about, met = np.full(len(cause), -1, dtype=np.int64), -1
+    for k in range(len(cause) - 1, -1, -1):
+        if cause[k] == "braking":
+            about[k] = met
+        else:
+            met = -1 if cause[k] == "acceleration" else k
+    return about

@@ -41,7 +41,7 @@ def check_caps(
     """
     length = curve.length
     if abs(profile.s[-1] - length) > ROUNDING * max(1.0, length):
-        return Violation("nodes", "profile", f"{profile.s[-1]!r} m long; the curve is {length!r} m")
+        return Violation("nodes", "profile", f"{float(profile.s[-1])!r} m long; the curve is {length!r} m")
     s, v = _fine(profile, parts)
     xy = curve.at(s)[0]
     robot = scene.robot
@@ -99,4 +99,4 @@ def _first(rule: str, s: Floats, v: Floats, most: Floats, who: str) -> Violation
     if not bad.any():
         return None
     k = int(bad.argmax())
-    return Violation(rule, f"at {s[k]:g} m", f"{v[k]!r} m/s; {who} allows {most[k]!r}")
+    return Violation(rule, f"at {s[k]:g} m", f"{float(v[k])!r} m/s; {who} allows {float(most[k])!r}")

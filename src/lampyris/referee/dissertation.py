@@ -30,7 +30,9 @@ def check_dissertation(profile: Profile, path: Path, scene: Scene, v0: float) ->
         return found
     v = profile.v
     if v[0] > v0 * (1 + ROUNDING):
-        return Violation("start", "node 0", f"{v[0]!r} at the start; the robot drives {v0!r} there")
+        return Violation(
+            "start", "node 0", f"{float(v[0])!r} at the start; the robot drives {float(v0)!r} there"
+        )
     give = ROUNDING * _TOP
     cells = path.cells.astype(np.int64)
     d = cells[1:] - cells[:-1]
@@ -41,35 +43,47 @@ def check_dissertation(profile: Profile, path: Path, scene: Scene, v0: float) ->
     count = np.arange(len(v), dtype=np.float64)
     return (
         first(
-            "acceleration", ~(dv <= rise + give), lambda k: f"rises by {dv[k]!r}; {rise[k]:g} at most", "edge"
+            "acceleration",
+            ~(dv <= rise + give),
+            lambda k: f"rises by {float(dv[k])!r}; {rise[k]:g} at most",
+            "edge",
         )
         or first(
-            "braking", ~(-dv <= _BRAKE + give), lambda k: f"falls by {-dv[k]!r}; {_BRAKE:g} at most", "edge"
+            "braking",
+            ~(-dv <= _BRAKE + give),
+            lambda k: f"falls by {float(-dv[k])!r}; {_BRAKE:g} at most",
+            "edge",
         )
         or first(
-            "angle", _shift(~(inner <= angle + give)), lambda k: f"{v[k]!r}; the bend allows {angle[k - 1]:g}"
+            "angle",
+            _shift(~(inner <= angle + give)),
+            lambda k: f"{float(v[k])!r}; the bend allows {angle[k - 1]:g}",
         )
         or first(
-            "ring", _shift(~(inner <= ring + give)), lambda k: f"{v[k]!r}; the walls allow {ring[k - 1]:g}"
+            "ring",
+            _shift(~(inner <= ring + give)),
+            lambda k: f"{float(v[k])!r}; the walls allow {ring[k - 1]:g}",
         )
         or first(
             "a",
             ~(np.abs(profile.a[:-1] - dv) <= give),
-            lambda k: f"a is {profile.a[k]!r}, v changes by {dv[k]!r}",
+            lambda k: f"a is {float(profile.a[k])!r}, v changes by {float(dv[k])!r}",
         )
         or first(
             "a", np.append(np.zeros(len(dv), np.bool_), profile.a[-1] != 0), lambda k: "must be 0 at the end"
         )
-        or first("time", ~(profile.t == count), lambda k: f"t is {profile.t[k]!r} after {k} transfers")
+        or first("time", ~(profile.t == count), lambda k: f"t is {float(profile.t[k])!r} after {k} transfers")
     )
 
 
 def _ends(profile: Profile) -> Violation | None:
     v = profile.v
     bad = ~((v >= 0) & (v <= _TOP * (1 + ROUNDING)))
-    found = first("speed", bad, lambda k: f"{v[k]!r} {profile.units}; allowed 0 to {_TOP:g}")
+    found = first("speed", bad, lambda k: f"{float(v[k])!r} {profile.units}; allowed 0 to {_TOP:g}")
     if found is None and len(v) > 1 and v[-1] != 0:
-        found = Violation("goal", f"node {len(v) - 1}", f"{v[-1]!r} {profile.units} at the goal; must be 0")
+        found = Violation(
+            "goal", f"node {len(v) - 1}", f"{float(v[-1])!r} {profile.units} at the goal; must be 0"
+        )
     return found
 
 

@@ -109,27 +109,29 @@ class _Motion:
         """Distances rise, but for waits."""
         s = self.s
         return first(
-            "s", ~(self.ds >= 0), lambda k: f"s falls from {s[k]!r} to {s[k + 1]!r}", "edge"
+            "s", ~(self.ds >= 0), lambda k: f"s falls from {float(s[k])!r} to {float(s[k + 1])!r}", "edge"
         ) or first(
             "s",
             self.wait & ~(self.rest & (self.a[:-1] == 0)),
-            lambda k: f"two nodes at {s[k]!r} m, where the robot does not stand",
+            lambda k: f"two nodes at {float(s[k])!r} m, where the robot does not stand",
             "edge",
         )
 
     def speeds(self) -> Violation | None:
         v = self.v
         bad = ~((v >= 0) & (v <= self.v_max * (1 + self.tol)))
-        return first("speed", bad, lambda k: f"{v[k]!r} m/s; allowed 0 to {self.v_max:g}")
+        return first("speed", bad, lambda k: f"{float(v[k])!r} m/s; allowed 0 to {self.v_max:g}")
 
     def ends(self, v0: float | None) -> Violation | None:
         """It stands at the last node, nothing follows, and it begins with the speed it has."""
         v, last = self.v, f"node {len(self.v) - 1}"
         if v[-1] != 0:
-            return Violation("goal", last, f"{v[-1]!r} m/s at the goal; must be 0")
+            return Violation("goal", last, f"{float(v[-1])!r} m/s at the goal; must be 0")
         if v0 is not None and abs(v[0] - v0) > self.tol * v0:
             return Violation(
-                "start", "node 0", f"{v[0]!r} m/s at the start; the robot drives {v0!r} m/s there"
+                "start",
+                "node 0",
+                f"{float(v[0])!r} m/s at the start; the robot drives {float(v0)!r} m/s there",
             )
         return None
 
@@ -141,7 +143,9 @@ class _Motion:
 
         def needs(k: int) -> str:
             rate = (x1[k] - x0[k]) / (2 * ds[k])
-            return f"from {v[k]!r} to {v[k + 1]!r} m/s in {ds[k]:g} m needs {rate!r} m/s2"
+            return (
+                f"from {float(v[k])!r} to {float(v[k + 1])!r} m/s in {ds[k]:g} m needs {float(rate)!r} m/s2"
+            )
 
         over = x1 - x0 > 2 * self.a_max * ds + give
         under = x0 - x1 > 2 * self.d_max * ds + give
@@ -150,11 +154,15 @@ class _Motion:
         found = (
             first("acceleration", over, lambda k: f"{needs(k)}; a_max is {self.a_max:g}", "edge")
             or first("braking", under, lambda k: f"{needs(k)}; d_max is {self.d_max:g}", "edge")
-            or first("a", wrong, lambda k: f"a is {a[k]!r}; {needs(k)}", "edge")
-            or first("a", outside, lambda k: f"a is {a[k]!r}; allowed {-self.d_max!r} to {self.a_max!r}")
+            or first("a", wrong, lambda k: f"a is {float(a[k])!r}; {needs(k)}", "edge")
+            or first(
+                "a", outside, lambda k: f"a is {float(a[k])!r}; allowed {-self.d_max!r} to {self.a_max!r}"
+            )
         )
         if found is None and a[-1] != 0:
-            found = Violation("a", f"node {len(a) - 1}", f"a is {a[-1]!r} where no step follows; must be 0")
+            found = Violation(
+                "a", f"node {len(a) - 1}", f"a is {float(a[-1])!r} where no step follows; must be 0"
+            )
         return found
 
     def caps(self, names: list[str], limits: list[Floats]) -> Violation | None:
@@ -162,7 +170,7 @@ class _Motion:
         v = self.v
         for name, cap in zip(names, limits, strict=True):
             bad = ~(v <= cap * (1 + self.tol))
-            found = first(name, bad, lambda k, cap=cap: f"{v[k]!r} m/s; allowed {cap[k]!r}")  # type: ignore[misc]
+            found = first(name, bad, lambda k, cap=cap: f"{float(v[k])!r} m/s; allowed {float(cap[k])!r}")  # type: ignore[misc]
             if found is not None:
                 return found
         return None
@@ -176,7 +184,7 @@ class _Motion:
         """The clock begins at 0, strictly rises, and each edge takes as long as it must."""
         t = self.t
         if t[0] != 0:
-            return Violation("time", "node 0", f"t begins at {t[0]!r}; must be 0")
+            return Violation("time", "node 0", f"t begins at {float(t[0])!r}; must be 0")
         took, dt = np.diff(t), self.durations()
         # How far a clock that must rise may have run ahead of edges too short for it.
         short = np.cumsum(dt <= 4 * EPSILON * t[1:])
@@ -184,17 +192,19 @@ class _Motion:
         total = np.cumsum(dt)
         sums = 4 * EPSILON * len(t) * total
         found = (
-            first("time", ~(took > 0), lambda k: f"t goes from {t[k]!r} to {t[k + 1]!r}", "edge")
+            first(
+                "time", ~(took > 0), lambda k: f"t goes from {float(t[k])!r} to {float(t[k + 1])!r}", "edge"
+            )
             or first(
                 "time",
                 ~(np.abs(took - dt) <= self.tol * dt + give),
-                lambda k: f"{took[k]!r} s for an edge that takes {dt[k]!r} s",
+                lambda k: f"{float(took[k])!r} s for an edge that takes {float(dt[k])!r} s",
                 "edge",
             )
             or first(
                 "time",
                 ~(np.abs(t[1:] - total) <= self.tol * total + sums),
-                lambda k: f"t is {t[k + 1]!r} after edges that take {total[k]!r} s together",
+                lambda k: f"t is {float(t[k + 1])!r} after edges that take {float(total[k])!r} s together",
                 "edge",
             )
         )
@@ -206,7 +216,7 @@ class _Motion:
                 least = max(least, (32 * float(self.ds[k]) / jerk_max) ** (1 / 3))
             if not took[k] >= least * (1 - max(self.tol, 1e-12)) - give[k]:
                 return Violation(
-                    "time", f"edge {k}", f"{took[k]!r} s from rest to rest; at least {least!r} s"
+                    "time", f"edge {k}", f"{float(took[k])!r} s from rest to rest; at least {least!r} s"
                 )
         return found
 
@@ -225,6 +235,6 @@ class _Motion:
             bad = where & ~(np.abs(change) <= jerk_max * (1 + 1e-9) * over + rough)
             if bad.any():
                 k = int(bad.argmax())
-                told = f"a changes by {change[k]!r} m/s2 in {over[k]!r} s; jerk_max is {jerk_max:g}"
-                return Violation("jerk", f"edge {k}", told)
+                told = f"a changes by {float(change[k])!r} m/s2 in {float(over[k])!r} s"
+                return Violation("jerk", f"edge {k}", f"{told}; jerk_max is {jerk_max:g}")
         return None

@@ -45,8 +45,9 @@ def check_profile(
 
     Rules: ``nodes``, ``law``, ``s``; for the dissertation's law ``speed``, ``goal``, ``start``,
     ``acceleration``, ``braking``, ``angle``, ``ring``, ``a``, ``time``; for every other those of
-    :func:`lampyris.referee.motion.check_motion` with the robot's limits, to 1e-12, and the caps of the law in
-    :data:`LAWS`, such as ``clearance``. The first broken one is told, at its first node.
+    :func:`lampyris.referee.motion.check_motion` with the robot's limits, to 1e-12 (that on jerk where the law
+    promises it: all but those of :data:`JERKY`), and the caps of the law in :data:`LAWS`, such as
+    ``clearance``. The first broken one is told, at its first node.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def check_profile(
     v0 : speed at the first node, in the law's units. The dissertation's law may lower it, every other must
         keep it.
     creep : share of v_max that no wall takes away.
-    slowest : m/s, what no rule of the law goes below; None: creep.
+    slowest : m/s, what no rule of the law goes below; None: creep. Nothing is asked of a rival's.
     """
     if profile.law != "dissertation" and profile.law not in LAWS:
         return Violation("law", "profile", f"no rules are known here for a law called {profile.law!r}")
@@ -74,7 +75,8 @@ def check_profile(
     caps = [rule(profile, placed, scene, creep) for rule in LAWS[profile.law]]
     # The caps are square roots of distances that were measured by other means.
     told = [(name, cap * (1 + ROUNDING)) for name, cap in caps]
-    return check_motion(
+    jerky = profile.law in JERKY
+    found = check_motion(
         profile.s,
         profile.v,
         profile.a,
@@ -84,8 +86,11 @@ def check_profile(
         v_max=robot.v_max,
         caps=told,
         v0=v0,
-        jerk_max=robot.jerk_max,
-    ) or _dawdling(profile, scene, creep * robot.v_max if slowest is None else slowest)
+        jerk_max=None if jerky else robot.jerk_max,
+    )
+    if found is None and not jerky:
+        found = _dawdling(profile, scene, creep * robot.v_max if slowest is None else slowest)
+    return found
 
 
 def clearance_bound(profile: Profile, places: Points, scene: Scene, creep: float) -> Bound:
@@ -111,12 +116,21 @@ LAWS: Mapping[str, tuple[LawCap, ...]] = MappingProxyType(
         "rpp": (),
     }
 )
-"""Laws in SI units that can be judged, and the caps that each promises; all promise the robot's limits.
+"""Laws in SI units that can be judged, and the caps that each promises.
+
+All promise the robot's limits, but for jerk those of :data:`JERKY`.
 
 To let another law be judged: one row here. To let another cap be judged: a function like
 :func:`clearance_bound`, written from the cap's equation without looking at its code, that gives the bound at
 the nodes; name it after the cap's cause. It may look at ``profile.s``, at the places and at the scene. A cap
 that a setting turns off must not be listed, or must give infinity then: settings are not known here.
+"""
+
+
+JERKY = ("rpp",)
+"""Rivals that know neither a limit on jerk nor our creep speed.
+
+What of a limit they break, :mod:`lampyris.motion.compare` tells.
 """
 
 
@@ -153,7 +167,9 @@ def _places(profile: Profile, way: Path | None, scene: Scene) -> Points | Violat
     give = ROUNDING * (chord + float(np.abs(xy).max()) * scene.grid.resolution)
     # No way is shorter than the straight one, and an arc of half a turn is the longest between two nodes.
     bad = ~((ds >= chord - give) & (ds <= chord * (math.pi / 2) + give))
-    return first("s", bad, lambda k: f"{ds[k]!r} m for nodes {chord[k]!r} m apart", "edge") or xy
+    return (
+        first("s", bad, lambda k: f"{float(ds[k])!r} m for nodes {float(chord[k])!r} m apart", "edge") or xy
+    )
 
 
 def _places_of_cells(profile: Profile, way: Path, scene: Scene) -> Points | Violation:
@@ -170,7 +186,9 @@ def _places_of_cells(profile: Profile, way: Path, scene: Scene) -> Points | Viol
     want = np.append(0.0, np.cumsum(np.hypot(d[:, 0], d[:, 1]) * scale))
     node = np.cumsum(fresh) - 1
     bad = ~(np.abs(s - want[node]) <= ROUNDING * want[node])
-    wrong = first("s", bad, lambda k: f"s is {s[k]!r}, the path is {want[node[k]]!r} long there")
+    wrong = first(
+        "s", bad, lambda k: f"s is {float(s[k])!r}, the path is {float(want[node[k]])!r} long there"
+    )
     return wrong or way.cells[node].astype(np.float64)
 
 
@@ -183,6 +201,6 @@ def _dawdling(profile: Profile, scene: Scene, slowest: float) -> Violation | Non
         most = rest_to_rest(float(ds[k]), robot.a_max, robot.d_max, slowest)
         if robot.jerk_max is None and took[k] > most * (1 + ROUNDING) + 1e-12 * profile.t[-1]:
             return Violation(
-                "time", f"edge {k}", f"{took[k]!r} s from rest to rest; creeping takes {most!r} s"
+                "time", f"edge {k}", f"{float(took[k])!r} s from rest to rest; creeping takes {most!r} s"
             )
     return None

@@ -275,5 +275,5 @@ def _speeds(trace: Trace) -> Violation | None:
     bad = ~((v >= 0) & (v <= limit * (1 + 1e-9)))
     if bad.any():
         t = int(bad.argmax())
-        return Violation("speed", f"tick {t}", f"{v[t]!r} {trace.units}; allowed 0 to {limit:g}")
+        return Violation("speed", f"tick {t}", f"{float(v[t])!r} {trace.units}; allowed 0 to {limit:g}")
     return None
