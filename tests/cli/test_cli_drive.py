@@ -52,6 +52,27 @@ def test_a_drive_is_told_whole() -> None:
     assert r["moments"][-1]["word"] == "arrive"
 
 
+def test_a_limit_on_jerk_is_told_not_to_bind_a_drive() -> None:
+    note = "note: jerk_max binds profiles, not drives\n"
+    plain = run(*CALL, "--json", "--no-timing")
+    limited = run(*CALL, "--jerk-max", "0.1", "--save-scenario", "a.yaml", "--json", "--no-timing")
+    assert note in limited.err
+    assert note not in plain.err
+    made = json.loads(limited.out)
+    t, a = np.array(made["t"]), np.array(made["a"])
+    # A push changes from one period to the next by more than a tenth of the limit would let it.
+    assert np.abs(np.diff(a)).max() > 10 * 0.1 * np.diff(t).min()
+    assert note in run("run", "a.yaml", "--json", "--no-timing").err
+    assert "Binds profiles, not drives" in " ".join(run("drive", "--help").out.split())
+
+
+@pytest.mark.parametrize("more", [("--smooth", "none"), ("--obstacles", "10", "--chart", "drive.png")])
+def test_what_the_readme_drives(more: tuple[str, ...]) -> None:
+    """Corners without arcs, and a way round that once ran nearer to a wall than the robot's radius."""
+    r = told("drive", "env-3", "--resolution", "0.25", "--radius", "0.15", *more)
+    assert (r["outcome"], r["v"][-1]) == ("arrived", 0)
+
+
 def test_saved_and_run_again_it_is_the_same_to_the_byte() -> None:
     words = (*CALL, "--law", "rpp", "--know", "velocities", "--tracking", "velocity", "--delay", "0.1")
     done = run(*words, "--save-scenario", "a.yaml", "--json", "--no-timing")

@@ -56,7 +56,7 @@ def _settings(how: Mapping[str, Any]) -> Settings:
 
 def run(scenario: Scenario, out: Outputs) -> int:
     """Drive what a scenario says, and tell of it. Returns the exit code."""
-    verbs.remarks((*scenario.notes, *about(scenario.scene)))
+    verbs.remarks((*scenario.notes, *about(scenario.scene), *_unheld(scenario)))
     with verbs._counting("driving", "s", quiet=out.json) as second:
         done: Any = scenarios.run(scenario, progress=second)
     story: Drive = done
@@ -73,6 +73,11 @@ def run(scenario: Scenario, out: Outputs) -> int:
         speed_show.drive(story, name=scenario.name)
         speed_show.written(out.film, out.chart, out.csv, out.save)
     return 0 if story.arrived else NO_ANSWER
+
+
+def _unheld(scenario: Scenario) -> tuple[str, ...]:
+    """Limits of the robot that a drive does not hold: it has one acceleration a period."""
+    return () if scenario.scene.robot.jerk_max is None else ("jerk_max binds profiles, not drives",)
 
 
 def _write(story: Drive, out: Outputs) -> None:
