@@ -51,7 +51,7 @@ def test_a_smooth_profile_is_that_of_the_course() -> None:
     plan, scene = case("env-1", 0.25, radius=0.05, turn_radius=0.1)
     course = api.course(plan, scene, spacing=0.05)
     assert np.diff(course.s).max() <= 0.05 * (1 + 1e-12)
-    made = api.profile(plan, scene, smooth="arcs", spacing=0.05)
+    made = api.profile(plan, scene, smooth="taut", spacing=0.05)
     assert made.v.tolist() == api.profile(course, scene).v.tolist()
     lines = api.profile(plan, scene, smooth="none")
     assert lines.xy is None
@@ -62,12 +62,18 @@ def test_a_polyline_from_elsewhere_is_a_way() -> None:
     plan, scene = case("guide")
     assert plan.path is not None
     points = plan.path.cells.astype(float)
-    assert api.course(points, scene).s.tolist() == api.course(plan, scene).s.tolist()
+    for smooth in ("taut", "arcs", "none"):
+        assert (
+            api.course(points, scene, smooth=smooth).s.tolist()
+            == api.course(plan, scene, smooth=smooth).s.tolist()
+        )
+    assert api.course(points, scene).s.tolist() == api.course(points, scene, smooth="arcs").s.tolist()
+    assert api.course(plan, scene).s[-1] < api.course(points, scene).s[-1]
 
 
 def test_zones_and_rules_by_name_slow_down() -> None:
     plan, scene = case("env-1", radius=0.3)
-    course = api.course(plan, scene)
+    course = api.course(plan, scene, smooth="arcs")
     free = api.profile(course, scene).duration
     zones = np.where(RNG.random(scene.grid.blocked.shape) < 0.2, 0.3, np.inf)
     slow = replace(scene, zones=zones)

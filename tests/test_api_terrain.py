@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.api import assess
 from lampyris.field.layers import moves_for
 from lampyris.field.solve import solve_field
 from lampyris.model.grid import Grid
@@ -18,6 +17,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import RandomWalk
+from lampyris.planners.assess import assess
 
 
 def rough(seed: int, moves: str, radius: float = 0.0) -> Scene:

@@ -15,14 +15,12 @@ import numpy as np
 
 from lampyris import referee
 from lampyris.errors import SettingError, UsageError
-from lampyris.field.gates import find_gates
-from lampyris.field.layers import free_cells, free_space, moves_for
-from lampyris.field.solve import solve
+from lampyris.field.layers import free_space
 from lampyris.maps.load import load_map
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
-from lampyris.model.path import Path, step_costs
+from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
@@ -31,10 +29,13 @@ from lampyris.model.trace import Trace
 from lampyris.model.traffic import Traffic
 from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
-from lampyris.motion.curve import Smooth, curve_of, polyline_of
+from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.refine import refined
+from lampyris.motion.roomy import DRAWINGS, Drawing, drawn
+from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners import registry
+from lampyris.planners.assess import assess
 from lampyris.planners.base import Budget, Planner
 from lampyris.referee.caps import check_caps
 from lampyris.referee.curve import check_curve
@@ -44,7 +45,7 @@ from lampyris.sim.drive_settings import split_settings
 from lampyris.sim.endings import why
 from lampyris.sim.feed import Feed
 from lampyris.sim.sources import Source
-from lampyris.typing import ByteGrid, Points
+from lampyris.typing import Points
 
 MAX_SEED = 2**63 - 1
 
@@ -116,43 +117,8 @@ def plan(
     return replace(found, timing=timing)
 
 
-def assess(found: Plan, scene: Scene) -> Plan:
-    """The same plan with what judges it: the optimum, the sum of cost-to-go, the gates.
-
-    Planners that know these fill them in; the rest is measured here from the exact field of the scene.
-    """
-    gates = find_gates(scene.grid, scene.robot)
-    if found.path is None:
-        return replace(found, gates_in_map=gates)
-    way = {(int(x), int(y)) for x, y in found.path.cells}
-    optimal, to_go = found.optimal_exact, found.sum_cost_to_go
-    if optimal is not None and optimal == found.path.exact and to_go is None:
-        to_go = _sum_along_optimum(found.path, scene.grid.terrain)
-    elif optimal is None or to_go is None:
-        moves = moves_for(scene)
-        free = free_cells(scene.grid, scene.robot.radius)
-        field = solve(free, moves, scene.goal, terrain=scene.grid.terrain)
-        x, y = found.path.cells[:, 0], found.path.cells[:, 1]
-        optimal = int(field.exact[y[0], x[0]])
-        to_go = float(moves.values(field.exact[y, x]).sum())
-    return replace(
-        found,
-        optimal_exact=optimal,
-        sum_cost_to_go=to_go,
-        gates_in_map=gates,
-        gates_on_path=tuple(g for g in gates if g.cell in way),
-    )
-
-
-def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
-    """Sum of cost-to-go over an optimal path: there, what is left of the path *is* the cost to go."""
-    exact = step_costs(path.cells, path.moves, terrain)
-    to_go = np.concatenate((np.cumsum(exact[::-1])[::-1], [0]))
-    return float(path.moves.values(to_go).sum())
-
-
 def course(
-    way: Plan | Path | Points, scene: Scene, *, smooth: Smooth = "arcs", spacing: float | None = None
+    way: Plan | Path | Points, scene: Scene, *, smooth: Drawing | None = None, spacing: float | None = None
 ) -> Course:
     """A way made drivable, with nodes on it where speeds are decided; re-checked by the referee.
 
@@ -160,7 +126,10 @@ def course(
     ----------
     way : a path, a plan that found one, or any polyline: float64 (n, 2), cells.
     scene : the map and the robot's radius and turning circle.
-    smooth : ``arcs``: straight lines and arcs; ``none``: the way's own lines.
+    smooth : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the way's own
+        lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
+        lines; their corners have no curvature that could slow the robot down, and are stops if it has a
+        turning circle. None: ``taut`` for a plan or a path of cells, ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell. Where the room or a zone changes
         quickly they are closer together.
 
@@ -169,8 +138,10 @@ def course(
     SettingError : a plan without a path; a way through a blocked cell or off the map; ``SPACING``.
     InternalFault : the referee refused the curve; a bug of ours.
     """
-    if smooth not in ("none", "arcs"):
-        raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed="none or arcs")
+    planned = isinstance(way, Plan | Path)
+    drawing = smooth if smooth is not None else "taut" if planned else "arcs"
+    if drawing not in DRAWINGS:
+        raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed=", ".join(DRAWINGS))
     _typed("scene", scene, Scene)
     resolution = scene.grid.resolution
     step = resolution / 4.0 if spacing is None else spacing
@@ -182,9 +153,9 @@ def course(
             where="spacing",
             allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
         )
-    points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else np.asarray(way, dtype=np.float64)
-    curve = curve_of(points, scene.grid, scene.robot, smooth=smooth)
-    referee.demand(check_curve(curve, scene.grid, scene.robot, points))
+    points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else way
+    curve, lines = drawn(points, scene.grid, scene.robot, drawing)
+    referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
     return refined(course_of(curve, float(step)), scene)
 
 
@@ -194,10 +165,11 @@ def profile(
     law: laws.SpeedLaw = "physical",
     *,
     v0: float = 0.0,
-    smooth: Smooth = "none",
+    smooth: Drawing = "none",
     spacing: float | None = None,
     movers: Movers | None = None,
     law_settings: Mapping[str, Any] | None = None,
+    tick_seconds: float | None = None,
 ) -> Profile:
     """A speed for every node of a way, each with its cause, re-checked by the referee.
 
@@ -208,10 +180,13 @@ def profile(
     law : a name, such as ``physical`` (SI units) or ``dissertation`` (velocity units; m/s on a course), or
         settings of a law.
     v0 : speed at the start, in the profile's units.
-    smooth : ``arcs``: the path is made a curve first. ``none``: a path stays one of cells.
+    smooth : ``taut`` or ``arcs``: the path is made a curve first, as :func:`course` does. ``none``: a path
+        stays one of cells.
     spacing : as for :func:`course`.
     movers : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
+    tick_seconds : seconds of a tick of the scene's recorded obstacles: a plan's cells are driven among them,
+        with waits, by ``physical`` from rest; without ``smooth``, ``spacing`` and ``movers``.
 
     Raises
     ------
@@ -223,11 +198,32 @@ def profile(
         if not isinstance(law, str):
             raise UsageError("LAW", "settings beside settings", where="law_settings", allowed="a law's name")
         law = laws.with_settings(law, law_settings)
+    if tick_seconds is not None:
+        plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
+        return _scheduled(way, scene, laws.settings_named(law), tick_seconds, plain)
     along = way if isinstance(way, Course) else _path(way)
     if isinstance(along, Path) and smooth != "none":
         along = course(along, scene, smooth=smooth, spacing=spacing)
     made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
     _judge(made, along, scene, laws.settings_named(law), v0)
+    return made
+
+
+def _scheduled(
+    way: Plan | Path | Course, scene: Scene, chosen: Any, tick_seconds: float, plain: bool
+) -> Profile:
+    """A plan's schedule driven with real accelerations, past the referee."""
+    if not (plain and isinstance(way, Plan) and isinstance(chosen, PhysicalLaw)):
+        raise UsageError(
+            "SCHEDULE",
+            "tick_seconds beside something that a schedule does not go with",
+            where="tick_seconds",
+            allowed="a plan, the law physical or a variant, no smooth, spacing, movers or v0",
+        )
+    _path(way)
+    made = scheduled_profile(way, scene, tick_seconds, law=chosen)
+    creep = chosen.creep if chosen.clearance else 1.0
+    referee.demand(referee.check_profile(made, None, scene, v0=0.0, creep=creep, slowest=LEAST))
     return made
 
 

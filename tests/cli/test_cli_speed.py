@@ -78,7 +78,7 @@ def test_a_way_may_come_from_anywhere() -> None:
     poses = [{"pose": {"position": {"x": float(r["x_m"]), "y": float(r["y_m"])}}} for r in rows]
     Path("ros.json").write_text(json.dumps({"header": {"frame_id": "map"}, "poses": poses}))
     Path("cells.csv").write_text("\n".join(f"{r['x']},{r['y']}" for r in rows))
-    records = [told(*MAP, *ENDS)]
+    records = [told(*MAP, *ENDS, "--smooth", "arcs")]
     for words in (
         ("p.csv",),
         ("p.json",),
@@ -107,6 +107,34 @@ def test_its_own_csv_is_a_way_again() -> None:
     assert np.abs(np.angle(np.exp(1j * (ahead - (yaw[1:] + yaw[:-1]) / 2)))).max() < 0.3
     again = told(*MAP, "--path", "s.csv", "--smooth", "none")
     assert again["way"]["points"] == len(rows)
+    assert (again["way"]["given_m"], again["way"]["deviation_m"]) == pytest.approx(
+        (again["way"]["length_m"], 0), abs=1e-12
+    )
+    rounded = told(*MAP, "--path", "s.csv")
+    assert rounded["way"]["length_m"] == pytest.approx(r["way"]["length_m"], rel=1e-6)
+    assert rounded["speed"]["duration"] == pytest.approx(r["speed"]["duration"], rel=0.01)
+    assert rounded["way"]["deviation_m"] < 0.01
+    assert r["way"]["smooth"] == "taut"
+    assert rounded["way"]["smooth"] == "arcs"
+    assert "way given" in run("speed", *MAP, *ENDS).out
+
+
+def test_a_loop_is_measured_as_it_is_given() -> None:
+    """Drawn taut, its start being its goal, it would be nothing."""
+    angle = np.linspace(0, 2 * np.pi, 401)
+    rows = "".join(f"{3 + np.cos(a):.15f},{2.6 + np.sin(a):.15f}\n" for a in angle)
+    Path("ring.csv").write_text("x,y\n" + rows)
+    Path("ring.txt").write_text(("." * 24 + "\n") * 20)
+    words = ("ring.txt", "--resolution", "0.25", "--path", "ring.csv", "--lat-max", "0.2")
+    ring = told(*words)
+    assert ring["way"]["length_m"] == pytest.approx(2 * np.pi, rel=1e-3)
+    assert ring["way"]["given_m"] == pytest.approx(2 * np.pi, rel=1e-3)
+    assert max(ring["speed"]["v"]) == pytest.approx(np.sqrt(0.2), rel=0.02)
+    assert "curvature" in ring["speed"]["cause"]
+    assert max(told(*words, "--smooth", "none")["speed"]["v"]) == 1
+    taut = told(*words, "--smooth", "taut")["way"]
+    assert taut["length_m"] < 0.01
+    assert taut["deviation_m"] == pytest.approx(2, rel=0.01)
 
 
 def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
@@ -123,7 +151,7 @@ def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
     assert movers["speed"]["duration"] > plain["speed"]["duration"]
     assert {k for k, c in enumerate(movers["speed"]["cause"]) if c == "moving obstacle"}
     assert "moving obstacle 1" in movers["speed"]["why"]
-    Path("m.csv").write_text("x_m,y_m,radius,top_speed\n2.5,2.2,0.2,1.0\n")
+    Path("m.csv").write_text("x_m,y_m,radius,top_speed\n2.5,1.9,0.2,1.0\n")
     done = run("speed", *MAP, *ENDS, "--movers", "m.csv")
     assert done.exit == 3
     assert "PROFILE_BLOCKED" in done.err
@@ -144,14 +172,14 @@ def test_zones_movers_and_settings_of_the_law_are_minded() -> None:
 def test_known_tracks_are_let_pass_or_passed_first() -> None:
     plain = told(*MAP, *ENDS)
     # It stands in the gap beside the wall for a while, then leaves to the left.
-    Path("t.csv").write_text("x,y\n" + "10,6\n" * 16 + "".join(f"{x},6\n" for x in range(9, 2, -1)))
+    Path("t.csv").write_text("x,y\n" + "10,7\n" * 16 + "".join(f"{x},7\n" for x in range(9, 2, -1)))
     r = told(*MAP, *ENDS, "--track", "t.csv", "--tick", "0.5")
     assert r["speed"]["duration"] > plain["speed"]["duration"] + 1
     assert "moving obstacle 0" in r["speed"]["why"]
     assert {"clearance", "limit"} <= set(r["speed"]["cause"]), "caps keep their names"
     xy, t = np.array(r["speed"]["xy"]), np.array(r["speed"]["t"])
     there = t < 7.5
-    assert np.hypot(*(xy[there] - (10, 6)).T).min() * 0.25 >= 0.125 - 1e-6, "rims do not overlap"
+    assert np.hypot(*(xy[there] - (10, 7)).T).min() * 0.25 >= 0.125 - 1e-6, "rims do not overlap"
     rest = [e["duration_s"] for e in r["laws"] if e["law"] != "physical"]
     assert rest == [e["duration_s"] for e in plain["laws"] if e["law"] != "physical"]
     # Long gone when the robot comes by.

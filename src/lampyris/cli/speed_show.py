@@ -35,12 +35,17 @@ def answer(told: Answer, *, explain: bool, all_nodes: bool) -> None:
     )
     bends = 0 if course.curve is None else int(np.count_nonzero(course.curve.curvature))
     shape = f"{len(told.given)} points made {bends} arcs and {int(course.stop.sum())} stops to turn"
+    lengths = (
+        f"{told.given_m:.6g} m; driven: {length:.6g} m ({told.smooth}), "
+        f"at most {told.deviation_m:.3g} m from it"
+    )
     console.print(
         _facts(
             "",
             [
                 ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
                 ("way", f"from {told.source}: {shape}; {len(course)} nodes"),
+                ("way given", lengths),
             ],
         )
     )

@@ -64,7 +64,10 @@ def speed(
     preset: Preset = "robot",
     moves: Moves = None,
     laws_: Annotated[
-        str, typer.Option("--laws", metavar="NAME,...", help="Which laws to compare: see `lampyris laws`.")
+        str,
+        typer.Option(
+            "--laws", metavar="NAME,...", help="Which laws to compare, or all: see `lampyris laws`."
+        ),
     ] = DEFAULT,
     law: Annotated[
         str, typer.Option("--law", help="The law that is looked at: what holds it where, and its file.")
@@ -72,8 +75,13 @@ def speed(
     set_law: SetLaw = None,
     v0: Annotated[float, typer.Option("--v0", metavar="M/S", help="Speed at the start.")] = 0.0,
     smooth: Annotated[
-        str, typer.Option("--smooth", help="arcs: straight lines and arcs; none: the way's own lines.")
-    ] = "arcs",
+        str | None,
+        typer.Option(
+            "--smooth",
+            help="taut: drawn straight, corners rounded (default for a plan); arcs: the way's own lines, "
+            "corners rounded (default with --path); none: the lines as they are.",
+        ),
+    ] = None,
     spacing: Annotated[
         float | None,
         typer.Option(

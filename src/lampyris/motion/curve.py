@@ -35,6 +35,7 @@ def curve_of(
     *,
     smooth: Smooth = "arcs",
     shortcut: bool = True,
+    tangent: Floats | None = None,
 ) -> Curve:
     """A drivable curve along a polyline: drawn taut, its corners rounded.
 
@@ -54,6 +55,8 @@ def curve_of(
     smooth : ``arcs``, or ``none``: straight lines. Their corners are stops if turn_radius > 0; else the robot
         is taken to turn while it drives, and nothing speaks of them.
     shortcut : whether to draw it taut.
+    tangent : float64 (n,), cells: how far from each point its arc may begin at most; None: as far as there is
+        room. Only where it is not drawn taut, and no two points in a row are the same.
 
     Raises
     ------
@@ -71,14 +74,28 @@ def curve_of(
     lines = lines.straightened()
     n = len(lines.xs)
     turn = _Turns.of(lines)
-    tangent = np.zeros(n)
+    want, far = np.full(n, np.inf), np.zeros(n)
+    if tangent is not None:
+        want = tangent[_numbers(lines, np.asarray(points, dtype=np.float64))]
     if smooth == "arcs":
         useful = max(robot.v_max * robot.v_max / robot.lat_max, robot.turn_radius) / grid.resolution
-        tangent = _tangents(lines, turn, useful, robot.turn_radius / grid.resolution)
-    stops = np.flatnonzero(tangent[1:-1] == 0.0) + 1
+        far = _tangents(lines, turn, useful, robot.turn_radius / grid.resolution, want)
+    stops = np.flatnonzero(far[1:-1] == 0.0) + 1
     if smooth == "none" and robot.turn_radius == 0.0:
         stops = stops[:0]
-    return _assembled(lines, turn, tangent, stops, grid.resolution)
+    return _assembled(lines, turn, far, stops, grid.resolution)
+
+
+def _numbers(lines: Lines, points: Points) -> NDArray[np.int64]:
+    """Which of the points are left, in order."""
+    left = points - lines.corner
+    found, k = [], 0
+    for x, y in zip(lines.xs.tolist(), lines.ys.tolist(), strict=True):
+        while left[k, 0] != x or left[k, 1] != y:
+            k += 1
+        found.append(k)
+        k += 1
+    return np.array(found)
 
 
 class _Turns:
@@ -115,13 +132,16 @@ class _Turns:
         return cls(slant, side, angle)
 
 
-def _tangents(lines: Lines, turn: _Turns, useful: float, least: float) -> Floats:
-    """How far from each corner its arc leaves the lines, cells, (n,); 0: no arc fits."""
+def _tangents(lines: Lines, turn: _Turns, useful: float, least: float, most: Floats) -> Floats:
+    """How far from each corner its arc leaves the lines, cells, (n,), at most ``most``; 0: no arc fits."""
     wall = lines.wall.ravel()
     height, width = lines.wall.shape
     hx, hy = lines.heading[:, 0].copy(), lines.heading[:, 1].copy()
-    radius = min(useful, _HUGE)
-    want = np.full(len(lines.xs), np.inf)
+    # A known arc is as wide as it is; the others are no wider than is of use.
+    known = np.isfinite(most)
+    useful = min(useful, _HUGE)
+    radius = _HUGE if known.any() else useful
+    want = np.where(known, most, useful * turn.slant)
     want[[0, -1]] = 0.0
     tangent = np.zeros(len(lines.xs))
 

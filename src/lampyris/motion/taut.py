@@ -75,7 +75,7 @@ def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Lines:
     """
     given = _points(points, grid)
     end = (float(given[-1, 0]), float(given[-1, 1]))
-    number = _distinct(given)
+    number = distinct(given)
     xy = given[number]
     reach = max(radius, _TRIFLE)
     pad = math.ceil(min(reach, float(grid.width + grid.height)) + 1.0)
@@ -109,7 +109,7 @@ def taut(lines: Lines) -> Lines:
         mark, link, np.zeros(n), back, chain,
     )  # fmt: skip
     chain = chain[:count]
-    chain = chain[_distinct(np.stack((lines.xs[chain], lines.ys[chain]), axis=1))]
+    chain = chain[distinct(np.stack((lines.xs[chain], lines.ys[chain]), axis=1))]
     return lines if len(chain) == n else lines.kept(chain)
 
 
@@ -138,7 +138,7 @@ def _points(points: ArrayLike, grid: Grid) -> Points:
     return given
 
 
-def _distinct(xy: Points) -> NDArray[np.int64]:
+def distinct(xy: Points) -> NDArray[np.int64]:
     """The numbers of points without those that are where the one before was; both ends stay."""
     n = len(xy)
     step = np.diff(xy, axis=0)

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from lampyris.errors import SettingError, did_you_mean
-from lampyris.sim.leg import Smooth
+from lampyris.motion.curve import Smooth
 from lampyris.sim.tracking import Tracking
 
 Know = Literal["positions", "velocities", "tracks"]

@@ -10,12 +10,12 @@ from lampyris.model.change import Change
 from lampyris.model.curve import Curve
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
+from lampyris.motion.curve import Smooth
 from lampyris.planners.base import Planner
 from lampyris.sim.feed import Told
 from lampyris.sim.leg import (
     Ceiling,
     Leg,
-    Smooth,
     closed_cells,
     comfort,
     curve_from,

@@ -1,0 +1,84 @@
+"""From a way to the curve that is driven: by how much it may leave the way, and with how much room."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lampyris.errors import SettingError
+from lampyris.model.curve import Curve
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.motion.curve import Smooth, curve_of
+from lampyris.motion.sampled import circled
+from lampyris.motion.taut import distinct, lines_of
+from lampyris.typing import Points
+
+Drawing: TypeAlias = Literal["taut", "arcs", "none"]
+"""``taut``: drawn straight where there is room, corners rounded. ``arcs``: the way's own lines, corners
+rounded. ``none``: the lines as they are; their corners have no curvature."""
+
+DRAWINGS = ("taut", "arcs", "none")
+
+_SAME = 1e-9
+"""Squared cells: what is forgiven to a clearance."""
+
+
+def drawn(points: ArrayLike, grid: Grid, robot: Robot, drawing: Drawing) -> tuple[Curve, Points]:
+    """A way as a curve, and the polyline that the curve was made of; nothing else promises its clearance.
+
+    That is the way itself, save for ``arcs`` where it is sampled from circles: there it has the corners of
+    :func:`lampyris.motion.sampled.circled`. They are no nearer to a wall than the robot may be, or than the
+    way comes anywhere; or else they are not used.
+
+    Raises
+    ------
+    SettingError : see :func:`lampyris.motion.curve.curve_of`.
+    """
+    given = np.asarray(points, dtype=np.float64)
+    if drawing == "taut":
+        return roomy_curve(given, grid, robot), given
+    if drawing == "none":
+        return curve_of(given, grid, robot, smooth="none", shortcut=False), given
+    bent = _bent(given, grid, robot)
+    return (curve_of(given, grid, robot, shortcut=False), given) if bent is None else bent
+
+
+def _bent(given: Points, grid: Grid, robot: Robot) -> tuple[Curve, Points] | None:
+    """The curve of a way that is sampled from circles; None: it is not, or they would not fit in."""
+    if given.ndim != 2 or given.shape[1:] != (2,) or len(given) < 4 or not np.isfinite(given).all():
+        return None
+    xy, tangent = circled(given[distinct(given)])
+    if not np.isfinite(tangent).any():
+        return None
+    reach = robot.radius / grid.resolution
+    try:
+        need = lines_of(xy, grid, reach).need
+        curve = curve_of(xy, grid, robot, shortcut=False, tangent=tangent)
+    except SettingError:
+        return None
+    try:
+        own = lines_of(given, grid, reach).need
+    except SettingError:
+        return curve, xy  # chords cut a corner that the circle goes round
+    return (curve, xy) if need.min() >= own.min() - _SAME else None
+
+
+def roomy_curve(points: Points, grid: Grid, robot: Robot, smooth: Smooth = "arcs") -> Curve:
+    """A taut curve that leaves the robot room to stop beside walls, where the polyline does.
+
+    It is drawn for a robot that is larger by ``v_max^2 / (2 d_max)``, at most a cell: beyond that no wall
+    slows it down (:func:`lampyris.motion.caps.clearance`). Drawn for the robot itself it is taut, leads along
+    the very corners, and is crept there. Measured on the 30 queries of env-1 to env-6 (robot of 0.4 cells,
+    nodes a tenth of a cell apart): ways 0.7 % longer, drives by our law 6 % quicker. Where the larger one
+    would have to stop and turn more often, it is drawn for the robot itself.
+    """
+    margin = min(0.5 * robot.v_max * robot.v_max / robot.d_max, grid.resolution)
+    wide = curve_of(points, grid, replace(robot, radius=robot.radius + margin), smooth=smooth)
+    if len(wide.stops) == 0:
+        return wide
+    narrow = curve_of(points, grid, robot, smooth=smooth)
+    return wide if len(wide.stops) <= len(narrow.stops) else narrow
