@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sim_planners import grid_of
 from test_sim_drive import random_run
 
+from lampyris.maps.library import load
+from lampyris.model.drive import AT_GOAL
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import RandomWalk
 from lampyris.planners.astar import AStar
 from lampyris.referee import check_drive
-from lampyris.sim.drive import drive
+from lampyris.sim.drive import DriveSimulation, drive
 
 ROOM = grid_of(*["." * 30] * 12)
 SCENE = Scene(ROOM, (1, 2), (28, 9), robot=Robot(radius=0.3, v_max=1.0, a_max=0.6, d_max=1.0))
@@ -42,6 +46,38 @@ def test_the_goal_is_reached_exactly(tracking):
         assert np.abs(run.at(np.array([run.duration]))[0] - (28.0, 9.0)).max() < 1e-8
         assert run.error > 0.0
         assert check_drive(run) is None
+
+
+@pytest.mark.parametrize("tracking", ["velocity", "position"])
+def test_the_last_command_lands(tracking):
+    """A slow drive goes the last bit to the goal and to stops; it does not halve what is left for ever.
+
+    Before it did so this drive by speeds stood 1e-7 cells short of its goal at the time limit, and the one
+    with stops never came past the first.
+    """
+    how = {"tracking": tracking, "lag": 1.0, "delay": 0.1, "period": 0.05}
+    robot = Robot(v_max=0.345)
+    env = replace(load("env-1").grid, resolution=0.5)
+    run = drive(Scene(env, (33, 22), (19, 42), robot=robot), AStar(), seed=739, **how)
+    assert run.outcome is Outcome.ARRIVED
+    assert run.s[-1] == run.curves[-1].length
+    assert run.duration < run.optimum + 8.0
+    assert check_drive(run) is None
+    stiff = replace(robot, turn_radius=0.2)
+    run = drive(Scene(env, (33, 22), (19, 42), robot=stiff), AStar(), smooth="none", **how)
+    stops = run.curves[0].stops
+    assert run.outcome is Outcome.ARRIVED
+    assert len(stops) >= 2
+    assert run.duration < run.optimum + 8.0 * (1 + len(stops))
+    assert check_drive(run) is None
+
+
+def test_arrived_is_one_tolerance():
+    """The simulation's "at the goal" is the referee's (tests/referee/test_referee_drive_places.py)."""
+    one = DriveSimulation(Scene(ROOM, (1, 2), (28, 2)), AStar())
+    end = one.leg.route.length
+    assert one._at_goal(end - 0.9 * AT_GOAL)
+    assert not one._at_goal(end - 1.1 * AT_GOAL)
 
 
 def test_perfect_tracking_has_no_error():

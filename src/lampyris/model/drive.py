@@ -17,6 +17,10 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Body
 from lampyris.typing import Floats, Points
 
+AT_GOAL = 1e-6
+"""Cells along either axis within which a robot that stands is at its goal: so says the simulation, and so
+says the referee."""
+
 
 @dataclass(frozen=True, slots=True)
 class Moment:

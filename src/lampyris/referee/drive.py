@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.curve import Curve
-from lampyris.model.drive import Drive
+from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.trace import Outcome
 from lampyris.referee.meetings import (
     DUST,
@@ -317,10 +317,13 @@ def _walls(drive: Drive) -> Violation | None:
 
 
 def _end(drive: Drive) -> Violation | None:
-    """Arrived means standing on the goal, and the other way round; only two endings leave it moving."""
+    """Arrived means standing on the goal, and the other way round; only two endings leave it moving.
+
+    On the goal is within :data:`lampyris.model.drive.AT_GOAL`, the simulation's own tolerance.
+    """
     word, v = drive.outcome.value, float(drive.v[-1])
     place = _places(drive, drive.leg[-1:], drive.s[-1:])[0]
-    there = np.abs(place - np.array(drive.scene.goal)).max() <= SAME
+    there = np.abs(place - np.array(drive.scene.goal)).max() <= AT_GOAL
     if drive.arrived != bool(there and v == 0.0):
         what = f"{word}, and the robot is at {_xy(place)} with {v!r} m/s; the goal is {drive.scene.goal}"
         return Violation("outcome", "drive", what)

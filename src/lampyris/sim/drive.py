@@ -23,7 +23,7 @@ import numpy as np
 
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
-from lampyris.model.drive import Drive
+from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
@@ -47,9 +47,6 @@ _NEVER = {
     Status.START_OCCUPIED: Outcome.START_OCCUPIED,
     Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
 }
-
-_HERE = 1e-9
-"""Metres from the goal at which a robot that stands has arrived."""
 
 
 def drive(
@@ -122,7 +119,7 @@ class DriveSimulation:
         self.seed = _seed(seed)
         self.feed: Feed = PerfectFeed() if feed is None else feed
         self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
-        self.train = train_of(scene.robot, one.tracking, one.delay, one.lag)
+        self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
         self.wheel = wheel(scene, law, one.know, self.others.roster)
         self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing)
@@ -257,7 +254,7 @@ class DriveSimulation:
             cells=covered_cells(self.scene, last) if self.wheel.cells else [],
             period=period,
             reaction=self._reaction(period),
-            real=(self.s, self.train.quickest(self.t, self.v)),
+            real=(self.s, self.train.quickest(self.s, self.v)),
             late=not isinstance(self.train, Perfect),
             haste=CATCH_UP if one.tracking == "position" else 1.0,
             noise=one.noise,
@@ -270,17 +267,16 @@ class DriveSimulation:
 
     def _cut_at_goal(self, going: Going) -> None:
         """A robot that comes to rest at the goal has arrived there and then."""
-        if self._ends_at_goal:
-            for k, one in enumerate(going.stretches):
-                if k and one.v == 0.0 and self.leg.route.length - one.s <= _HERE:
-                    one.end = one.t
-                    del going.stretches[k + 1 :]
-                    return
+        for k, one in enumerate(going.stretches):
+            if k and one.v == 0.0 and self._at_goal(one.s):
+                one.end = one.t
+                del going.stretches[k + 1 :]
+                return
 
-    @property
-    def _ends_at_goal(self) -> bool:
-        x, y = self.scene.goal
-        return not self.leg.nowhere and self.leg.route.curve.end == (float(x), float(y))
+    def _at_goal(self, s: float) -> bool:
+        """Whether a robot that stands there has arrived; the referee says the same."""
+        (x, y), (gx, gy) = self.leg.route.at(s), self.scene.goal
+        return not self.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
     def _contacts(self, going: Going) -> None:
         """The first contact that ends the drive, and every hit before it."""
@@ -292,6 +288,10 @@ class DriveSimulation:
             if moves:
                 self.log.tell(t, "contact", xy, Outcome.COLLISION.sentence, body)
                 self._end(Outcome.COLLISION, f"The robot drove into obstacle {body} at {t:.3f} s.")
+                if (
+                    t <= one.t and one.v == 0.0
+                ):  # it sets off with somebody on it: a millisecond of that is seen
+                    t = min(t + 1e-3, one.end)
             else:
                 self.log.tell(t, "hit", xy, "An obstacle ran into the standing robot.", body)
                 self.others.touching.add(body)
@@ -317,7 +317,7 @@ class DriveSimulation:
         self.others.let_go(self.xy)
         if self.outcome is not None:
             return
-        if self._ends_at_goal and self.v == 0.0 and self.leg.route.length - self.s <= _HERE:
+        if self.v == 0.0 and self._at_goal(self.s):
             self._arrive()
         elif self.t >= self.time_limit:
             self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.t:.6g} s, the limit.")
