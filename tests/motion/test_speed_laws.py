@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from lampyris import Grid, Scene
-from lampyris.errors import UsageError
+from lampyris.errors import SettingError, UsageError
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
-from lampyris.motion import laws
+from lampyris.motion import laws, physical
 from lampyris.motion.dissertation import DissertationLaw, dissertation_profile
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.rings import ring_counts
@@ -118,3 +120,29 @@ def test_an_unknown_law_is_a_usage_error_that_helps() -> None:
         laws.profile(PATH, SCENE, law=None)  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="ON_INFEASIBLE"):
         laws.profile(PATH, SCENE, on_infeasible="ignore")  # type: ignore[arg-type]
+
+
+@pytest.mark.source
+def test_every_page_that_a_law_cites_is_there() -> None:
+    root = Path(__file__).resolve().parents[2]
+    cited = {
+        (row.name, page) for row in laws.LAWS.values() for page in re.findall(r"docs/\S+\.md", row.source)
+    }
+    assert len(cited) >= 6
+    assert [one for one in sorted(cited) if not (root / one[1]).is_file()] == []
+
+
+@pytest.mark.parametrize("word", ["on", True, {}])
+def test_a_rule_is_switched_by_a_word(word: object) -> None:
+    assert laws.with_settings("physical", {"approach": word}).approach == physical.Approach()
+    off = laws.with_settings("blind", {"blind": "off"})
+    assert off.blind is None
+    assert laws.rules_of("physical")["approach"] == {"approach.distance": 1.0, "approach.speed": 0.05}
+    assert laws.rules_of("rpp") == {}
+
+
+def test_a_rule_that_is_no_number_names_its_settings() -> None:
+    with pytest.raises(SettingError) as raised:
+        laws.with_settings("physical", {"approach": 1})
+    assert raised.value.where == "physical.approach"
+    assert "approach.distance, approach.speed" in str(raised.value.allowed)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pushes import push
 from test_speed_strangers import bent_curve
 
 from lampyris.errors import LampyrisError, SettingError
@@ -30,7 +31,7 @@ from lampyris.motion.cap import Around
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import curve_of
 from lampyris.motion.moving import MovingObstacles, moving_cap
-from lampyris.motion.passive import push, rails_of
+from lampyris.motion.passive import rails_of
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.profile import feasible_profile
 from lampyris.referee import check_drive
@@ -207,12 +208,8 @@ def test_knowledge_that_is_no_number_is_none() -> None:
         with pytest.raises(LampyrisError):
             Movers(**given)
     course = course_of(bent_curve(np.random.default_rng(1), 1.0), 0.5)
-    rails, robot = rails_of(course), Robot()
-    ceiling = np.zeros(len(course))
     for age in (NAN, -1.0, 9.0):
         old = Movers(np.array([[0.0, 0.0]]), np.array([0.3]), np.array([0.5]), age=age)
-        assert push(rails, ceiling, 0.0, 1.0, old, robot, 0.1).a == -robot.d_max
-        assert push(rails, ceiling, 0.0, 0.0, old, robot, 0.1).a == 0.0
         around = Around(movers=old)
         scene = Scene(Grid(np.zeros((30, 30), dtype=bool)), (15, 15), (1, 1))
         assert (moving_cap(course, scene, MovingObstacles(), around)[0].v == 0).all()

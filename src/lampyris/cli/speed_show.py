@@ -119,12 +119,22 @@ def drive(run: Drive, *, name: str = "") -> None:
     console.print(_facts("", rows))
 
 
+def _setting(row: dict[str, Any], key: str, value: object) -> str:
+    """A setting and its value; a rule that is off with the names that turn it on."""
+    rule = row["rules"].get(key)
+    if rule is None or value is not None:
+        return f"{key} = {value}"
+    own = ", ".join(f"{name} = {default}" for name, default in rule.items())
+    return f"{key} = off; on, or any of: {own}"
+
+
 def laws(records: list[dict[str, Any]], *, alone: bool) -> None:
     """The speed laws; one alone with its settings."""
     console = _console()
     if alone:
         row = records[0]
-        settings = "\n".join(f"{k} = {v}" for k, v in row["settings"].items()) or "none"
+        told = [_setting(row, key, value) for key, value in row["settings"].items()]
+        settings = "\n".join(told) or "none"
         facts = [("what it does", row["summary"]), ("source", row["source"]), ("units", row["units"])]
         console.print(_facts(row["name"], [*facts, ("settings", settings)]))
         return

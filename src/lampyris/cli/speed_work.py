@@ -25,9 +25,10 @@ from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.traffic import Recorded
 from lampyris.motion import laws
-from lampyris.motion.compare import Entry, entry_of
+from lampyris.motion.compare import Entry, compare
 from lampyris.motion.course import Course
 from lampyris.motion.deviation import deviation, length_of
+from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.roomy import DRAWINGS
@@ -190,6 +191,7 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
             speed_show.no_way(source)
         return verbs.NO_ANSWER
     movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
+    verbs.remarks(_off_the_map(movers, scene.grid))
     tracks = asked.tracks.read(scene)
     smooth: Any = asked.smooth or ("taut" if asked.path is None else "arcs")
     course = api.course(way, scene, smooth=smooth, spacing=asked.spacing)
@@ -226,6 +228,23 @@ def _way(asked: Asked) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
     moves: Any = request.preset_of()[0]
     scene = Scene(grid, start, goal, moves, request.robot(), zones=zones)
     return scene, str(asked.path), points, (*document.notes, *notes, *way.notes)
+
+
+def _off_the_map(movers: Movers | None, grid: Grid) -> tuple[str, ...]:
+    """A remark on obstacles that are off the map by more than themselves and a second's way."""
+    if movers is None:
+        return ()
+    reach = (movers.radius + movers.top_speed) / grid.resolution + 1.0
+    far = np.array((grid.width - 0.5, grid.height - 0.5))
+    off = np.maximum(np.maximum(-0.5 - movers.xy, movers.xy - far), 0.0)
+    which = np.flatnonzero(np.sqrt((off * off).sum(axis=1)) > reach)
+    if not len(which):
+        return ()
+    k = int(which[0])
+    x, y = (float(v) for v in grid.to_metres(movers.xy[k : k + 1])[0])
+    more = f" and {len(which) - 1} more" if len(which) > 1 else ""
+    at = f"moving obstacle {k} at ({x:.6g}, {y:.6g}) m{more}"
+    return (f"{at}: off the map; places are taken for metres of the map's frame",)
 
 
 def _planner(request: Request) -> Any:
@@ -265,25 +284,19 @@ def _entries(
     from lampyris.cli.request import parse_law
 
     looked_at = asked.request.law or ""
-    settings = parse_law(looked_at, asked.request.law_settings)
-    # The optimum leaves moving obstacles aside: the others are measured against what no obstacle holds.
-    best = api.profile(course, scene, "optimum", v0=asked.v0).duration
-    entries, refused = [], {}
-    for name in names:
-        given = settings if name == looked_at else None
-        try:
-            made = api.profile(course, scene, name, v0=asked.v0, movers=movers, law_settings=given)
-        except SettingError as fault:
-            if name == looked_at or fault.code != "PROFILE_BLOCKED":
-                raise
-            refused[name] = fault.what
-            continue
-        along = course
-        if tracks and name == looked_at:
-            made = _through(made, course, scene, laws.with_settings(name, settings), tracks, asked.v0)
-            along = _course_at(made, course)
-        entries.append(replace(entry_of(made, along, scene.robot, best), law=name))
-    return tuple(entries), refused
+    settings = laws.with_settings(looked_at, parse_law(looked_at, asked.request.law_settings))
+    refused: dict[str, str] = {}
+
+    def make(law: laws.SpeedLaw) -> Profile:
+        made = api.profile(course, scene, law, v0=asked.v0, movers=movers)
+        mine = tracks and law is settings
+        return _through(made, course, scene, law, tracks, asked.v0) if mine else made
+
+    chosen = [settings if name == looked_at else name for name in names]
+    entries = compare(course, scene, chosen, v0=asked.v0, make=make, refused=refused)
+    if looked_at in refused:
+        make(settings)  # it says so itself
+    return entries, refused
 
 
 def _through(
@@ -303,7 +316,7 @@ def _through(
     found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
     if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):
         return made  # nobody is met, and this one knows which cap is which
-    found = _caps_named(found, made)
+    found = _caps_named(with_nodes(found, made, course, scene.robot.a_max), made)
     creep = law.creep if law.clearance else 1.0
     # A way through tracks holds no limit on jerk; the comparison says that it breaks it.
     plain = replace(scene, robot=replace(scene.robot, jerk_max=None))
@@ -372,6 +385,7 @@ def list_laws(name: str | None, as_json: bool) -> int:
             "summary": row.summary,
             "source": row.source,
             "settings": laws.settings_of(row.name),
+            "rules": laws.rules_of(row.name),
         }
         for row in rows
     ]

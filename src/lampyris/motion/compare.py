@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
+from lampyris.errors import SettingError
 from lampyris.model.movers import Movers
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
@@ -16,6 +18,9 @@ from lampyris.motion import laws
 from lampyris.motion.course import Course
 from lampyris.motion.jerk import jerks
 from lampyris.typing import Floats
+
+Make: TypeAlias = Callable[[laws.SpeedLaw], Profile]
+"""What makes a law's profile."""
 
 _ROUNDING = 1e-9
 """Share of a limit that rounding may be beyond it."""
@@ -56,6 +61,8 @@ def compare(
     *,
     movers: Movers | None = None,
     v0: float = 0.0,
+    make: Make | None = None,
+    refused: dict[str, str] | None = None,
 ) -> tuple[Entry, ...]:
     """An entry for each law, in the order asked for.
 
@@ -66,16 +73,30 @@ def compare(
     chosen : names, or settings of laws.
     movers : moving obstacles as sensed now, for laws that mind them.
     v0 : m/s at the start.
+    make : what makes the profile of a law on the course; None: :func:`lampyris.motion.laws.profile`.
+    refused : laws that do not let the robot drive are put in here, with why; None: they raise.
 
     Raises
     ------
     UsageError : no such law.
     SettingError : as :func:`lampyris.motion.laws.profile`.
     """
+
+    def plain(law: laws.SpeedLaw) -> Profile:
+        return laws.profile(course, scene, law=law, movers=movers, v0=v0)
+
+    made_by = plain if make is None else make
+    # The optimum leaves moving obstacles aside: the others are measured against what no obstacle holds.
     best = laws.profile(course, scene, law="optimum", v0=v0).duration
     out = []
     for law in chosen:
-        made = laws.profile(course, scene, law=law, movers=movers, v0=v0)
+        try:
+            made = made_by(law)
+        except SettingError as fault:
+            if refused is None or fault.code != "PROFILE_BLOCKED":
+                raise
+            refused[law if isinstance(law, str) else laws.name_of(law)] = fault.what
+            continue
         out.append(entry_of(made, course, scene.robot, best))
     return tuple(out)
 
@@ -106,8 +127,8 @@ def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Ent
 
 
 def lateral_of(profile: Profile, course: Course) -> Floats:
-    """Lateral acceleration on each edge at the greater of its two speeds, m/s2; (n - 1,)."""
-    s = course.s
+    """Lateral acceleration on each edge of a profile at the greater of its two speeds, m/s2; (n - 1,)."""
+    s = profile.s
     if course.curve is None or len(s) < 2:
         return np.zeros(max(len(s) - 1, 0))
     begins = course.curve.begins

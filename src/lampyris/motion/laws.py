@@ -113,13 +113,13 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                 "blind",
                 "blind",
                 "ours, and able to stop for what may come out of a place that cannot be seen",
-                "stopping within what is visible (Lumelsky), with a hidden mover; docs/speed/blind.md",
+                "stopping within what is visible (Lumelsky), with a hidden mover; docs/speed/blind_area.md",
             ),
             _ours(
                 "three-speed",
                 "three_speed",
                 "ours, and slow, normal or fast by what the obstacles are predicted to do",
-                "after Foka and Trahanias (2010), formulas ours; docs/speed/three_speed.md",
+                "after Foka and Trahanias (2010), formulas ours; docs/speed/three_speeds.md",
             ),
             _ours(
                 "cloud",
@@ -228,7 +228,8 @@ def with_settings(name: str, given: Mapping[str, Any]) -> Any:
     ----------
     name : of the law.
     given : by name; a rule's own settings by dotted names such as ``blind.reach``, or as a mapping under the
-        rule's name. A rule named here is on; ``{"blind": True}`` turns it on as it is, None or False off.
+        rule's name. A rule named here is on; ``{"blind": True}`` (or ``"on"``) turns it on as it is, None,
+        False or ``"off"`` off.
 
     Raises
     ------
@@ -256,6 +257,25 @@ def settings_named(law: SpeedLaw) -> Any:
     UsageError : ``LAW``: no law of that name.
     """
     return _found(law)[1]
+
+
+def name_of(law: SpeedLaw) -> str:
+    """The name of a law.
+
+    Raises
+    ------
+    UsageError : ``LAW``: no law of that name.
+    """
+    return _found(law)[0].name
+
+
+def rules_of(name: str) -> dict[str, dict[str, Any]]:
+    """The rules of a law that have settings of their own, with their defaults; dotted names."""
+    row = named(name)
+    kinds = physical.RULES if isinstance(row.settings, PhysicalLaw) else {}
+    return {
+        rule: {f"{rule}.{k}": v for k, v in settings.told(kind()).items()} for rule, kind in kinds.items()
+    }
 
 
 def _found(law: Any) -> tuple[Law, Any]:

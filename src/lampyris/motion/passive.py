@@ -11,10 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lampyris.kernels.passive import ACCELERATION, CEILING, highest_push
-from lampyris.model.movers import Movers
-from lampyris.model.robot import Robot
 from lampyris.motion.course import Course
-from lampyris.motion.moving import fresh
 from lampyris.typing import Floats
 
 _CAUSES = {ACCELERATION: "acceleration", CEILING: "limit"}
@@ -38,11 +35,28 @@ class Rails(NamedTuple):
     resolution: float
 
 
+class Near(NamedTuple):
+    """Discs that nobody may touch while the robot moves; float64 (m,) each.
+
+    Parameters
+    ----------
+    x, y : metres: where they were seen.
+    reach : metres: how near the robot's centre may not come now. What they may have moved since they were
+        seen is in it, and all radii and margins, and the slack of the rails.
+    speed : m/s: how fast their reach grows.
+    """
+
+    x: Floats
+    y: Floats
+    reach: Floats
+    speed: Floats
+
+
 class Push(NamedTuple):
     """The acceleration of the next period, m/s2, and what binds it.
 
-    ``cause`` is ``acceleration`` (a_max), ``limit`` (the ceiling), ``moving obstacle`` (its number is
-    ``about``) or ``no data``.
+    ``cause`` is ``acceleration`` (a_max), ``limit`` (the ceiling) or ``moving obstacle`` (its number is
+    ``about``).
     """
 
     a: float
@@ -67,15 +81,7 @@ def rails_of(course: Course) -> Rails:
 
 
 def push(
-    rails: Rails,
-    ceiling: Floats,
-    s: float,
-    v: float,
-    movers: Movers | None,
-    robot: Robot,
-    period: float,
-    margin: float = 0.0,
-    max_age: float = 0.5,
+    rails: Rails, ceiling: Floats, s: float, v: float, near: Near, period: float, a_max: float, d_max: float
 ) -> Push:
     """The greatest acceleration from which full braking stays safe, held for one period.
 
@@ -85,40 +91,16 @@ def push(
     ceiling : float64 (n,): v^2 that the static profile allows at each node (linear between the nodes), 0 at
         the last and at stops. It must fall by no more than ``2 d_max ds``, as a feasible profile's does.
     s, v : where the robot is, metres along the way, and its speed.
-    movers : all that is known of obstacles; their reach grows with their age. None: there are none.
+    near : all that is known of obstacles.
     period : seconds until the next decision.
-    margin : metres to be left between the robot and any obstacle while it moves.
-    max_age : seconds after which old knowledge counts as none.
+    a_max, d_max : what the robot can do, or is wished to, m/s2; ``a_max`` may be less than 0.
 
     If the last period's push was safe, full braking is safe now; so it is what is answered when nothing else
-    is. A robot that stands, stays: it answers 0. Without fresh knowledge: full braking.
+    is. A robot that stands, stays: it answers 0.
     """
-    if movers is None:
-        px = py = reach = speed = _NONE
-    elif not fresh(movers, max_age):
-        return Push(-robot.d_max if v > 0.0 else 0.0, "no data")
-    else:
-        px, py = movers.xy[:, 0] * rails.resolution, movers.xy[:, 1] * rails.resolution
-        speed = movers.top_speed + 0.0
-        reach = movers.radius + (robot.radius + margin + rails.slack) + speed * movers.age
     if not ceiling.flags.writeable:
         ceiling = ceiling.copy()  # to numba an array that cannot be written is of another type
     a, who = highest_push(
-        rails.s,
-        rails.x,
-        rails.y,
-        ceiling,
-        float(s),
-        float(v),
-        float(period),
-        robot.a_max,
-        robot.d_max,
-        px,
-        py,
-        reach,
-        speed,
+        rails.s, rails.x, rails.y, ceiling, float(s), float(v), float(period), a_max, d_max, *near
     )
-    return Push(a, _CAUSES.get(who, "moving obstacle"), max(who, -1) if who >= 0 else -1)
-
-
-_NONE: Floats = np.zeros(0)
+    return Push(a, _CAUSES.get(who, "moving obstacle"), max(int(who), -1))

@@ -11,6 +11,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.motion.course import Course, course_of_path
+from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.physical import PhysicalLaw, physical_profile
 from lampyris.motion.tracks import tracks_from_recorded
@@ -51,7 +52,8 @@ def scheduled_profile(
     still = physical_profile(course, scene, PhysicalLaw() if law is None else law)
     v_cap = np.min([v for _, v in still.caps], axis=0)
     begin = 0 if plan.schedule is None else int(plan.schedule[0])
-    made = through_tracks(course, v_cap, scene.robot, tracks, t0=begin * tick_seconds)
+    made = through_tracks(course, v_cap, scene.robot, tracks, t0=begin * tick_seconds, law=still.law)
+    made = with_nodes(made, still, course, scene.robot.a_max)
     number = np.array([k for k, one in enumerate(scene.traffic) if isinstance(one, Recorded)], dtype=np.int64)
     whose = np.isin(made.cause, ("wait", "moving obstacle")) & (made.about >= 0)
     about = made.about.copy()

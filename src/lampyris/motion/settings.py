@@ -44,8 +44,9 @@ def changed(settings: Any, given: Mapping[str, Any], kinds: Mapping[str, type], 
     Parameters
     ----------
     settings : a frozen dataclass.
-    given : by name; ``rule.name`` for a setting of a rule that has its own. A rule alone is switched: True
-        turns it on with its defaults, None or False turns it off, a mapping turns it on and sets.
+    given : by name; ``rule.name`` for a setting of a rule that has its own. A rule alone is switched: True or
+        ``on`` turns it on with its defaults, None, False or ``off`` turns it off, a mapping turns it on and
+        sets.
     kinds : the settings of each rule that has its own.
     law : its name, for messages.
 
@@ -59,10 +60,15 @@ def changed(settings: Any, given: Mapping[str, Any], kinds: Mapping[str, type], 
         rule, dot, rest = str(key).partition(".")
         if rule in kinds and (dot or isinstance(value, Mapping)):
             inner.setdefault(rule, {}).update({rest: value} if dot else value)
-        elif rule in kinds and value is True:
+        elif rule in kinds and (value is True or value == "on"):
             inner.setdefault(rule, {})
-        elif rule in kinds and value is False:
+        elif rule in kinds and (value is None or value is False or value == "off"):
             plain[rule] = None
+        elif rule in kinds and not isinstance(value, kinds[rule]):
+            own = ", ".join(f"{rule}.{f.name}" for f in fields(kinds[rule]))
+            raise SettingError(
+                "LAW_SETTING", f"{value!r}", where=f"{law}.{rule}", allowed=f"on, off; its settings are {own}"
+            )
         else:
             plain[str(key)] = value
     _known(plain, settings, law, kinds)

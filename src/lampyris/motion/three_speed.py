@@ -22,9 +22,6 @@ from lampyris.motion.checked import number, whole
 from lampyris.motion.course import Course
 from lampyris.typing import FloatGrid, Floats, Points
 
-INTENTS = ("keeps", "stops", "comes")
-"""What an obstacle may be about to do: go on as it was seen to, stand still, make for the robot's way."""
-SPEEDS = ("slow", "normal", "fast")
 _SAME = 1e-9
 """Displacements (metres) and values (steps of full speed) that differ by less are equal."""
 _PARTS = 4
@@ -116,8 +113,8 @@ def choose(belief: FloatGrid, contact: FloatGrid, settings: ThreeSpeed) -> tuple
 
     Returns
     -------
-    index into :data:`SPEEDS` and the three values, in steps of full speed: progress, less cost times share of
-    full speed of each expected contact. Of equal values the faster wins.
+    index (0 slow, 1 normal, 2 fast) and the three values, in steps of full speed: progress, less cost times
+    share of full speed of each expected contact. Of equal values the faster wins.
 
     A belief depends on how often each observation was made, not on their order. So the tree of
     ``(3 * 3^m)^depth`` leaves has only ``C(n + 2, 2)^m`` different beliefs after n steps, and the recursion

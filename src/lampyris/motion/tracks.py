@@ -1,4 +1,4 @@
-"""Tracks: where moving obstacles will be, as predicted or as recorded, and a way among them as arrays."""
+"""Tracks: where recorded obstacles will be, and a way among them as arrays."""
 
 from __future__ import annotations
 
@@ -11,44 +11,12 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.meeting import first_meeting
-from lampyris.model.movers import Movers, Track
+from lampyris.model.movers import Track
 from lampyris.model.traffic import Recorded, Traffic
 from lampyris.typing import Floats
 
 TOUCH = 1e-9
 """Metres: what comes no nearer than the sum of the radii less this, touches; to touch is no contact."""
-
-
-def predicted_tracks(movers: Movers, horizon: float, resolution: float) -> tuple[Track, ...]:
-    """Straight on at the speed seen, from when they were seen until ``horizon`` seconds from now.
-
-    Time 0 is now: the tracks begin ``movers.age`` before. A mover without a known velocity stays. A
-    prediction is no promise: what drives by it must still be able to stop
-    (:mod:`lampyris.motion.passive`). After the horizon a predicted obstacle stays where it is, so let the
-    horizon be longer than the drive.
-
-    Parameters
-    ----------
-    movers : discs as seen.
-    horizon : seconds, > 0.
-    resolution : metres a cell.
-
-    Raises
-    ------
-    SettingError : ``HORIZON``; ``MOVERS``: an age that is no number from 0.
-    """
-    _positive("HORIZON", "horizon", horizon)
-    if not 0.0 <= movers.age < math.inf:
-        raise SettingError("MOVERS", f"{movers.age!r}", where="age", allowed="0 or more seconds")
-    velocity = np.zeros_like(movers.xy) if movers.velocity is None else movers.velocity
-    t = np.array((-movers.age, horizon))
-    made = []
-    for k in range(len(movers)):
-        v = velocity[k]
-        end = movers.xy[k] + v * ((movers.age + horizon) / resolution)
-        top = max(float(movers.top_speed[k]), math.sqrt(float(v @ v)))
-        made.append(Track(t, np.stack((movers.xy[k], end)), float(movers.radius[k]), top))
-    return tuple(made)
 
 
 def tracks_from_recorded(

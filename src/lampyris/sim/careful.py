@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lampyris.kernels.passive import highest_push
 from lampyris.kernels.road import travelled
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
 from lampyris.motion.cloud import cloud_cap
-from lampyris.motion.passive import Rails, rails_of
+from lampyris.motion.passive import Near, Rails, push, rails_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.three_speed import ThreeSpeedControl
 from lampyris.sim.control import Decision, State, towards, under_ceiling
@@ -107,22 +106,14 @@ def safe_push(state: State, wish: Decision, rails: Rails, above: Floats) -> Deci
     places = told.xy * rails.resolution
     reach = told.radius + (robot.radius + state.noise + rails.slack + MARGIN)
     apart = np.minimum(berth(state), gaps(state) - MARGIN - rails.slack)
-    a, who = highest_push(
-        rails.s,
-        rails.x,
-        rails.y,
-        above,
-        state.s,
-        state.v,
-        state.period,
-        wish.a,
-        robot.d_max,
+    near = Near(
         np.concatenate((places[:, 0], places[:, 0])),
         np.concatenate((places[:, 1], places[:, 1])),
         np.concatenate((reach + told.top_speed * age, reach + apart)),
         np.concatenate((told.top_speed, np.zeros(m))),
     )
-    return wish if who < 0 else Decision(a, "moving obstacle", int(who) % m)
+    made = push(rails, above, state.s, state.v, near, state.period, wish.a, robot.d_max)
+    return wish if made.about < 0 else Decision(made.a, made.cause, made.about % m)
 
 
 def berth(state: State) -> Floats:
