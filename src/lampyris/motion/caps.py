@@ -17,8 +17,8 @@ from lampyris.typing import Floats
 # Cosines of the turns half way between straight on, 45 and 90 degrees, by half-angle formulas: no call of
 # cos, so the same bits everywhere. No two grid steps meet at exactly such a turn (its tangent is
 # irrational).
-_COS_22_5 = math.sqrt(2.0 + math.sqrt(2.0)) / 2.0
-_COS_67_5 = math.sqrt(2.0 - math.sqrt(2.0)) / 2.0
+COS_22_5 = math.sqrt(2.0 + math.sqrt(2.0)) / 2.0
+COS_67_5 = math.sqrt(2.0 - math.sqrt(2.0)) / 2.0
 
 
 def limit(count: int, v_max: float) -> Floats:
@@ -136,4 +136,4 @@ def angle(turn_cosine: Floats, *, v_180: float, v_135: float, v_90: float) -> Fl
 
     Source: dissertation, Algorithm 3.12 and Table 3.1.
     """
-    return np.where(turn_cosine > _COS_22_5, v_180, np.where(turn_cosine > _COS_67_5, v_135, v_90))
+    return np.where(turn_cosine > COS_22_5, v_180, np.where(turn_cosine > COS_67_5, v_135, v_90))

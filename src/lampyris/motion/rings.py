@@ -116,6 +116,16 @@ def _counted(ring1: Reading, ring2: Reading, outside1: bool, outside2: bool) -> 
     return out
 
 
+def counted_around(ring1: Reading, ring2: Reading, outside1: bool, outside2: bool) -> NDArray[np.uint8]:
+    """What counts, by place in the 5 x 5 square around a node (row by row) and heading; uint8 (25 * 25,).
+
+    1: a taken cell counts, 2: a place off the map does. For a kernel.
+    """
+    square = np.zeros((25, 25), dtype=np.uint8)
+    square[(_DY + 2) * 5 + _DX + 2] = _counted(ring1, ring2, outside1, outside2)
+    return square.ravel()
+
+
 def cells_of(path_cells: ArrayLike) -> NDArray[np.int64]:
     """A path's cells as int64 (n, 2).
 

@@ -107,6 +107,19 @@ class Walker:
         path[0] = at
         return Trip(tally, path, np.zeros(self._first_log, dtype=np.int64))
 
+    def kernel_setup(self, trip: Trip) -> tuple[Any, ...]:
+        """What :func:`lampyris.kernels.window.walk` takes besides the field, for kernels that call it."""
+        return (
+            self._setup,
+            trip.tally,
+            self._draws,
+            trip.path,
+            trip.log,
+            *self._tables,
+            self._price,
+            *self._room,
+        )
+
     def go(self, trip: Trip, ground: Padded, shut: Flat, *, jumps: int, look: int) -> int:
         """Walk on until the goal or a reason to stop; the kernel's word for it, also in ``trip.code``.
 

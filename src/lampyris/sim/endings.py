@@ -10,6 +10,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
+from lampyris.typing import Cell
 
 
 def why(found: Plan | Trace | Drive, scene: Scene) -> str:
@@ -44,3 +45,15 @@ def _regions(scene: Scene) -> str:
         return ""  # it is not the walls
     start, goal = (int(np.count_nonzero(cells)) for cells in reached)
     return f"The start's region has {start:,} cell{'s' * (start > 1)}, the goal's {goal:,}."
+
+
+def too_late(tick: int) -> str:
+    """Why a run ended that was not over at its last tick."""
+    return f"The robot had not arrived at tick {tick}, the last."
+
+
+def gave_up(ticks: int, here: Cell, patience: int, word: str) -> str:
+    """Why a run ended in which the robot waited too long; ``word``: what its planner said last."""
+    why = f" The planner's last word: {word}" if word else ""
+    waited = "1 tick" if ticks == 1 else f"{ticks} ticks in a row"
+    return f"Waited {waited} at {here}; the patience is {patience}.{why}"

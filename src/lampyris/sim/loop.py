@@ -46,6 +46,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.planners.base import Planner
+from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.following import Following, follow
 from lampyris.sim.pace import Pace, SpeedLaw
 from lampyris.sim.sense import seen_bodies, seen_cells, sense
@@ -256,7 +257,7 @@ class Simulation:
         else:
             self._drive(step)
         if self.outcome is None and self.now == self.last_tick:
-            self._end(Outcome.TIMEOUT, f"The robot had not arrived at tick {self.now}, the last.")
+            self._end(Outcome.TIMEOUT, too_late(self.now))
         self._total_s += time.perf_counter() - began
 
     def _choose(self) -> Step | None:
@@ -337,10 +338,8 @@ class Simulation:
             self._give_up(self._patient)
 
     def _give_up(self, ticks: int) -> None:
-        why = "" if self.plan else f" The planner's last word: {self.plan.sentence}"
-        waited = "1 tick" if ticks == 1 else f"{ticks} ticks in a row"
-        here = self._robot[-1]
-        self._end(Outcome.BLOCKED, f"Waited {waited} at {here}; the patience is {self.patience}.{why}")
+        word = "" if self.plan else self.plan.sentence
+        self._end(Outcome.BLOCKED, gave_up(ticks, self._robot[-1], self.patience, word))
 
     # ---- the story --------------------
 

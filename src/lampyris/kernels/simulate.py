@@ -1,0 +1,305 @@
+"""A whole simulation of AD-GSO among random walkers, in one call: many runs, not one to be watched.
+
+The rules are those of :mod:`lampyris.sim.loop`, tick for tick and draw for draw; a test holds the two equal.
+What one call cannot do (mending a field, finding a gate on arrival, obstacles that do not yield) makes it
+return :data:`ELSEWHERE`, and the loop is run instead.
+
+Cells are numbers in the map with a border one cell wide: ``(y + 1) * stride + x + 1``, where ``stride =
+width + 2``.
+"""
+
+from __future__ import annotations
+
+from lampyris.kernels._jit import kernel
+from lampyris.kernels.pace import OF_GOAL, OF_WAITING, pace
+from lampyris.kernels.window import (
+    ARRIVED,
+    AT,
+    BODY,
+    DRAWN,
+    FIRST,
+    HEMMED,
+    LENGTH,
+    LOOKED,
+    STOP,
+    WALL,
+    walk,
+)
+
+RUNNING, AT_GOAL, BLOCKED, TIMEOUT, ELSEWHERE, MORE_DRAWS = 0, 1, 2, 3, 4, 5
+"""What :func:`drive_ticks` returns: out of this block's draws; the outcomes; not for this kernel."""
+
+NOW, BODIES, LEFT, ROBOT, PLACE, UNTIL, STEPS, PATIENT, REPLANS, WAITS, FLIPS, ITERATIONS, EXPANSIONS = range(
+    13
+)
+HEMMED_AT, COUNTED, LAST_TICK, PATIENCE, WAY_FROM = 13, 14, 15, 16, 17
+"""Places in ``state``: ticks over, bodies there, cells in ``left``, the robot's cell, index of its cell in
+``way``, last index committed to, steps in ``way`` (-1: no way), ticks of waiting in a row, counters, the cell
+where the walk was hemmed in last (-1: none), whether the plan's iteration was counted, limits."""
+STATE = 18
+
+TOLD_BLOCKED, TOLD_WAITED, TOLD_HEMMED, TOLD_WAIT = 1, 2, 4, 8
+"""Bits of ``told``: planned anew because the next cell could not be entered, after waiting; waited because
+hemmed in, because the next cell could not be entered."""
+
+
+@kernel()
+def crosses(cell, dx, dy, stride, left, step_x, step_y):
+    """Whether a diagonal step from a cell crosses a diagonal that somebody has driven in this tick."""
+    body = left[cell + dx] - 1
+    if body >= 0 and step_x[body] == -dx and step_y[body] == dy:
+        return True
+    body = left[cell + dy * stride] - 1
+    return body >= 0 and step_x[body] == dx and step_y[body] == -dy
+
+
+@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone"))
+def stroll(state, where, step_x, step_y, taken, left, gone, opened, free, stride, cutting, draws, first):
+    """Every walker steps to the option that its draw means, or stays: one tick of the obstacles.
+
+    ``draws[first + k]`` is walker k's. ``gone`` lists the cells of ``left`` so that they can be cleared.
+    """
+    for k in range(state[LEFT]):
+        body = left[gone[k]] - 1
+        step_x[body] = 0
+        step_y[body] = 0
+        left[gone[k]] = 0
+    state[LEFT] = 0
+    options = 0
+    robot = state[ROBOT]
+    for body in range(state[BODIES]):
+        at = where[body]
+        for want in range(2):
+            # Counted first, then walked to: which option a draw means depends on how many there are.
+            if want == 0:
+                pick = -1
+            else:
+                pick = int(draws[first + body] * (options + 1))
+                if pick == 0:
+                    break
+            options = 0
+            for k in range(9):
+                dx = k % 3 - 1
+                dy = k // 3 - 1
+                to = at + dy * stride + dx
+                if k == 4 or opened[to] == 0 or taken[to] != 0 or to == robot:
+                    continue
+                if dx != 0 and dy != 0:
+                    if cutting == 0 and (free[at + dx] == 0 or free[at + dy * stride] == 0):
+                        continue
+                    if state[LEFT] > 0 and crosses(at, dx, dy, stride, left, step_x, step_y):
+                        continue
+                options += 1
+                if options == pick:
+                    taken[at] = 0
+                    left[at] = body + 1
+                    gone[state[LEFT]] = at
+                    state[LEFT] += 1
+                    taken[to] = body + 1
+                    where[body] = to
+                    step_x[body] = dx
+                    step_y[body] = dy
+                    break
+
+
+@kernel(out=("state", "where", "taken"))
+def appear(state, where, taken, opened, count, rate, chance, place):
+    """With chance ``rate`` one more walker, on the cell that ``place`` in [0, 1) means among those free."""
+    if state[BODIES] >= count or chance >= rate:
+        return 0
+    room = 0
+    for c in range(len(opened)):
+        if opened[c] != 0 and taken[c] == 0 and c != state[ROBOT]:
+            room += 1
+    if room == 0:
+        return 0
+    left = int(place * room)
+    for c in range(len(opened)):
+        if opened[c] != 0 and taken[c] == 0 and c != state[ROBOT]:
+            if left == 0:
+                where[state[BODIES]] = c
+                state[BODIES] += 1
+                taken[c] = state[BODIES]
+                break
+            left -= 1
+    return 1
+
+
+@kernel()
+def may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
+    """Whether the robot may make a step into a neighbour now: walls, nobody there, no swap, no crossing."""
+    if free[to] == 0 or taken[to] != 0:
+        return False
+    body = left[to]
+    if body != 0 and taken[robot] == body:
+        return False
+    step = to - robot
+    dy = (step + stride + 1) // stride - 1
+    dx = step - dy * stride
+    if dx != 0 and dy != 0:
+        if cutting == 0 and (free[robot + dx] == 0 or free[robot + dy * stride] == 0):
+            return False
+        return not crosses(robot, dx, dy, stride, left, step_x, step_y)
+    return True
+
+
+@kernel(out=("shut",))
+def close(state, where, shut, stride, free, cutting, offsets, taken, left, step_x, step_y, mark):
+    """Mark (BODY) or unmark (0) in ``shut`` what the robot is told is closed: obstacles, and neighbours that
+    it could not enter in this tick."""
+    robot = state[ROBOT]
+    for body in range(state[BODIES]):
+        if where[body] != robot:
+            shut[where[body]] = (shut[where[body]] & WALL) | mark
+    for k in range(len(offsets)):
+        to = robot + offsets[k]
+        dy = (offsets[k] + stride + 1) // stride - 1
+        dx = offsets[k] - dy * stride
+        if free[to] == 0:
+            continue
+        if dx != 0 and dy != 0 and cutting == 0 and (free[robot + dx] == 0 or free[robot + dy * stride] == 0):
+            continue
+        if not may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
+            shut[to] = (shut[to] & WALL) | mark
+
+
+@kernel(out=("state", "tally", "path", "shut", "wall", "toll", "room", "dist", "queue", "queued", "way"))
+def ask(
+    state, where, taken, left, step_x, step_y, free, stride, cutting, offsets,
+    cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+    ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+):  # fmt: skip
+    """Plan from where the robot stands; False if that is for the loop: it would mend, or draws have run out.
+
+    The way is ``path``, from ``state[WAY_FROM]`` = 0 on; ``state[STEPS]`` = -1 says hemmed in.
+    """
+    robot = state[ROBOT]
+    ahead = -1
+    if 0 <= state[PLACE] < state[STEPS]:
+        cell = path[state[PLACE] + 1]
+        if may_enter(robot, cell, stride, free, cutting, taken, left, step_x, step_y):
+            ahead = cell
+    if cost[robot] < 0:
+        return False
+    close(state, where, shut, stride, free, cutting, offsets, taken, left, step_x, step_y, BODY)
+    drawn = tally[DRAWN]
+    for k in range(len(tally)):
+        if k < STOP:
+            tally[k] = 0
+    tally[AT] = robot
+    tally[LENGTH] = 1
+    tally[DRAWN] = drawn
+    tally[STOP] = 4611686018427387904 if len(choices) == 1 else len(choices) - drawn
+    path[0] = robot
+    code = walk(
+        cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+        ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+    )  # fmt: skip
+    close(state, where, shut, stride, free, cutting, offsets, taken, left, step_x, step_y, 0)
+    state[EXPANSIONS] += tally[LOOKED]
+    state[PLACE] = 0
+    if code == HEMMED:
+        if state[HEMMED_AT] == robot:
+            return False
+        state[HEMMED_AT] = robot
+        state[STEPS] = -1
+        state[UNTIL] = 0
+    elif code == ARRIVED:
+        state[HEMMED_AT] = -1
+        state[STEPS] = tally[LENGTH] - 1
+        state[UNTIL] = max(tally[FIRST], min(state[STEPS], 1))
+        state[COUNTED] = 0
+        if ahead >= 0 and state[STEPS] > 0 and path[1] != ahead:
+            state[FLIPS] += 1
+    else:
+        return False
+    return True
+
+
+@kernel(
+    out=(
+        "state", "where", "step_x", "step_y", "taken", "left", "gone", "tally", "path", "shut", "wall",
+        "toll", "room", "dist", "queue", "queued", "way", "robots", "tracks", "told", "aims", "speeds",
+        "causes", "nodes", "why",
+    )
+)  # fmt: skip
+def drive_ticks(
+    state, where, step_x, step_y, taken, left, gone, opened, walkers_cut, rate,
+    free, stride, robot_cuts, offsets, draws, count, goal, robots, tracks, told, aims, speeds, causes,
+    horizon, law, counted, blocked, height, nodes, why,
+    cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+    ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+):  # fmt: skip
+    """Tick on until there is an outcome or this block's draws are used up; see :func:`run` of the loop.
+
+    Parameters
+    ----------
+    draws : float64, ``count + 2`` a tick of this block.
+    robots, told, aims : out, by tick: the robot's cell, bits of TOLD, the cell that could not be entered.
+    tracks : out, ``count`` a tick: each body's cell, 0 before it appeared.
+    speeds, causes : out, by tick, of the dissertation's law.
+    horizon .. why : see :func:`lampyris.kernels.pace.pace`; ``nodes`` and ``why`` are its room.
+    """
+    block = len(draws) // (count + 2)
+    for tick in range(block):
+        state[NOW] += 1
+        now = state[NOW]
+        first = tick * (count + 2)
+        stroll(
+            state, where, step_x, step_y, taken, left, gone, opened, free, stride, walkers_cut, draws, first
+        )
+        if rate <= 1.0:
+            appear(state, where, taken, opened, count, rate, draws[first + count], draws[first + count + 1])
+        for body in range(state[BODIES]):
+            tracks[now * count + body] = where[body]
+        enter = -1
+        if 0 <= state[PLACE] < state[UNTIL]:
+            cell = path[state[PLACE] + 1]
+            if may_enter(state[ROBOT], cell, stride, free, robot_cuts, taken, left, step_x, step_y):
+                enter = cell
+        if enter < 0:
+            if state[PLACE] < state[UNTIL] or state[PATIENT] > 0 or state[STEPS] < 0:
+                state[REPLANS] += 1
+                if state[PATIENT] > 0 or state[STEPS] < 0:
+                    told[now] |= TOLD_WAITED
+                else:
+                    told[now] |= TOLD_BLOCKED
+                    aims[now] = path[state[PLACE] + 1]
+            if not ask(
+                state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets,
+                cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+                ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+            ):  # fmt: skip
+                return ELSEWHERE
+            if state[UNTIL] > 0:
+                cell = path[1]
+                if may_enter(state[ROBOT], cell, stride, free, robot_cuts, taken, left, step_x, step_y):
+                    enter = cell
+        if enter < 0:
+            state[WAITS] += 1
+            state[PATIENT] += 1
+            told[now] |= TOLD_HEMMED if state[STEPS] < 0 else TOLD_WAIT
+            robots[now] = state[ROBOT]
+            causes[now] = OF_WAITING
+            if state[PATIENT] > state[PATIENCE]:
+                return BLOCKED
+        else:
+            came = state[ROBOT]
+            state[ROBOT] = enter
+            state[PLACE] += 1
+            state[PATIENT] = 0
+            robots[now] = enter
+            if state[COUNTED] == 0:
+                state[ITERATIONS] += 1
+                state[COUNTED] = 1
+            if enter == goal:
+                causes[now] = OF_GOAL
+                return AT_GOAL
+            speeds[now] = pace(
+                came, path, state[PLACE], state[STEPS], horizon, speeds[now - 1], law, counted, blocked,
+                taken, stride, height, nodes, why,
+            )  # fmt: skip
+            causes[now] = why[1]
+        if now == state[LAST_TICK]:
+            return TIMEOUT
+    return MORE_DRAWS
