@@ -1,0 +1,32 @@
+"""Row: what came of one job, as it is stored, sent and counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+Ending: TypeAlias = Literal["done", "refused", "timeout", "failed"]
+"""``done``: there is a result, of whatever outcome (no path is a result). ``refused``: the question was wrong
+for this planner (a typed error). ``timeout``: the budget in seconds was used up. ``failed``: a fault of ours
+or of a guest. All stay in every denominator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One result.
+
+    Parameters
+    ----------
+    key : of its job.
+    ending : see :data:`Ending`.
+    metrics : numbers, words and None by name; reproducible. Nothing that is not finite.
+    timing : seconds and bytes by name; left out of every comparison of bytes.
+    error : code and words of what went wrong; empty where nothing did.
+    """
+
+    key: str
+    ending: Ending
+    metrics: Mapping[str, Any] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict)
+    error: str = ""
