@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -104,6 +106,20 @@ def test_harsh_drives_that_were_refused_once(seed):
     assert run is not None
     assert run.outcome is Outcome.COLLISION
     assert judge(run)
+
+
+@pytest.mark.parametrize("seed", [16, 29, 36])
+def test_ways_round_obstacles_beside_walls(seed):
+    """A radius just above half a cell: obstacles beside the plan's lines were once a leave to graze walls.
+
+    Curves ran 0.250000001 m (29), 0.055 (16) and 0.082 m (36) from walls.
+    """
+    grid = replace(load("env-5").grid, resolution=0.5)
+    spec = (RandomWalk(6), Crossing(3))
+    scene = Scene(grid, (15, 22), (4, 11), robot=Robot(radius=0.256202), traffic=spec)
+    how = {"patience": 1.0, "noise": 0.05, "know": "tracks", "on_hit": "go-on", "time_limit": 60.0}
+    run = drive(scene, AStar(), seed=seed, sources=[Cutter(1.0, count=2, wait=4.0)], give_up=30.0, **how)
+    assert check_drive(run) is None
 
 
 @pytest.mark.nightly
