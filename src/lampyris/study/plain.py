@@ -1,0 +1,173 @@
+"""Plain: a study as JSON holds it, to be kept beside its results and compared with what a later call asks.
+
+Maps stand in it by the hash of their cells; the cells themselves are packed by :mod:`lampyris.study.ground`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NoReturn
+
+from lampyris import __version__
+from lampyris.errors import FileError
+from lampyris.maps.map_hash import map_hash
+from lampyris.maps.yaml_text import shown
+from lampyris.model.grid import Grid
+from lampyris.study.design import RESULTS, Crowd, Ground, Study, Who, World, canonical
+from lampyris.typing import Cell
+
+FORMAT = 1
+CALLED = "called"
+"""Where the words stand that decide nothing: names, labels, what the study is about."""
+_SAME = (
+    "kind", "moves", "robot", "expansions", "seconds", "ticks", "patience", "drive", "root", "memory",
+)  # fmt: skip
+"""Fields of a study that are plain data already."""
+
+
+def study_plain(study: Study) -> dict[str, Any]:
+    """All of a study but the cells of its maps; what JSON makes of it and back is the same."""
+    grounds = list(study.grounds.values())
+    number = {ground.hash: k for k, ground in enumerate(grounds)}
+    return {
+        "format": FORMAT,
+        "version": [__version__, RESULTS],
+        **{key: _copied(getattr(study, key)) for key in _SAME},
+        "maps": [{"hash": g.hash, "resolution": g.grid.resolution} for g in grounds],
+        "worlds": [
+            {
+                "map": number[w.ground.hash], "start": list(w.start), "goal": list(w.goal),
+                "published": w.published,
+            }
+            for w in study.worlds
+        ],
+        "planners": [_who(w) for w in study.planners],
+        "laws": [_who(w) for w in study.laws],
+        "crowds": [c.plain for c in study.crowds],
+        "seeds": list(study.seeds),
+        CALLED: {
+            "name": study.name,
+            "about": study.about,
+            "maps": [g.name for g in grounds],
+            "planners": [w.label for w in study.planners],
+            "laws": [w.label for w in study.laws],
+        },
+    }  # fmt: skip
+
+
+def study_of(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
+    """The study that :func:`study_plain` made plain: the same jobs, with the same keys and labels.
+
+    Parameters
+    ----------
+    plain : plain data.
+    grounds : the maps by hash.
+
+    Raises
+    ------
+    FileError : STUDY_VERSION: written by another release, in which the same jobs have other keys;
+        STUDY_PLAIN: not such data; STUDY_MAP: a map is missing, or is another one.
+    """
+    try:
+        version = [plain["version"][0], plain["version"][1]]
+        if plain["format"] != FORMAT or version != [__version__, RESULTS]:
+            raise FileError(
+                "STUDY_VERSION",
+                f"made by lampyris {version[0]}, results {version[1]}",
+                where="study",
+                allowed=f"lampyris {__version__}, results {RESULTS}",
+                todo="read it with that release, or run the study again",
+            )
+        return _study(plain, grounds)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as problem:
+        what = f"{type(problem).__name__} ({str(problem)[:60]})"
+        raise FileError("STUDY_PLAIN", what, where="study", allowed="a study made plain") from None
+
+
+def differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """Dotted name and both values of the first field in which two plain studies differ; empty if in none.
+
+    Names and labels do not count (see :data:`CALLED`): they decide nothing. A whole number and a fraction of
+    the same value differ, as keys of jobs do.
+    """
+    return _differing(
+        {k: v for k, v in old.items() if k != CALLED}, {k: v for k, v in new.items() if k != CALLED}, ""
+    )
+
+
+def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
+    called = plain[CALLED]
+    maps = [_ground(one, name, grounds) for one, name in zip(plain["maps"], called["maps"], strict=True)]
+    worlds = tuple(
+        World(maps[w["map"]], _cell(w["start"]), _cell(w["goal"]), w["published"]) for w in plain["worlds"]
+    )
+    planners, laws = (
+        tuple(
+            Who(one["name"], one["settings"], label, one["origin"])
+            for one, label in zip(plain[key], called[key], strict=True)
+        )
+        for key in ("planners", "laws")
+    )
+    crowds = tuple(Crowd(**one) for one in plain["crowds"])
+    return Study(
+        name=called["name"],
+        about=called["about"],
+        worlds=worlds,
+        planners=planners,
+        laws=laws,
+        crowds=crowds,
+        seeds=tuple(plain["seeds"]),
+        **{key: plain[key] for key in _SAME},
+    )
+
+
+def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> Ground:
+    hash_, grid = said["hash"], grounds.get(said["hash"])
+    if grid is None:
+        _refuse_map(name, "is missing")
+    if map_hash(grid) != hash_:
+        _refuse_map(name, "has other cells")
+    if grid.resolution != said["resolution"]:
+        _refuse_map(name, f"has {grid.resolution!r} metres a cell, not {said['resolution']!r}")
+    return Ground(name, grid, hash_)
+
+
+def _refuse_map(name: str, why: str) -> NoReturn:
+    raise FileError("STUDY_MAP", f"map {shown(name)} {why}", where="study", allowed="the study's own map")
+
+
+def _cell(pair: Any) -> Cell:
+    x, y = pair
+    return int(x), int(y)
+
+
+def _who(who: Who) -> dict[str, Any]:
+    return {"name": who.name, "settings": dict(who.settings), "origin": who.origin}
+
+
+def _copied(value: Any) -> Any:
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def _differing(old: Any, new: Any, name: str) -> str:
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        for key in (*old, *(k for k in new if k not in old)):
+            inner = f"{name}.{key}" if name else str(key)
+            if key not in old or key not in new:
+                return f"{inner}: {_brief(old.get(key))} and {_brief(new.get(key))}"
+            if found := _differing(old[key], new[key], inner):
+                return found
+        return ""
+    if isinstance(old, list | tuple) and isinstance(new, list | tuple):
+        if len(old) != len(new):
+            return f"{name}: {_brief(old)} and {_brief(new)}"
+        pairs = enumerate(zip(old, new, strict=True))
+        return next((f for k, (a, b) in pairs if (f := _differing(a, b, f"{name}.{k}"))), "")
+    return "" if canonical(old) == canonical(new) else f"{name}: {_brief(old)} and {_brief(new)}"
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        short = shown(list(value))
+        return short if len(value) <= 8 and not short.endswith("...") else f"{len(value):,} values"
+    return "a table" if isinstance(value, Mapping) else shown(value)
