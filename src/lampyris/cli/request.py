@@ -10,8 +10,6 @@ from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean
 from lampyris.field.layers import moves_for
 from lampyris.maps import library
@@ -24,11 +22,10 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Recorded, Traffic
 from lampyris.planners import registry
+from lampyris.sim.mobility import MOBILITIES, crowd
 from lampyris.typing import Cell, FloatGrid
-
-MOBILITIES = ("random-walk", "patrol", "crossing", "mixed")
 
 
 def known(code: str, option: str, word: str, words: Iterable[str]) -> str:
@@ -193,48 +190,8 @@ class TrafficRequest:
         known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
             raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
-        walk, patrol, crossing = {
-            "random-walk": (self.count, 0, 0),
-            "patrol": (0, self.count, 0),
-            "crossing": (0, 0, self.count),
-            "mixed": (self.count - 2 * (self.count // 3), self.count // 3, self.count // 3),
-        }[self.mobility]
-        RandomWalk(self.count)  # refuses a count that is negative or too large, whatever the mobility
         made: list[Traffic] = [Recorded(read_track(p), self.radius) for p in self.tracks]
-        made += [Crossing(crossing, self.radius)] if crossing else []
-        made += self._patrols(patrol, grid, seed)
-        made += [RandomWalk(walk, self.rate, self.radius)] if walk else []
-        return tuple(made)
-
-    def _patrols(self, count: int, grid: Grid, seed: int) -> list[Traffic]:
-        """Patrols between random cells of one region, a dozen cells or so apart."""
-        if not count:
-            return []
-        from scipy.ndimage import label
-
-        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 0x9A7901))))
-        region, _ = label(~grid.blocked, structure=np.ones((3, 3)))
-        ys, xs = np.nonzero(region)
-        if not len(xs):
-            raise UsageError("OPTIONS", f"{count} patrols on a map without a free cell", allowed="0")
-        made: list[Traffic] = []
-        taken: set[Cell] = set()
-        for _ in range(count * 200):
-            if len(made) == count:
-                return made
-            i = int(rng.integers(len(xs)))
-            a = (int(xs[i]), int(ys[i]))
-            near = np.nonzero(
-                (np.maximum(np.abs(xs - a[0]), np.abs(ys - a[1])) <= 12)
-                & (region[ys, xs] == region[a[1], a[0]])
-            )[0]
-            j = int(near[int(rng.integers(len(near)))])
-            b = (int(xs[j]), int(ys[j]))
-            if a == b or {a, b} & taken:
-                continue
-            taken |= {a, b}
-            made.append(Patrol((a, b), self.radius))
-        raise UsageError("OPTIONS", f"{count} patrols do not fit this map", allowed=f"about {len(made)}")
+        return (*made, *crowd(self.mobility, self.count, grid, seed, rate=self.rate, radius=self.radius))
 
 
 def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:

@@ -1,0 +1,98 @@
+"""Mobility: a crowd by one word and a number, as specifications of traffic."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lampyris.errors import SettingError, UsageError, did_you_mean
+from lampyris.model.grid import Grid
+from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Traffic
+from lampyris.typing import Cell
+
+MOBILITIES = ("random-walk", "patrol", "crossing", "mixed")
+
+APART = 12
+"""Cells along either axis that the two ends of a patrol are apart, at most."""
+
+_TRIES = 200
+"""Draws for each patrol before the map is called full."""
+
+_STREAM = 0x9A7901
+"""Second number of the seed of patrols, so that their draws are nobody else's."""
+
+
+def crowd(
+    kind: str, count: int, grid: Grid, seed: int, *, rate: float | None = None, radius: float = 0.0
+) -> tuple[Traffic, ...]:
+    """So many moving obstacles of a kind: crossing ones first, then patrols, then random walkers.
+
+    Parameters
+    ----------
+    kind : one of :data:`MOBILITIES`, or ``none``. ``mixed``: a third of each, random walkers what is left.
+    count : how many.
+    grid, seed : where patrols go is drawn here; the others are drawn by the simulation.
+    rate : chance a tick that a random walker appears; None: all are there from the start.
+    radius : metres.
+
+    Raises
+    ------
+    SettingError : ``MOBILITY``: no such kind. A count, rate or radius out of its range.
+    LimitError : more obstacles than a simulation may have.
+    UsageError : ``OPTIONS``: a rate without random walkers; patrols that do not fit the map.
+    """
+    if kind not in (*MOBILITIES, "none"):
+        raise SettingError(
+            "MOBILITY", f"{kind!r}", where="kind", allowed=", ".join((*MOBILITIES, "none")),
+            todo=did_you_mean(kind, MOBILITIES),
+        )  # fmt: skip
+    RandomWalk(count, rate, radius)  # refuses what is out of range, whatever the kind
+    if rate is not None and kind not in ("random-walk", "mixed"):
+        raise UsageError("OPTIONS", f"a rate with {kind}", where="rate", allowed="random walkers")
+    third = count // 3
+    walk, patrol, crossing = {
+        "none": (0, 0, 0),
+        "random-walk": (count, 0, 0),
+        "patrol": (0, count, 0),
+        "crossing": (0, 0, count),
+        "mixed": (count - 2 * third, third, third),
+    }[kind]
+    made: list[Traffic] = [Crossing(crossing, radius)] if crossing else []
+    made += patrols(patrol, grid, seed, radius=radius)
+    made += [RandomWalk(walk, rate, radius)] if walk else []
+    return tuple(made)
+
+
+def patrols(count: int, grid: Grid, seed: int, *, radius: float = 0.0) -> list[Traffic]:
+    """Patrols between random cells of one region, a dozen cells or so apart.
+
+    Raises
+    ------
+    UsageError : ``OPTIONS``: they do not fit the map.
+    """
+    if not count:
+        return []
+    from scipy.ndimage import label
+
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, _STREAM))))
+    region, _ = label(~grid.blocked, structure=np.ones((3, 3)))
+    ys, xs = np.nonzero(region)
+    if not len(xs):
+        raise UsageError("OPTIONS", f"{count} patrols on a map without a free cell", allowed="0")
+    made: list[Traffic] = []
+    taken: set[Cell] = set()
+    for _ in range(count * _TRIES):
+        if len(made) == count:
+            return made
+        i = int(rng.integers(len(xs)))
+        a = (int(xs[i]), int(ys[i]))
+        near = np.nonzero(
+            (np.maximum(np.abs(xs - a[0]), np.abs(ys - a[1])) <= APART)
+            & (region[ys, xs] == region[a[1], a[0]])
+        )[0]
+        j = int(near[int(rng.integers(len(near)))])
+        b = (int(xs[j]), int(ys[j]))
+        if a == b or {a, b} & taken:
+            continue
+        taken |= {a, b}
+        made.append(Patrol((a, b), radius))
+    raise UsageError("OPTIONS", f"{count} patrols do not fit this map", allowed=f"about {len(made)}")
