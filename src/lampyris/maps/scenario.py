@@ -165,21 +165,10 @@ def read_scenario(
     from pydantic import ValidationError
 
     from lampyris.maps.scenario_build import build
-    from lampyris.maps.scenario_faults import brief, faults_of, raise_all, spot
+    from lampyris.maps.scenario_faults import faults_of, raise_all, spot
     from lampyris.maps.scenario_file import VERSION, ScenarioFile
 
-    name = os.fspath(path)
-    said = _read(name)
-    version = said.data.get("version", VERSION)
-    if isinstance(version, bool) or version != VERSION:
-        # Alone: every other key might be called unknown.
-        newer = isinstance(version, int) and version > VERSION
-        raise FileError(
-            "VERSION",
-            brief(version) + (": made for a newer release" if newer else ""),
-            where=spot(said, ("version",)),
-            allowed=f"version {VERSION}",
-        )
+    said = read_document(os.fspath(path), VERSION)
     obstacles = said.data.get("obstacles")
     if isinstance(obstacles, list) and len(obstacles) > MAX_BODIES:
         what = f"{len(obstacles):,} obstacles"
@@ -189,6 +178,30 @@ def read_scenario(
     except ValidationError as problem:
         raise_all(faults_of(said, problem), problem.error_count())
     return build(said, file, names, allow_outside, max_cells)
+
+
+def read_document(name: str, version: int) -> Document:
+    """A file as plain data, every value with its place: JSON if its name ends in ``.json``, YAML otherwise.
+
+    Raises
+    ------
+    FileError : what is wrong with it; VERSION: it has another version than this. Of no other key is said
+        anything then: each might be called unknown.
+    LimitError : it is too large.
+    """
+    from lampyris.maps.scenario_faults import brief, spot
+
+    said = _read(name)
+    given = said.data.get("version", version)
+    if isinstance(given, bool) or given != version:
+        newer = isinstance(given, int) and given > version
+        raise FileError(
+            "VERSION",
+            brief(given) + (": made for a newer release" if newer else ""),
+            where=spot(said, ("version",)),
+            allowed=f"version {version}",
+        )
+    return said
 
 
 def _read(name: str) -> Document:

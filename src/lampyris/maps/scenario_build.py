@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeVar
 
-from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError, UsageError
-from lampyris.maps import dob, library
+from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError
+from lampyris.maps import dob
 from lampyris.maps import scenario_file as form
 from lampyris.maps.csv_table import MAX_BYTES
-from lampyris.maps.document import MapDocument, Source, document, read_regular
-from lampyris.maps.load import load_map
-from lampyris.maps.make import make_ground, recipe_named
+from lampyris.maps.document import MapDocument, read_regular
 from lampyris.maps.map_hash import map_hash
-from lampyris.maps.ros_yaml import plain_path
-from lampyris.maps.scenario import PRESETS, Bundled, Made, MapFile, MapSource, Names, Scenario
+from lampyris.maps.scenario import PRESETS, MapSource, Names, Scenario
 from lampyris.maps.scenario_faults import Document, in_order, raise_all, spot
-from lampyris.maps.text import read_text
+from lampyris.maps.scenario_maps import Files, placed
 from lampyris.maps.tracks import MAX_TICKS, read_track
-from lampyris.maps.yaml_text import Where, shown
+from lampyris.maps.yaml_text import Where
 from lampyris.maps.zones import read_zones
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
@@ -51,8 +45,7 @@ class _Build:
         self, said: Document, file: form.ScenarioFile, names: Names, allow_outside: bool, max_cells: int
     ) -> None:
         self.said, self.file, self.names = said, file, names
-        self.allow_outside, self.max_cells = allow_outside, max_cells
-        self.folder = os.path.dirname(said.where)
+        self.files = Files(said, allow_outside, max_cells)
         self.faults: list[LampyrisError] = []
         self.notes: list[str] = []
         self.room = 10 * MAX_TICKS
@@ -86,7 +79,7 @@ class _Build:
         return Scenario(
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
             file.name or "", map_[1], tuple(self.notes), self.said.where,
-            self.path(file.zones, ("zones",)) if file.zones is not None else None, drive,
+            self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive,
         )  # fmt: skip
 
     def _drive(self) -> dict[str, Any] | None:
@@ -112,7 +105,7 @@ class _Build:
     # ---- the map --------------------
 
     def _map(self) -> tuple[MapDocument, MapSource | None]:
-        found, source = self._map_of(self.file.map)
+        found, source = self.files.map_of(self.file.map, ("map",))
         self.notes += found.notes
         if self.file.map_hash is not None and (given := map_hash(found.grid)) != self.file.map_hash:
             raise SettingError(
@@ -123,79 +116,12 @@ class _Build:
             )
         return found, source
 
-    def _map_of(self, spec: Any) -> tuple[MapDocument, MapSource | None]:
-        if isinstance(spec, str | form.BundledMap):
-            name, resolution = (spec, None) if isinstance(spec, str) else (spec.bundled, spec.resolution)
-            if name not in library.names() and ("/" in name or "." in name):
-                raise FileError(
-                    "FILE_MISSING",
-                    f"no bundled map is called {shown(name)}",
-                    allowed=", ".join(library.names()),
-                    todo=f"for a file write map: {{file: {name}}}",
-                )
-            return library.load(name, resolution=resolution, max_cells=self.max_cells), Bundled(name)
-        if isinstance(spec, form.FileMap):
-            path = self.path(spec.file, ("map", "file"))
-            found = load_map(
-                Path(path),
-                resolution=spec.resolution,
-                max_cells=self.max_cells,
-                allow_outside=self.allow_outside,
-                confined=not self.allow_outside,
-                values=spec.values,
-                colour=spec.colour,
-            )
-            return found, MapFile(path, spec.values, spec.colour)
-        if isinstance(spec, form.RecipeMap):
-            made = Made(spec.recipe, (spec.size[0], spec.size[1]), spec.seed, spec.settings)
-            return self._made(made, spec.resolution), made
-        return self._rows(spec), None
-
-    def _made(self, made: Made, resolution: float) -> MapDocument:
-        width, height = made.size
-        if width * height > self.max_cells:
-            raise LimitError(
-                "MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"at most {self.max_cells:,} cells"
-            )
-        recipe_named(made.recipe).complete(made.settings)  # before they are taken for arguments
-        ground = make_ground(made.recipe, width, height, made.seed, **made.settings)
-        grid = Grid(ground.blocked, resolution=resolution, name=made.recipe, terrain=ground.terrain)
-        return MapDocument(grid, format="recipe")
-
-    def _rows(self, spec: form.RowsMap) -> MapDocument:
-        source = Source("\n".join(spec.rows).encode(), "rows", self.max_cells)
-        found = document(read_text(source), source, name=spec.name, format="text", resolution=spec.resolution)
-        if found.grid.height != len(spec.rows):
-            raise FileError("MAP_ROW", f"{len(spec.rows)} rows", allowed="rows of cells, without line breaks")
-        x, y, yaw = spec.origin
-        return replace(found, grid=replace(found.grid, origin=(x, y, yaw)))
-
-    def path(self, name: str, way: Where) -> str:
-        """A path named in the file, as it can be opened; its form is looked at before anything is."""
-        if not plain_path(name):
-            raise FileError(
-                "PATH_FORM",
-                f"{shown(name)} is not a plain file name",
-                where=spot(self.said, way),
-                allowed="a path with / between its parts; no address, drive, pipe or share",
-            )
-        path = os.path.join(self.folder, os.path.normpath(name))
-        inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder or "."))
-        if not (inside or self.allow_outside):
-            raise FileError(
-                "PATH_OUTSIDE",
-                f"{shown(name)} is outside the scenario's folder",
-                where=spot(self.said, way),
-                todo="put the file beside it, or give --allow-outside if you trust the scenario",
-            )
-        return path
-
     def _zones(self, grid: Grid, robot: Robot) -> FloatGrid | None:
         """The speed zones of a file."""
         if self.file.zones is None:
             return None
-        path = self.path(self.file.zones, ("zones",))
-        outside = self.allow_outside
+        path = self.files.path(self.file.zones, ("zones",))
+        outside = self.files.allow_outside
         zones, notes = read_zones(path, grid, robot.v_max, allow_outside=outside, confined=not outside)
         self.notes += notes
         return zones
@@ -249,7 +175,7 @@ class _Build:
             return (Recorded(_cells(spec.track), spec.radius),)
         if self.room < 0:
             return ()
-        path = self.path(spec.file, ("obstacles", k, "file"))
+        path = self.files.path(spec.file, ("obstacles", k, "file"))
         data = read_regular(path, MAX_BYTES)
         if not dob.looks_like(data):
             self._csv_only(spec, k)
@@ -286,17 +212,6 @@ class _Build:
             made.append(one if spec.radius is None else Recorded(one.track, spec.radius))
             self.notes += notes
         return tuple(made)
-
-
-def placed(fault: LampyrisError, said: Document, way: Where) -> LampyrisError:
-    """A mistake with its place in the scenario; an unknown word is bad input here, exit code 3."""
-    from lampyris.maps.scenario_faults import spot
-
-    where = "" if fault.where in way else fault.where
-    if not where.startswith(f"{said.where}:"):
-        where = f"{spot(said, way)}: {where}" if where else spot(said, way)
-    kind = SettingError if isinstance(fault, UsageError) else type(fault)
-    return kind(fault.code, fault.what, where=where, allowed=fault.allowed, todo=fault.todo)
 
 
 def _named(given: Any) -> tuple[str, Mapping[str, Any]]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NoReturn, Protocol, get_args
+from types import UnionType
+from typing import Any, NoReturn, Protocol, Union, get_args, get_origin
 
-from pydantic import ValidationError
+from pydantic import Tag, ValidationError
 from pydantic_core import ErrorDetails
 
 from lampyris.errors import FileError, LampyrisError, LimitError, did_you_mean
 from lampyris.maps.document import plural
 from lampyris.maps.json_text import JsonDocument, pointer
-from lampyris.maps.scenario_file import KINDS, TABLES, TAGS, ScenarioFile
+from lampyris.maps.scenario_file import ScenarioFile
 from lampyris.maps.scenario_form import Rule, Table
 from lampyris.maps.yaml_text import Where, shown
 
@@ -29,9 +30,6 @@ _TYPES = {
     "model_type": "is not a table",
     "model_attributes_type": "is not a table",
 }
-_TAG_AT: Mapping[str | int, int] = {"map": 1, "start": 1, "goal": 1, "planner": 1, "law": 1, "obstacles": 2}
-"""Where in pydantic's place of a mistake the tag of a union stands, by the first step."""
-_NO_KIND = {"map": "MAP", "obstacles": "OBSTACLE_KIND"}
 
 
 class Document(Protocol):
@@ -81,14 +79,16 @@ def in_order(document: Document, faults: Iterable[LampyrisError]) -> list[Lampyr
     return sorted(faults, key=place)
 
 
-def faults_of(document: Document, problem: ValidationError) -> list[LampyrisError]:
-    """The mistakes of a scenario, the first hundred, as errors of ours in the order of the file."""
+def faults_of(
+    document: Document, problem: ValidationError, file: type[Table] = ScenarioFile
+) -> list[LampyrisError]:
+    """The mistakes of a file, the first hundred, as errors of ours in its order; ``file`` is its table."""
     found = problem.errors(include_url=False)
-    return in_order(document, [_fault(document, one) for one in found[: 5 * MOST]])
+    return in_order(document, [_fault(document, one, file) for one in found[: 5 * MOST]])
 
 
-def _fault(document: Document, one: ErrorDetails) -> LampyrisError:
-    way, table, rule = _resolve(one["loc"], document.data)
+def _fault(document: Document, one: ErrorDetails, file: type[Table]) -> LampyrisError:
+    way, table, rule = _resolve(one["loc"], file)
     kind, value = one["type"], one["input"]
     where = spot(document, way)
     if kind == "extra_forbidden":
@@ -118,20 +118,56 @@ def _fault(document: Document, one: ErrorDetails) -> LampyrisError:
     return FileError(code, what, where=where, allowed=rule.allowed, todo=todo)
 
 
-def _resolve(loc: Iterable[str | int], data: Any) -> tuple[Where, type[Table], Rule | None]:
-    """The way in the file, the table it ends in and the rule of its field, from pydantic's place."""
-    table: type[Table] = ScenarioFile
+def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[Where, type[Table], Rule | None]:
+    """The way in the file, the table it ends in and the rule of its field, from pydantic's place.
+
+    Tags of unions stand in pydantic's places and not in the file: they are known by what was expected there.
+    """
+    table, hint = file, _Hint(file)
     way: list[str | int] = []
     rule: Rule | None = None
-    for k, step in enumerate(loc):
-        if step in TAGS and k and k == _TAG_AT.get(way[0]):  # a key of the file may be called so, too
-            table = TAGS[str(step)] or table
+    for step in loc:
+        tags = hint.tags()
+        if step in tags:
+            hint = tags[step]
+            table = hint.table or table
             continue
         way.append(step)
-        if isinstance(step, str):
-            rule = _rules(table).get(step)
-            table = TABLES.get(step, table) if table is ScenarioFile else table
+        if hint.table is not None:
+            rule = _rules(table).get(str(step))
+        hint = hint.inside(step)
+        table = hint.table or table
     return tuple(way), table, rule
+
+
+class _Hint:
+    """An annotation of a field, or of a part of it: what may stand there."""
+
+    def __init__(self, hint: Any) -> None:
+        while True:
+            if hasattr(hint, "__metadata__"):
+                hint = hint.__origin__
+            elif type(None) in get_args(hint) and len(get_args(hint)) == 2:  # it, or null
+                hint = next(part for part in get_args(hint) if part is not type(None))
+            else:
+                break
+        self.hint = hint
+        self.table = hint if isinstance(hint, type) and issubclass(hint, Table) else None
+
+    def tags(self) -> Mapping[str | int, _Hint]:
+        """What each tag of a union means; nothing where there is none."""
+        if get_origin(self.hint) not in (Union, UnionType):
+            return {}
+        marked = [(part, getattr(part, "__metadata__", ())) for part in get_args(self.hint)]
+        return {m.tag: _Hint(part) for part, marks in marked for m in marks if isinstance(m, Tag)}
+
+    def inside(self, step: str | int) -> _Hint:
+        """What may stand behind a key or an index."""
+        if self.table is not None:
+            fields = self.table.model_fields.items()
+            return _Hint(next((f.annotation for name, f in fields if step == (f.alias or name)), Any))
+        parts = get_args(self.hint)
+        return _Hint(parts[-1] if get_origin(self.hint) in (list, dict) else Any)
 
 
 def _rules(table: type[Table]) -> Mapping[str, Rule]:
@@ -173,19 +209,14 @@ def _unknown_key(document: Document, way: Where, table: type[Table]) -> FileErro
 
 def _no_kind(document: Document, way: Where, value: Any, rule: Rule | None) -> FileError:
     """A value that none of several forms begins to fit."""
-    code = _NO_KIND.get(str(way[0]), "TYPE")
-    allowed = rule.allowed if rule else ""
-    todo = ""
-    if way[0] == "obstacles":
-        allowed = "kind: " + ", ".join(KINDS)
-        if isinstance(value, dict) and "kind" in value:
-            way = (*way, "kind")
-            todo, value = did_you_mean(value["kind"], KINDS), value["kind"]
-        elif isinstance(value, dict):
+    code, allowed, todo = (rule.code, rule.allowed, "") if rule else ("TYPE", "", "")
+    if rule and rule.kinds and isinstance(value, dict):
+        if "kind" not in value:
             return FileError("KEY", "`kind` is missing", where=spot(document, way), allowed=allowed)
-    elif way[0] == "map" and isinstance(value, dict):
-        keys = ("bundled", "file", "recipe", "rows")
-        todo = next((hint for key in value if (hint := did_you_mean(key, keys))), "")
+        way = (*way, "kind")
+        todo, value = did_you_mean(value["kind"], rule.kinds), value["kind"]
+    elif rule and rule.keys and isinstance(value, dict):
+        todo = next((hint for key in value if (hint := did_you_mean(key, rule.keys))), "")
         what = f"a table with {', '.join(shown(k) for k in list(value)[:5])}" if value else "an empty table"
         return FileError("KEY", what, where=spot(document, way), allowed=allowed, todo=todo)
     return FileError(code, brief(value), where=spot(document, way), allowed=allowed, todo=todo)

@@ -79,11 +79,13 @@ class RowsMap(Table):
     ] = Field([0.0, 0.0, 0.0], description="Pose of the lower left corner in the map frame: x, y, yaw.")
 
 
+MAP_KEYS = ("bundled", "file", "recipe", "rows")
+
+
 def _map_kind(value: Any) -> str | None:
     if isinstance(value, str):
         return "map-name"
-    keys = ("bundled", "file", "recipe", "rows")
-    return next((f"map-{key}" for key in keys if isinstance(value, dict) and key in value), None)
+    return next((f"map-{key}" for key in MAP_KEYS if isinstance(value, dict) and key in value), None)
 
 
 MapSpec: TypeAlias = Annotated[
@@ -93,7 +95,7 @@ MapSpec: TypeAlias = Annotated[
     | Annotated[RecipeMap, Tag("map-recipe")]
     | Annotated[RowsMap, Tag("map-rows")],
     Discriminator(_map_kind),
-    Rule("MAP", "a bundled name, or a table with bundled, file, recipe or rows"),
+    Rule("MAP", "a bundled name, or a table with bundled, file, recipe or rows", keys=MAP_KEYS),
 ]
 
 # ---- ends, robot, who plans --------------------
@@ -249,6 +251,7 @@ Obstacle: TypeAlias = Annotated[
     | Annotated[TrackTable, Tag("recorded-track")]
     | Annotated[TrackFileTable, Tag("recorded-file")],
     Discriminator(_obstacle_kind),
+    Rule("OBSTACLE_KIND", "kind: " + ", ".join(KINDS), kinds=KINDS),
 ]
 
 
@@ -312,24 +315,17 @@ class ScenarioFile(Table):
     )
 
 
-TAGS: dict[str, type[Table] | None] = {
-    "map-name": None, "map-bundled": BundledMap, "map-file": FileMap, "map-recipe": RecipeMap,
-    "map-rows": RowsMap,
-    "end-cell": None, "end-point": Point, "named-word": None, "named-table": Named,
-    "random-walk": WalkTable, "patrol": PatrolTable, "crossing": CrossingTable,
-    "recorded-track": TrackTable, "recorded-file": TrackFileTable,
-}  # fmt: skip
-"""The table that each tag of a union means; tags stand in pydantic's places and not in the file."""
-TABLES: dict[str, type[Table]] = {"robot": RobotTable, "simulate": SimulateTable, "drive": DriveTable}
-"""The tables that have a key of their own."""
-
-
 def json_schema() -> dict[str, Any]:
     """The JSON Schema of scenario files."""
-    made = _untitled(ScenarioFile.model_json_schema())
+    return schema_of(ScenarioFile, "lampyris scenario")
+
+
+def schema_of(file: type[Table], title: str) -> dict[str, Any]:
+    """The JSON Schema of the files that a table is the whole of."""
+    made = _untitled(file.model_json_schema())
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "lampyris scenario",
+        "title": title,
         "description": made.pop("description"),
         **made,
     }

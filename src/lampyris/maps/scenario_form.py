@@ -24,12 +24,16 @@ class Rule:
     allowed : in words.
     always : whether a value of the wrong type has this code too, and not TYPE.
     limit : whether a value that is too great is a LIMIT (exit code 5).
+    keys : of a field that may be one of several tables: the keys by which they are told apart.
+    kinds : the same where the key is ``kind`` for all of them: its values.
     """
 
     code: str
     allowed: str
     always: bool = False
     limit: bool = False
+    keys: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
 
 
 def _printable(text: str) -> str:

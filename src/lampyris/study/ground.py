@@ -1,7 +1,8 @@
 """Ground: a map as JSON can hold it, to be sent to a worker or kept in a store, and the map of it again.
 
-Cells are packed eight to a byte, compressed and written in base64: 5 to 37 KB for the bundled maps of 512 x 512 cells.
-What comes from elsewhere is not trusted: the size is read first, checked, and nothing larger is unpacked.
+Cells are packed eight to a byte, compressed and written in base64: 5 to 37 KB for the bundled maps of
+512 x 512 cells. What comes from elsewhere is not trusted: the size is read first, checked, and nothing larger
+is unpacked.
 """
 
 from __future__ import annotations

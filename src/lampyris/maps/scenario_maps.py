@@ -1,0 +1,136 @@
+"""From what a file says of a map to the map: bundled, from another file, made by a recipe, or written out."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from lampyris.errors import FileError, LampyrisError, LimitError, SettingError, UsageError
+from lampyris.maps import library
+from lampyris.maps import scenario_file as form
+from lampyris.maps.document import MapDocument, Source, document
+from lampyris.maps.load import load_map
+from lampyris.maps.make import make_ground, recipe_named
+from lampyris.maps.ros_yaml import plain_path
+from lampyris.maps.scenario import Bundled, Made, MapFile, MapSource
+from lampyris.maps.scenario_faults import Document, spot
+from lampyris.maps.text import read_text
+from lampyris.maps.yaml_text import Where, shown
+from lampyris.model.grid import Grid
+
+
+class Files:
+    """The files that a file may name.
+
+    Parameters
+    ----------
+    said : the file, read.
+    allow_outside : whether it may name files outside the folder.
+    max_cells : maps of more cells are refused.
+    what : what kind of file it is, for messages.
+    folder : what names are relative to; None: the file's own folder.
+    """
+
+    def __init__(
+        self,
+        said: Document,
+        allow_outside: bool,
+        max_cells: int,
+        what: str = "scenario",
+        folder: str | None = None,
+    ) -> None:
+        self.said, self.allow_outside, self.max_cells, self.what = said, allow_outside, max_cells, what
+        self.folder = os.path.dirname(said.where) if folder is None else folder
+
+    def path(self, name: str, way: Where) -> str:
+        """A path named in the file, as it can be opened; its form is looked at before anything is.
+
+        Raises
+        ------
+        FileError : PATH_FORM, PATH_OUTSIDE, at its place in the file.
+        """
+        if not plain_path(name):
+            raise FileError(
+                "PATH_FORM",
+                f"{shown(name)} is not a plain file name",
+                where=spot(self.said, way),
+                allowed="a path with / between its parts; no address, drive, pipe or share",
+            )
+        path = os.path.join(self.folder, os.path.normpath(name))
+        inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder or "."))
+        if not (inside or self.allow_outside):
+            raise FileError(
+                "PATH_OUTSIDE",
+                f"{shown(name)} is outside the {self.what}'s folder",
+                where=spot(self.said, way),
+                todo=f"put the file beside it, or give --allow-outside if you trust the {self.what}",
+            )
+        return path
+
+    def map_of(self, spec: Any, way: Where) -> tuple[MapDocument, MapSource | None]:
+        """The map that a table or a name says, and where it comes from; None: from its own rows.
+
+        Raises
+        ------
+        LampyrisError : what is wrong with it.
+        """
+        if isinstance(spec, str | form.BundledMap):
+            name, resolution = (spec, None) if isinstance(spec, str) else (spec.bundled, spec.resolution)
+            return self._bundled(name, resolution, way), Bundled(name)
+        if isinstance(spec, form.FileMap):
+            path = self.path(spec.file, (*way, "file"))
+            found = load_map(
+                Path(path),
+                resolution=spec.resolution,
+                max_cells=self.max_cells,
+                allow_outside=self.allow_outside,
+                confined=not self.allow_outside,
+                values=spec.values,
+                colour=spec.colour,
+            )
+            return found, MapFile(path, spec.values, spec.colour)
+        if isinstance(spec, form.RecipeMap):
+            made = Made(spec.recipe, (spec.size[0], spec.size[1]), spec.seed, spec.settings)
+            return self._made(made, spec.resolution), made
+        return self._rows(spec), None
+
+    def _bundled(self, name: str, resolution: float | None, way: Where) -> MapDocument:
+        if name not in library.names() and ("/" in name or "." in name):
+            key = "map: " if way == ("map",) else ""
+            raise FileError(
+                "FILE_MISSING",
+                f"no bundled map is called {shown(name)}",
+                allowed=", ".join(library.names()),
+                todo=f"for a file write {key}{{file: {name}}}",
+            )
+        return library.load(name, resolution=resolution, max_cells=self.max_cells)
+
+    def _made(self, made: Made, resolution: float) -> MapDocument:
+        width, height = made.size
+        if width * height > self.max_cells:
+            raise LimitError(
+                "MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"at most {self.max_cells:,} cells"
+            )
+        recipe_named(made.recipe).complete(made.settings)  # before they are taken for arguments
+        ground = make_ground(made.recipe, width, height, made.seed, **made.settings)
+        grid = Grid(ground.blocked, resolution=resolution, name=made.recipe, terrain=ground.terrain)
+        return MapDocument(grid, format="recipe")
+
+    def _rows(self, spec: form.RowsMap) -> MapDocument:
+        source = Source("\n".join(spec.rows).encode(), "rows", self.max_cells)
+        found = document(read_text(source), source, name=spec.name, format="text", resolution=spec.resolution)
+        if found.grid.height != len(spec.rows):
+            raise FileError("MAP_ROW", f"{len(spec.rows)} rows", allowed="rows of cells, without line breaks")
+        x, y, yaw = spec.origin
+        return replace(found, grid=replace(found.grid, origin=(x, y, yaw)))
+
+
+def placed(fault: LampyrisError, said: Document, way: Where) -> LampyrisError:
+    """A mistake with its place in the file; an unknown word is bad input here, exit code 3."""
+    where = "" if fault.where in way else fault.where
+    if not where.startswith(f"{said.where}:"):
+        where = f"{spot(said, way)}: {where}" if where else spot(said, way)
+    kind = SettingError if isinstance(fault, UsageError) else type(fault)
+    return kind(fault.code, fault.what, where=where, allowed=fault.allowed, todo=fault.todo)
