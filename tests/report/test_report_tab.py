@@ -13,8 +13,9 @@ from lampyris.report.tab import Tab, shown
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
     [
-        (None, 2, "-"), (math.nan, 2, "-"), (math.inf, None, "inf"), (-math.inf, 3, "-inf"), ("a & b", None, "a & b"),
-        (True, 2, "yes"), (False, None, "no"), (12345678, 2, "12345678"), (0.125, 2, "0.12"), (1 / 3, None, "0.333333"),
+        (None, 2, "-"), (math.nan, 2, "-"), (math.inf, None, "inf"), (-math.inf, 3, "-inf"),
+        ("a & b", None, "a & b"), (True, 2, "yes"), (False, None, "no"), (12345678, 2, "12345678"),
+        (0.125, 2, "0.12"), (1 / 3, None, "0.333333"),
         (-0.0, None, "0"), (-0.004, 2, "0.00"), (-0.006, 2, "-0.01"), (2.0, None, "2"), (2.0, 3, "2.000"),
     ],
 )  # fmt: skip
