@@ -11,20 +11,9 @@ width + 2``.
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel
+from lampyris.kernels.ahead import walk_known
 from lampyris.kernels.pace import OF_GOAL, OF_WAITING, pace
-from lampyris.kernels.window import (
-    ARRIVED,
-    AT,
-    BODY,
-    DRAWN,
-    FIRST,
-    HEMMED,
-    LENGTH,
-    LOOKED,
-    STOP,
-    WALL,
-    walk,
-)
+from lampyris.kernels.window import ARRIVED, AT, BODY, FIRST, HEMMED, LENGTH, LOOKED, STOP, WALL
 
 RUNNING, AT_GOAL, BLOCKED, TIMEOUT, ELSEWHERE, MORE_DRAWS = 0, 1, 2, 3, 4, 5
 """What :func:`drive_ticks` returns: out of this block's draws; the outcomes; not for this kernel."""
@@ -32,11 +21,14 @@ RUNNING, AT_GOAL, BLOCKED, TIMEOUT, ELSEWHERE, MORE_DRAWS = 0, 1, 2, 3, 4, 5
 NOW, BODIES, LEFT, ROBOT, PLACE, UNTIL, STEPS, PATIENT, REPLANS, WAITS, FLIPS, ITERATIONS, EXPANSIONS = range(
     13
 )
-HEMMED_AT, COUNTED, LAST_TICK, PATIENCE, WAY_FROM = 13, 14, 15, 16, 17
+HEMMED_AT, COUNTED, LAST_TICK, PATIENCE, MARKED = 13, 14, 15, 16, 17
 """Places in ``state``: ticks over, bodies there, cells in ``left``, the robot's cell, index of its cell in
-``way``, last index committed to, steps in ``way`` (-1: no way), ticks of waiting in a row, counters, the cell
-where the walk was hemmed in last (-1: none), whether the plan's iteration was counted, limits."""
+``path``, last index committed to, steps of the way (-1: no way; NOT_ASKED), ticks of waiting in a row,
+counters, the cell where the walk was hemmed in last (-1: none), whether the plan's iteration was counted,
+limits (a last tick of -1: ten times the map's sides, and four times the first way's steps), cells in
+``marks``."""
 STATE = 18
+NOT_ASKED = -2
 
 TOLD_BLOCKED, TOLD_WAITED, TOLD_HEMMED, TOLD_WAIT = 1, 2, 4, 8
 """Bits of ``told``: planned anew because the next cell could not be entered, after waiting; waited because
@@ -53,11 +45,12 @@ def crosses(cell, dx, dy, stride, left, step_x, step_y):
     return body >= 0 and step_x[body] == dx and step_y[body] == -dy
 
 
-@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone"))
-def stroll(state, where, step_x, step_y, taken, left, gone, opened, free, stride, cutting, draws, first):
+@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone", "options"))
+def stroll(state, where, step_x, step_y, taken, left, gone, options, ways, stride, draws, first):
     """Every walker steps to the option that its draw means, or stays: one tick of the obstacles.
 
     ``draws[first + k]`` is walker k's. ``gone`` lists the cells of ``left`` so that they can be cleared.
+    ``ways`` has a bit for each of the eight neighbours, row by row, into which walls let a walker step.
     """
     for k in range(state[LEFT]):
         body = left[gone[k]] - 1
@@ -65,41 +58,41 @@ def stroll(state, where, step_x, step_y, taken, left, gone, opened, free, stride
         step_y[body] = 0
         left[gone[k]] = 0
     state[LEFT] = 0
-    options = 0
-    robot = state[ROBOT]
+    # Nobody enters the robot's cell; it is nobody's, so that nothing else takes it for a body.
+    taken[state[ROBOT]] = -1
     for body in range(state[BODIES]):
         at = where[body]
-        for want in range(2):
-            # Counted first, then walked to: which option a draw means depends on how many there are.
-            if want == 0:
-                pick = -1
-            else:
-                pick = int(draws[first + body] * (options + 1))
-                if pick == 0:
-                    break
-            options = 0
-            for k in range(9):
-                dx = k % 3 - 1
-                dy = k // 3 - 1
-                to = at + dy * stride + dx
-                if k == 4 or opened[to] == 0 or taken[to] != 0 or to == robot:
-                    continue
-                if dx != 0 and dy != 0:
-                    if cutting == 0 and (free[at + dx] == 0 or free[at + dy * stride] == 0):
-                        continue
-                    if state[LEFT] > 0 and crosses(at, dx, dy, stride, left, step_x, step_y):
-                        continue
-                options += 1
-                if options == pick:
-                    taken[at] = 0
-                    left[at] = body + 1
-                    gone[state[LEFT]] = at
-                    state[LEFT] += 1
-                    taken[to] = body + 1
-                    where[body] = to
-                    step_x[body] = dx
-                    step_y[body] = dy
-                    break
+        open_ways = ways[at]
+        count = 0
+        for k in range(8):
+            j = k + (k > 3)
+            dy = j // 3 - 1
+            dx = j - 3 * dy - 4
+            row = dy * stride
+            # Written always, kept if it is an option: walls and bodies come as they like, and a branch on
+            # them would be guessed wrong every other time.
+            options[count] = k
+            legal = (open_ways >> k) & (taken[at + row + dx] == 0)
+            if dx != 0 and dy != 0 and left[at + dx] + left[at + row] != 0:
+                legal &= not crosses(at, dx, dy, stride, left, step_x, step_y)
+            count += legal & 1
+        pick = int(draws[first + body] * (count + 1))
+        if pick == 0:
+            continue
+        k = options[pick - 1]
+        j = k + (k > 3)
+        dy = j // 3 - 1
+        dx = j - 3 * dy - 4
+        to = at + dy * stride + dx
+        taken[at] = 0
+        left[at] = body + 1
+        gone[state[LEFT]] = at
+        state[LEFT] += 1
+        taken[to] = body + 1
+        where[body] = to
+        step_x[body] = dx
+        step_y[body] = dy
+    taken[state[ROBOT]] = 0
 
 
 @kernel(out=("state", "where", "taken"))
@@ -143,35 +136,49 @@ def may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
     return True
 
 
-@kernel(out=("shut",))
-def close(state, where, shut, stride, free, cutting, offsets, taken, left, step_x, step_y, mark):
-    """Mark (BODY) or unmark (0) in ``shut`` what the robot is told is closed: obstacles, and neighbours that
-    it could not enter in this tick."""
+@kernel(out=("state", "shut", "marks"))
+def close(state, where, shut, marks, stride, free, cutting, offsets, taken, left, step_x, step_y):
+    """Mark in ``shut`` what the robot is told is closed: obstacles, and neighbours that it could not enter in
+    this tick. ``marks`` has the x and y of each."""
     robot = state[ROBOT]
-    for body in range(state[BODIES]):
-        if where[body] != robot:
-            shut[where[body]] = (shut[where[body]] & WALL) | mark
+    count = state[BODIES]
+    for body in range(count):
+        cell = where[body]
+        shut[cell] |= BODY
+        marks[2 * body + 1] = cell // stride
+        marks[2 * body] = cell - cell // stride * stride
     for k in range(len(offsets)):
         to = robot + offsets[k]
+        if free[to] == 0 or taken[to] != 0:
+            continue
         dy = (offsets[k] + stride + 1) // stride - 1
         dx = offsets[k] - dy * stride
-        if free[to] == 0:
-            continue
         if dx != 0 and dy != 0 and cutting == 0 and (free[robot + dx] == 0 or free[robot + dy * stride] == 0):
             continue
         if not may_enter(robot, to, stride, free, cutting, taken, left, step_x, step_y):
-            shut[to] = (shut[to] & WALL) | mark
+            shut[to] |= BODY
+            marks[2 * count + 1] = to // stride
+            marks[2 * count] = to - to // stride * stride
+            count += 1
+    state[MARKED] = count
 
 
-@kernel(out=("state", "tally", "path", "shut", "wall", "toll", "room", "dist", "queue", "queued", "way"))
+@kernel(
+    out=(
+        "state", "tally", "path", "shut", "marks", "wall", "toll", "room", "dist", "queue", "queued", "way",
+        "known",
+    )
+)  # fmt: skip
 def ask(
-    state, where, taken, left, step_x, step_y, free, stride, cutting, offsets,
-    cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+    state, where, taken, left, step_x, step_y, free, stride, cutting, offsets, horizon,
+    cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+    known, marks, lower,
 ):  # fmt: skip
-    """Plan from where the robot stands; False if that is for the loop: it would mend, or draws have run out.
+    """Plan from where the robot stands; False if that is for the loop, because it would mend.
 
-    The way is ``path``, from ``state[WAY_FROM]`` = 0 on; ``state[STEPS]`` = -1 says hemmed in.
+    The way is ``path``, of which the first sub-path and ``horizon`` steps more are there; ``state[STEPS]`` =
+    -1 says hemmed in.
     """
     robot = state[ROBOT]
     ahead = -1
@@ -181,21 +188,19 @@ def ask(
             ahead = cell
     if cost[robot] < 0:
         return False
-    close(state, where, shut, stride, free, cutting, offsets, taken, left, step_x, step_y, BODY)
-    drawn = tally[DRAWN]
-    for k in range(len(tally)):
-        if k < STOP:
-            tally[k] = 0
+    close(state, where, shut, marks, stride, free, cutting, offsets, taken, left, step_x, step_y)
+    for k in range(STOP):
+        tally[k] = 0
     tally[AT] = robot
     tally[LENGTH] = 1
-    tally[DRAWN] = drawn
-    tally[STOP] = 4611686018427387904 if len(choices) == 1 else len(choices) - drawn
     path[0] = robot
-    code = walk(
-        cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+    code = walk_known(
+        cost, luc, step, shut, terrain, setup, tally, path,
         ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+        known, marks, state[MARKED], lower, horizon,
     )  # fmt: skip
-    close(state, where, shut, stride, free, cutting, offsets, taken, left, step_x, step_y, 0)
+    for k in range(state[MARKED]):
+        shut[marks[2 * k + 1] * stride + marks[2 * k]] &= WALL
     state[EXPANSIONS] += tally[LOOKED]
     state[PLACE] = 0
     if code == HEMMED:
@@ -218,40 +223,61 @@ def ask(
 
 @kernel(
     out=(
-        "state", "where", "step_x", "step_y", "taken", "left", "gone", "tally", "path", "shut", "wall",
-        "toll", "room", "dist", "queue", "queued", "way", "robots", "tracks", "told", "aims", "speeds",
-        "causes", "nodes", "why",
+        "state", "where", "step_x", "step_y", "taken", "left", "gone", "options", "robots", "tracks", "told",
+        "aims", "speeds", "causes", "nodes", "why", "shut", "tally", "path", "wall", "toll", "room", "dist",
+        "queue", "queued", "way", "known", "marks",
     )
 )  # fmt: skip
 def drive_ticks(
-    state, where, step_x, step_y, taken, left, gone, opened, walkers_cut, rate,
-    free, stride, robot_cuts, offsets, draws, count, goal, robots, tracks, told, aims, speeds, causes,
-    horizon, law, counted, blocked, height, nodes, why,
-    cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+    state, where, step_x, step_y, taken, left, gone, options, robots, tracks, told, aims, speeds, causes,
+    draws, count, opened, ways, rate,
+    free, stride, robot_cuts, offsets, goal, horizon, law, counted, blocked, height, nodes, why,
+    cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+    known, marks, lower,
 ):  # fmt: skip
     """Tick on until there is an outcome or this block's draws are used up; see :func:`run` of the loop.
 
+    At tick 0 it asks for the first plan, too.
+
     Parameters
     ----------
-    draws : float64, ``count + 2`` a tick of this block.
+    where .. options : bodies and room to move them in. ``taken`` and ``left``: by cell number, body + 1.
     robots, told, aims : out, by tick: the robot's cell, bits of TOLD, the cell that could not be entered.
     tracks : out, ``count`` a tick: each body's cell, 0 before it appeared.
     speeds, causes : out, by tick, of the dissertation's law.
+    draws : float64, ``count + 2`` a tick of this block.
+    opened, ways, rate : of walkers: cells that they may be on, see :func:`stroll`, chance to appear.
+    free .. offsets : of the robot: cells, numbering, whether it may cut corners, its steps.
     horizon .. why : see :func:`lampyris.kernels.pace.pace`; ``nodes`` and ``why`` are its room.
+    cost .. lower : see :func:`lampyris.kernels.ahead.walk_known`.
     """
+    if state[STEPS] == NOT_ASKED:
+        robots[0] = state[ROBOT]
+        for body in range(count):
+            tracks[body] = where[body] if body < state[BODIES] else 0
+        speeds[0] = 0.0
+        if not ask(
+            state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets, horizon,
+            cost, luc, step, shut, terrain, setup, tally, path,
+            ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+            known, marks, lower,
+        ) or state[STEPS] < 0:  # fmt: skip
+            return ELSEWHERE
+        if state[LAST_TICK] < 0:
+            state[LAST_TICK] = 10 * (height + stride - 2) + 4 * state[STEPS]
     block = len(draws) // (count + 2)
     for tick in range(block):
         state[NOW] += 1
         now = state[NOW]
+        told[now] = 0
+        speeds[now] = 0.0
         first = tick * (count + 2)
-        stroll(
-            state, where, step_x, step_y, taken, left, gone, opened, free, stride, walkers_cut, draws, first
-        )
+        stroll(state, where, step_x, step_y, taken, left, gone, options, ways, stride, draws, first)
         if rate <= 1.0:
             appear(state, where, taken, opened, count, rate, draws[first + count], draws[first + count + 1])
-        for body in range(state[BODIES]):
-            tracks[now * count + body] = where[body]
+        for body in range(count):
+            tracks[now * count + body] = where[body] if body < state[BODIES] else 0
         enter = -1
         if 0 <= state[PLACE] < state[UNTIL]:
             cell = path[state[PLACE] + 1]
@@ -266,9 +292,10 @@ def drive_ticks(
                     told[now] |= TOLD_BLOCKED
                     aims[now] = path[state[PLACE] + 1]
             if not ask(
-                state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets,
-                cost, luc, step, shut, terrain, setup, tally, choices, path, log,
+                state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets, horizon,
+                cost, luc, step, shut, terrain, setup, tally, path,
                 ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
+                known, marks, lower,
             ):  # fmt: skip
                 return ELSEWHERE
             if state[UNTIL] > 0:

@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from lampyris.field.frame import Frame
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import moves_for, moves_on
+from lampyris.field.repair import Padded
 from lampyris.kernels import simulate as k
 from lampyris.kernels import window as w
+from lampyris.kernels.ahead import KNOWN
+from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
@@ -34,12 +37,13 @@ from lampyris.planners.base import Planner
 from lampyris.sim import loop
 from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.pace import Pace, SpeedLaw
-from lampyris.sim.space import Space, robot_shape
-from lampyris.sim.traffic import Walkers, open_traffic
+from lampyris.sim.placing import Placing
+from lampyris.sim.space import EIGHT, Space, robot_shape
+from lampyris.sim.traffic import open_traffic
 from lampyris.sim.world import World
-from lampyris.typing import Cell, Cells, Floats
+from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
-BLOCK = 128
+BLOCK = 64
 """Ticks whose draws are made at once."""
 
 _CAUSES = ("start", "limit", "ring 1", "ring 2", "angle", "goal", "acceleration", "braking", "waiting")
@@ -47,7 +51,17 @@ _OUTCOMES = {k.AT_GOAL: Outcome.ARRIVED, k.BLOCKED: Outcome.BLOCKED, k.TIMEOUT: 
 _ALL_THERE = 2.0
 """In place of a rate: nobody appears."""
 
+_WALKER = Body("random-walk", 0.0, True, ((0, 0),))
+_TOLD = (
+    (k.TOLD_WAITED, "replan", "Asked again after waiting."),
+    (k.TOLD_BLOCKED, "replan", "The next cell, {}, cannot be entered now; chose anew."),
+    (k.TOLD_HEMMED, "wait", Status.HEMMED_IN.sentence),
+    (k.TOLD_WAIT, "wait", "The next cell cannot be entered now."),
+)
+"""What the bits of ``told`` mean, in the order in which the loop says it."""
+
 Ints: TypeAlias = NDArray[np.int64]
+Bytes: TypeAlias = NDArray[np.uint8]
 
 
 def run(
@@ -85,6 +99,10 @@ class FastRuns:
     Parameters
     ----------
     scene, planner, law, patience : as for :func:`lampyris.sim.loop.run`; :func:`supported`.
+
+    Raises
+    ------
+    SceneError, LimitError : as :func:`lampyris.sim.traffic.open_traffic`.
     """
 
     def __init__(
@@ -94,106 +112,123 @@ class FastRuns:
         assert isinstance(spec, RandomWalk)
         self.scene, self.planner, self._spec = scene, planner, spec
         self._patience = loop.PATIENCE if patience is None else patience
-        self._space, self._moves = Space(scene.grid), moves_for(scene)
-        self._start, self._goal = (self._space.number(c) for c in (scene.start, scene.goal))
-        living = LivingMap(scene)
-        grounds = Grounds(living, self._moves, scene.goal, rho=planner.rho, gamma=planner.gamma)
-        self._ground = grounds.sealed(_closed(scene, planner))
-        self._solved = grounds.spent
-        self._walker = Walker(
-            Frame(living.free, self._moves), scene.goal, self._moves, choice=planner.choice, nt=planner.nt,
-            mvr=planner.mvr, rng=np.random.default_rng(0), record=False,
-        )  # fmt: skip
-        self._shut = walls(self._ground).astype(np.int64)
+        self._space, moves = Space(scene.grid), moves_for(scene)
+        self._path_moves = moves_on(scene.grid, scene.moves)
+        self._start = self._space.number(scene.start)
         stride = self._space.stride
-        self._free = _bordered(living.free)
-        self._walks = (
-            self._free, stride, int(self._moves.corner_cutting),
-            np.array([dy * stride + dx for dx, dy in self._moves.offsets], dtype=np.int64),
+        living = LivingMap(scene)
+        free = _bordered(living.free)
+        self._room = len(free)
+        self._cells, crowd = self._crowd(free, stride)
+        robot = np.array([dy * stride + dx for dx, dy in moves.offsets], dtype=np.int64)
+        self._given = (
+            *crowd, free, stride, int(moves.corner_cutting), robot, self._space.number(scene.goal),
+            *self._pace(law),
         )  # fmt: skip
+        grounds = Grounds(living, moves, scene.goal, rho=planner.rho, gamma=planner.gamma)
+        self._field, self._lower = self._walk(grounds.sealed(_closed(scene, planner)), living.free, moves)
+        self._solved = grounds.spent
+        # What is written anew by every run, and what is known of the field: the same for all of them.
+        self._known = np.zeros(KNOWN * self._room, dtype=np.int64)
+        self._told = _Told(4 * BLOCK, spec.count)
+        y, x = np.divmod(np.arange(self._room), stride)
+        self._xy = np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+
+    def _crowd(self, free: Bytes, stride: int) -> tuple[Ints, tuple[Any, ...]]:
+        """Cells on which walkers may begin, and what the kernel takes of them."""
+        world = World(self._space, robot_shape(self.scene, self._space), self._start)
+        open_traffic(self.scene, world, 0)  # for its errors: they do not depend on the seed
+        plans = Placing(self.scene, world, 0)
+        shape = plans.shape(0.0)
+        opened = _bordered(shape.open)
+        ways = _ways(opened, free, stride, shape.corner_cutting)
+        rate = _ALL_THERE if self._spec.rate is None else self._spec.rate
+        return self._space.numbers(plans.trial.room(shape)), (self._spec.count, opened, ways, rate)
+
+    def _pace(self, law: SpeedLaw) -> tuple[Any, ...]:
+        """The law, as the kernel takes it, and its room."""
         own = law if isinstance(law, DissertationLaw) else DEFAULT
-        horizon = Pace(scene, law).horizon + 1
-        self._pace = (
-            horizon, *_law_tables(own), _bordered(scene.grid.blocked), scene.grid.height,
-            np.zeros(horizon + 2), np.zeros(horizon + 2, dtype=np.int64),
+        horizon, grid = Pace(self.scene, law).horizon + 1, self.scene.grid
+        room = np.zeros(horizon + 2), np.zeros(horizon + 2, dtype=np.int64)
+        return horizon, *_law_tables(own), _bordered(grid.blocked), grid.height, *room
+
+    def _walk(self, ground: Padded, free: BoolGrid, moves: Moves) -> tuple[tuple[Any, ...], int]:
+        """The field and the walker's room, as the kernels take them; whether steps look at no side cells."""
+        scene, planner = self.scene, self.planner
+        walker = Walker(
+            Frame(free, moves), scene.goal, moves, choice=planner.choice, nt=planner.nt, mvr=planner.mvr,
+            rng=np.random.default_rng(0), record=False,
         )  # fmt: skip
+        trip = walker.start(walker.flat(scene.start))
+        trip.tally[w.ALLOWED] = NO_LIMIT
+        setup, tally, _, path, _, *rest = walker.kernel_setup(trip)
+        shut = walls(ground).astype(np.int64)
+        field = (ground.cost, ground.luciferin, ground.step, shut, ground.terrain)
+        lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
+        return (*field, setup, tally, path, *rest), int(lower)
 
     def run(self, seed: int, ticks: int | None = None) -> Trace | None:
         """The trace of one run; None: it needs what only the loop can do."""
         began = time.perf_counter()
-        scene, count, free = self.scene, self._spec.count, self._free
-        world = World(self._space, robot_shape(scene, self._space), self._start)
-        walkers = open_traffic(scene, world, seed).walkers[0]
-        there = len(world.where)
+        count = self._spec.count
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 1))))
+        there = rng.permutation(self._cells)[:count] if self._spec.rate is None else self._cells[:0]
         state = np.zeros(k.STATE, dtype=np.int64)
-        state[k.BODIES], state[k.ROBOT], state[k.PATIENCE] = there, self._start, self._patience
-        state[k.HEMMED_AT] = state[k.STEPS] = -1
-        state[k.EXPANSIONS] = self._solved
-        where, step_x, step_y, gone = (np.zeros(count, dtype=np.int64) for _ in range(4))
-        taken, left = (np.zeros(len(free), dtype=np.int64) for _ in range(2))
-        where[:there] = world.where
-        taken[where[:there]] = np.arange(1, there + 1)
-        field = self._field()
-        if not k.ask(state, where, taken, left, step_x, step_y, *self._walks, *field) or state[k.STEPS] < 0:
-            return None
-        state[k.FLIPS] = 0
-        if ticks is None:
-            ticks = 10 * (scene.grid.height + scene.grid.width) + 4 * int(state[k.STEPS])
-        state[k.LAST_TICK] = ticks
-        told = _Told(ticks + BLOCK + 1, count)
-        told.robots[0] = self._start
-        told.tracks[:there] = world.where
-        bodies = (state, where, step_x, step_y, taken, left, gone)
-        given = (*bodies, *self._crowd(walkers), *self._walks)
-        rest = (count, self._goal, *told.arrays, *self._pace, *field)
+        state[k.BODIES], state[k.ROBOT], state[k.PATIENCE] = len(there), self._start, self._patience
+        state[k.HEMMED_AT], state[k.STEPS] = -1, k.NOT_ASKED
+        state[k.EXPANSIONS], state[k.LAST_TICK] = self._solved, -1 if ticks is None else ticks
+        where, step_x, step_y, gone = np.zeros((4, count), dtype=np.int64)
+        taken, left = np.zeros((2, self._room), dtype=np.int64)
+        where[: len(there)] = there
+        taken[there] = np.arange(1, len(there) + 1)
+        bodies = (state, where, step_x, step_y, taken, left, gone, np.zeros(9, dtype=np.int64))
+        rest = (
+            *self._given,
+            *self._field,
+            self._known,
+            np.zeros(2 * count + 16, dtype=np.int64),
+            self._lower,
+        )
         code = k.MORE_DRAWS
         while code == k.MORE_DRAWS:
-            code = int(k.drive_ticks(*given, walkers.rng.random(BLOCK * (count + 2)), *rest))
+            told = self._told = self._told.with_room(int(state[k.NOW]) + BLOCK + 1)
+            draws = rng.random(BLOCK * (count + 2))
+            code = int(k.drive_ticks(*bodies, *told.arrays, draws, *rest))
         if code == k.ELSEWHERE:
             return None
-        return self._trace(seed, _OUTCOMES[code], state, told, began)
+        return self._trace(seed, _OUTCOMES[code], state, began)
 
-    def _field(self) -> tuple[Any, ...]:
-        """The field and the walker's room, as the kernels take them; a tally and a path of its own."""
-        trip = self._walker.start(self._walker.flat(self.scene.start))
-        trip.tally[w.ALLOWED] = NO_LIMIT
-        g = self._ground
-        return (
-            g.cost, g.luciferin, g.step, self._shut, g.terrain, *self._walker.kernel_setup(trip),
-        )  # fmt: skip
-
-    def _crowd(self, walkers: Walkers) -> tuple[Any, ...]:
-        rate = _ALL_THERE if self._spec.rate is None else self._spec.rate
-        return _bordered(walkers.shape.open), int(walkers.shape.corner_cutting), rate
-
-    def _trace(self, seed: int, outcome: Outcome, state: Ints, told: _Told, began: float) -> Trace:
+    def _trace(self, seed: int, outcome: Outcome, state: Ints, began: float) -> Trace:
         """The kernel's numbers as a noun."""
-        now, scene = int(state[k.NOW]), self.scene
-        cells = self._cells(told.robots[: now + 1])
-        tracks = told.tracks.reshape(-1, self._spec.count)[: now + 1, : int(state[k.BODIES])]
-        appears = tuple((tracks != 0).argmax(axis=0).tolist())
-        moved = np.flatnonzero(told.robots[1 : now + 1] != told.robots[:now]) + 1
+        now, scene, told = int(state[k.NOW]), self.scene, self._told
+        bodies = int(state[k.BODIES])
+        robots = told.robots[: now + 1]
+        cells = self._xy.take(robots, axis=0)
+        tracks = told.tracks[: (now + 1) * self._spec.count].reshape(now + 1, -1)[:, :bodies].T
+        appears = (0,) * bodies
+        if self._spec.rate is not None:
+            appears = tuple((tracks != 0).argmax(axis=1).tolist())
+        moved = np.flatnonzero(robots[1:] != robots[:-1]) + 1
         way = cells[np.concatenate(([0], moved))]
-        body = Body("random-walk", 0.0, True, ((0, 0),))
         return Trace(
             scene=scene,
             planner=self.planner.name,
             seed=seed,
             outcome=outcome,
             robot=cells,
-            tracks=tuple(self._cells(tracks[a:, b]) for b, a in enumerate(appears)),
+            tracks=tuple(map(_since, self._xy.take(tracks, axis=0), appears)),
             appears=appears,
-            bodies=(body,) * len(appears),
+            bodies=(_WALKER,) * bodies,
             speed=told.speeds[: now + 1],
-            cause=("start", *(_CAUSES[c] for c in told.causes[1 : now + 1].tolist())),
+            cause=("start", *map(_CAUSES.__getitem__, told.causes[1 : now + 1].tolist())),
             law="dissertation",
             units="velocity units",
-            events=tuple(self._events(outcome, now, cells, told, appears, tracks)),
+            events=tuple(self._events(outcome, now, cells, appears, tracks)),
             replans=int(state[k.REPLANS]),
             waits=int(state[k.WAITS]),
             iterations=int(state[k.ITERATIONS]),
             expansions=int(state[k.EXPANSIONS]),
-            path=path_of(way, moves_on(scene.grid, scene.moves), scene.grid.terrain),
+            path=path_of(way, self._path_moves, scene.grid.terrain),
             detail=self._detail(outcome, now, state),
             timing={"total_s": time.perf_counter() - began},
             last_tick=int(state[k.LAST_TICK]),
@@ -201,26 +236,23 @@ class FastRuns:
         )
 
     def _events(
-        self, outcome: Outcome, now: int, cells: Cells, told: _Told, appears: tuple[int, ...], tracks: Ints
+        self, outcome: Outcome, now: int, cells: Cells, appears: tuple[int, ...], tracks: Ints
     ) -> Iterator[Event]:
         """What is worth telling, in the loop's words and order."""
         born: dict[int, list[int]] = {}
         for body, tick in enumerate(appears):
             if tick:
                 born.setdefault(tick, []).append(body)
-        cell = self._space.cell
-        for tick in sorted({*np.flatnonzero(told.told[: now + 1]).tolist(), *born}):
+        cell, told = self._space.cell, self._told
+        for tick in sorted({*(np.flatnonzero(told.told[1 : now + 1]) + 1).tolist(), *born}):
             x, y = cells[tick - 1].tolist()
             for body in born.get(tick, ()):
-                yield Event(tick, "appear", cell(int(tracks[tick, body])), "An obstacle appeared.")
-            bits, aim = int(told.told[tick]), cell(int(told.aims[tick]))
-            for bit, word, sentence in (
-                (k.TOLD_WAITED, "replan", "Asked again after waiting."),
-                (k.TOLD_BLOCKED, "replan", f"The next cell, {aim}, cannot be entered now; chose anew."),
-                (k.TOLD_HEMMED, "wait", Status.HEMMED_IN.sentence),
-                (k.TOLD_WAIT, "wait", "The next cell cannot be entered now."),
-            ):
+                yield Event(tick, "appear", cell(int(tracks[body, tick])), "An obstacle appeared.")
+            bits = int(told.told[tick])
+            for bit, word, sentence in _TOLD:
                 if bits & bit:
+                    if bit == k.TOLD_BLOCKED:
+                        sentence = sentence.format(cell(int(told.aims[tick])))
                     yield Event(tick, word, (x, y), sentence)
         if outcome is Outcome.ARRIVED:
             yield Event(now, "arrive", self.scene.goal, Outcome.ARRIVED.sentence)
@@ -235,22 +267,33 @@ class FastRuns:
             return gave_up(int(state[k.PATIENT]), here, self._patience, word)
         return ""
 
-    def _cells(self, numbers: Ints) -> Cells:
-        y, x = np.divmod(numbers, self._space.stride)
-        return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
-
 
 class _Told:
-    """What a run tells tick by tick."""
+    """What a run tells tick by tick; room for so many ticks. Used again and again."""
 
     def __init__(self, ticks: int, count: int) -> None:
-        self.robots, self.told, self.aims, self.causes = (np.zeros(ticks, dtype=np.int64) for _ in range(4))
+        self._ticks, self._count = ticks, count
+        self.robots, self.told, self.aims, self.causes = np.zeros((4, ticks), dtype=np.int64)
         self.tracks = np.zeros(ticks * count, dtype=np.int64)
         self.speeds = np.zeros(ticks)
 
     @property
     def arrays(self) -> tuple[Ints, Ints, Ints, Ints, Floats, Ints]:
         return self.robots, self.tracks, self.told, self.aims, self.speeds, self.causes
+
+    def with_room(self, ticks: int) -> _Told:
+        """Itself, or twice as much room with the same in it."""
+        if ticks <= self._ticks:
+            return self
+        more = _Told(max(ticks, 2 * self._ticks), self._count)
+        for mine, theirs in zip(self.arrays, more.arrays, strict=True):
+            theirs[: len(mine)] = mine
+        return more
+
+
+def _since(track: Cells, tick: int) -> Cells:
+    """A body's cells from the tick it appeared."""
+    return track[tick:]
 
 
 def _closed(scene: Scene, planner: AdGso) -> frozenset[Cell]:
@@ -261,12 +304,24 @@ def _closed(scene: Scene, planner: AdGso) -> frozenset[Cell]:
     return frozenset(zip(xs.tolist(), ys.tolist(), strict=True)) - {scene.start, scene.goal}
 
 
-def _bordered(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def _bordered(mask: BoolGrid) -> Bytes:
     """A mask by cell number."""
     return np.pad(mask, 1).ravel().astype(np.uint8)
 
 
-def _law_tables(law: DissertationLaw) -> tuple[Floats, NDArray[np.uint8]]:
+def _ways(opened: Bytes, free: Bytes, stride: int, cutting: bool) -> Ints:
+    """A bit for each of the eight neighbours into which walls let a walker step, by cell number."""
+    ways = np.zeros(len(free), dtype=np.int64)
+    inner = np.arange(stride + 1, len(free) - stride - 1)
+    for bit, (dx, dy) in enumerate(EIGHT):
+        may = opened[inner + dy * stride + dx] != 0
+        if dx and dy and not cutting:
+            may = may & (free[inner + dx] != 0) & (free[inner + dy * stride] != 0)
+        ways[inner] |= may.astype(np.int64) << bit
+    return ways
+
+
+def _law_tables(law: DissertationLaw) -> tuple[Floats, Bytes]:
     """The law as the kernel takes it: its numbers, and what counts around a node by heading."""
     numbers = (
         law.v_max, law.v_min, law.ring1_drop, law.ring2_drop, law.a_straight, law.a_diagonal, law.braking,
