@@ -59,16 +59,19 @@ def blank(
     bars: Sequence[tuple[Any, float, str]],
     values: FloatGrid | None = None,
     labels: Sequence[str] = (),
+    below: float = 0.0,
 ) -> tuple[Figure, Axes, Frame]:
     """A figure with the map, a landscape on it if there is one, and colour bars beside it.
 
-    ``labels``: those of the legend to come, where there may be more than three rows of them.
+    ``labels``: those of the legend to come, where there may be more than three rows of them. ``below``:
+    inches that are kept free beneath the legend.
     """
     from matplotlib.figure import Figure
 
     frame = frame_of(grid, len(bars))
-    if (more := _rows(labels, frame) - 3) > 0:
-        frame = replace(frame, height=frame.height + 0.2 * more, bottom=frame.bottom + 0.2 * more)
+    more = 0.2 * max(0, _rows(labels, frame) - 3) + below
+    if more > 0:
+        frame = replace(frame, height=frame.height + more, bottom=frame.bottom + more)
     figure = Figure(figsize=(frame.width, frame.height), dpi=DPI, facecolor="white")
     axes = figure.add_axes(frame.box(frame.left, frame.bottom, frame.map_width, frame.map_height))
     draw_ground(axes, grid, values, frame)
