@@ -1,4 +1,4 @@
-"""A study of small worlds, and workers that do nothing real with it; importable by name in other processes."""
+"""A study of small worlds, and workers that do nothing real with it; other processes import them by name."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def garbage_at_first(letter: bytes) -> bytes:
 
 
 def faulty(letter: bytes) -> bytes:
-    """Jobs with the mark are answered with another key; the last of two or more is left out the first time."""
+    """Jobs with the mark are answered with another key; the last of two or more is left out at first."""
     said = json.loads(letter)
     results = [one(plain) for plain in said["jobs"]]
     for plain, result in zip(said["jobs"], results, strict=True):

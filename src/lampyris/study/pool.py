@@ -74,7 +74,7 @@ class Hands(Protocol):
 
     @property
     def died(self) -> int:
-        """Times that a worker died."""
+        """Workers that died, or left the cluster."""
 
     def room(self, seconds: float) -> bool:
         """Whether another batch may be asked, if a batch takes so long."""

@@ -162,7 +162,7 @@ class _Sitting:
                     break
                 self._out += 1
                 hands.ask(batch, self._letters(batch))
-            if not self._out:
+            if not self._out and not self._batches.more:
                 return
             for answer in hands.answers(EVERY):
                 self._out -= 1

@@ -92,7 +92,7 @@ class Finished:
     before : of them, those that had a row already.
     ran : rows stored now: ``total - before`` when nothing stopped it.
     failed, refused, timeouts : of ``ran``, those that ended so.
-    died : times a worker died.
+    died : workers that died, or left the cluster.
     seconds : it took, by the clock.
     """
 

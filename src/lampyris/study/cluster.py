@@ -1,0 +1,287 @@
+"""Cluster: batches done by the workers of a Dask cluster that somebody started.
+
+What crosses the network: the name of :func:`errand` and of the work, bytes to the workers, bytes back. Dask
+writes calls and errors with pickle; ours hold names, text and bytes only, no code of ours and no objects.
+An answer is parsed as JSON and judged like any other, so that a worker that lies gets no row past the judge.
+
+What trust remains: the client of Dask itself unpickles messages of its scheduler, and workers unpickle what
+their scheduler sends. Whoever can speak as the scheduler can run code on both. Use an address that only
+you can reach, or ``tls://`` with the certificates of Dask's configuration.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import time
+from importlib.util import find_spec
+from typing import Any, Final
+
+from lampyris import __version__
+from lampyris.errors import InputError, LampyrisError, UsageError
+from lampyris.study.batches import Batch
+from lampyris.study.design import RESULTS
+from lampyris.study.pool import Answer, Work, told
+
+ANSWERS_IN: Final = 10.0
+"""Seconds in which a scheduler must answer, and in which its first worker must be there."""
+GONE: Final = 30.0
+"""Seconds without a scheduler, and :data:`EMPTY` without a single worker, end the study."""
+EMPTY: Final = 300.0
+LOOK: Final = 2.0
+"""Seconds between two looks at who is there."""
+RETRIES: Final = 2
+"""Times that Dask asks again by itself after an error of its own."""
+DEPTH: Final = 2
+"""Batches a thread of a worker: one that is worked on, one that waits."""
+OTHER: Final = b"other version: "
+"""How an answer begins if the worker has another version of lampyris than the one who asks."""
+
+
+class Cluster:
+    """The workers of a Dask cluster.
+
+    Parameters
+    ----------
+    work : a function of a module that the workers have, too.
+    address : of the scheduler.
+
+    Raises
+    ------
+    UsageError
+        CLUSTER_MISSING: ``distributed`` is not installed.
+    InputError
+        CLUSTER_ADDRESS: nobody answers there; CLUSTER_EMPTY: there are no workers (any more);
+        CLUSTER_GONE: the scheduler went away; WORKER_VERSION: a worker has another lampyris, or none.
+    """
+
+    def __init__(
+        self,
+        work: Work,
+        address: str,
+        *,
+        answers_in: float = ANSWERS_IN,
+        gone: float = GONE,
+        empty: float = EMPTY,
+    ) -> None:
+        self._work, self._address = work, address
+        self._gone, self._empty = gone, empty
+        self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._asked: dict[str, tuple[Batch, Any, float]] = {}
+        self._number = 0
+        self._threads: dict[str, int] = {}
+        self._looked = self._seen = self._heard = 0.0
+        self.died = 0
+        self._client = _client(address, answers_in)
+        try:
+            self._wait(answers_in)
+        except BaseException:
+            self.stop(True)
+            raise
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers."""
+        return sum(self._threads.values())
+
+    def room(self, seconds: float) -> bool:
+        """See :class:`lampyris.study.pool.Hands`."""
+        if self._client.status != "running":
+            return False
+        return len(self._asked) < max(DEPTH * self.workers, 1)
+
+    def ask(self, batch: Batch, letter: bytes) -> None:
+        """See :class:`lampyris.study.pool.Hands`."""
+        self._number += 1
+        key = f"lampyris-{self._number}-{self._client.id}"
+        future = self._client.submit(
+            errand, self._work, [__version__, RESULTS], letter, key=key, pure=False, retries=RETRIES
+        )
+        self._asked[key] = batch, future, time.perf_counter()
+        future.add_done_callback(lambda future: self._ended.put(future.key))
+
+    def answers(self, timeout: float) -> list[Answer]:
+        """See :class:`lampyris.study.pool.Hands`."""
+        self._look()
+        keys: list[str] = []
+        try:
+            keys.append(self._ended.get(timeout=timeout) if timeout else self._ended.get_nowait())
+            while True:
+                keys.append(self._ended.get_nowait())
+        except queue.Empty:
+            return self._gathered([key for key in dict.fromkeys(keys) if key in self._asked])
+
+    def stop(self, now: bool) -> None:
+        """Leave. The scheduler drops what nobody waits for any more."""
+        with _Hush():
+            self._client.close(timeout=2)
+
+    def _gathered(self, keys: list[str]) -> list[Answer]:
+        """The answers of batches that ended."""
+        ended = {key: self._asked.pop(key) for key in keys}
+        good = [future for _, future, _ in ended.values() if future.status == "finished"]
+        data: dict[str, Any] = {}
+        if good:
+            try:
+                found = self._client.gather(
+                    dict(zip((f.key for f in good), good, strict=True)), errors="skip"
+                )
+            except Exception:  # The scheduler, or the worker that held them, went away meanwhile: ask again.
+                found = {}
+            data = dict(found)
+        return [self._answer(batch, future, asked, data) for batch, future, asked in ended.values()]
+
+    def _answer(self, batch: Batch, future: Any, asked: float, data: dict[str, Any]) -> Answer:
+        """What became of one batch."""
+        from distributed.scheduler import KilledWorker
+
+        status = future.status
+        if status == "error":
+            try:
+                fault = future.exception(timeout=ANSWERS_IN)
+            except Exception as unknown:  # Its scheduler went away, or the error cannot be read.
+                fault = unknown
+            if isinstance(fault, KilledWorker):
+                return Answer(batch, "died")
+            return Answer(batch, "fault", words=told(fault))
+        answer = data.get(future.key)
+        if status != "finished" or answer is None:
+            return Answer(batch, "lost")
+        if not isinstance(answer, bytes):
+            return Answer(batch, "fault", words=f"an answer that is a {type(answer).__name__}, not bytes")
+        if answer.startswith(OTHER):
+            raise _other_version(self._address, answer[len(OTHER) :].decode("ascii", "replace")[:100])
+        return Answer(batch, "back", answer, (time.perf_counter() - asked) / DEPTH)
+
+    def _wait(self, seconds: float) -> None:
+        """Wait for the first worker."""
+        until = time.perf_counter() + seconds
+        self._heard = self._seen = time.perf_counter()
+        while True:
+            self._looked = 0.0
+            self._look()
+            if self._threads:
+                return
+            if time.perf_counter() >= until:
+                raise _empty(self._address, seconds)
+            time.sleep(0.1)
+
+    def _look(self) -> None:
+        """See who is there, and ask those that are new which version they have."""
+        now = time.perf_counter()
+        if now - self._looked < LOOK:
+            return
+        self._looked = now
+        if self._client.status != "running":
+            if self._client.status == "closed" or now - self._heard > self._gone:
+                raise _gone(self._address)
+            return
+        try:
+            threads = dict(self._client.nthreads())
+        except Exception:  # The connection broke as it was used; the next look says so.
+            return
+        self._heard = now
+        new = [worker for worker in threads if worker not in self._threads]
+        if new:
+            self._check_versions(new)
+        self.died += sum(worker not in threads for worker in self._threads)
+        self._threads = threads
+        if threads:
+            self._seen = now
+        elif now - self._seen > self._empty:
+            raise _empty(self._address, self._empty)
+
+    def _check_versions(self, workers: list[str]) -> None:
+        """Refuse a worker with another lampyris: the version is part of every key."""
+        said = self._client.run(version, workers=workers, on_error="return")
+        for worker, found in said.items():
+            if found == [__version__, RESULTS]:
+                continue
+            if isinstance(found, ImportError | AttributeError | list):
+                raise _other_version(
+                    worker, told(found) if isinstance(found, Exception) else repr(found)[:100]
+                )
+
+
+def errand(work: Work, expected: list[Any], letter: bytes) -> bytes:
+    """The work, done on a worker if it has the version of the one who asks."""
+    own = version()
+    return work(letter) if own == expected else OTHER + repr(own).encode("ascii", "replace")
+
+
+def version() -> list[Any]:
+    """What decides the results of a worker."""
+    return [__version__, RESULTS]
+
+
+def _client(address: str, seconds: float) -> Any:
+    """A connection to a scheduler."""
+    if find_spec("distributed") is None:
+        raise UsageError(
+            "CLUSTER_MISSING",
+            "studies on a cluster need the package distributed, which is not installed",
+            where="dask",
+            todo="pip install 'lampyris[dask]'",
+        )
+    import distributed
+
+    make: Any = distributed.Client
+    with _Hush():
+        try:
+            return make(address, timeout=seconds, set_as_default=False, name="lampyris-study")
+        except (OSError, ValueError, TypeError) as fault:
+            raise InputError(
+                "CLUSTER_ADDRESS",
+                f"no Dask scheduler answers in {seconds:g} s ({told(fault)})",
+                where=address,
+                todo="start one with `dask scheduler`, or correct the address",
+            ) from None
+
+
+class _Hush:
+    """Dask logs what we say ourselves, in our own words."""
+
+    NAMES = (
+        "distributed.client",
+        "distributed.comm",
+        "distributed.core",
+        "distributed.utils",
+        "distributed.batched",
+    )
+
+    def __enter__(self) -> None:
+        self._levels = [(logging.getLogger(name), logging.getLogger(name).level) for name in self.NAMES]
+        for logger, _ in self._levels:
+            logger.setLevel(logging.CRITICAL + 1)
+
+    def __exit__(self, *_: object) -> None:
+        for logger, level in self._levels:
+            logger.setLevel(level)
+
+
+def _empty(address: str, seconds: float) -> LampyrisError:
+    return InputError(
+        "CLUSTER_EMPTY",
+        f"the cluster has had no worker for {seconds:g} s",
+        where=address,
+        todo="start workers with `dask worker`; what is stored stays, and the study goes on from there",
+    )
+
+
+def _gone(address: str) -> LampyrisError:
+    return InputError(
+        "CLUSTER_GONE",
+        "the Dask scheduler went away",
+        where=address,
+        todo="start it again; what is stored stays, and the study goes on from there",
+    )
+
+
+def _other_version(where: str, found: str) -> LampyrisError:
+    return InputError(
+        "WORKER_VERSION",
+        f"a worker has another lampyris: {found}",
+        where=where,
+        allowed=repr([__version__, RESULTS]),
+        todo="install the same version everywhere; it is part of every key",
+    )
