@@ -135,7 +135,10 @@ def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[Where, type[T
         way.append(step)
         if hint.table is not None:
             rule = _rules(table).get(str(step))
-        hint = hint.inside(step)
+            hint = hint.inside(step)
+        else:
+            hint = hint.inside(step)
+            rule = hint.rule or rule
         table = hint.table or table
     return tuple(way), table, rule
 
@@ -144,8 +147,10 @@ class _Hint:
     """An annotation of a field, or of a part of it: what may stand there."""
 
     def __init__(self, hint: Any) -> None:
+        self.rule: Rule | None = None
         while True:
             if hasattr(hint, "__metadata__"):
+                self.rule = self.rule or next((m for m in hint.__metadata__ if isinstance(m, Rule)), None)
                 hint = hint.__origin__
             elif type(None) in get_args(hint) and len(get_args(hint)) == 2:  # it, or null
                 hint = next(part for part in get_args(hint) if part is not type(None))

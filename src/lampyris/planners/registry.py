@@ -57,6 +57,20 @@ def planner_class(name: str) -> type[Planner]:
     return loaded
 
 
+def origin_of(name: str) -> str:
+    """The distribution and its version that a planner of a guest comes from; empty for our own.
+
+    Raises
+    ------
+    UsageError : nobody has registered that name.
+    """
+    planner_class(name)
+    dist = _entries()[name].dist
+    if dist is None or dist.name == "lampyris":
+        return ""
+    return f"{dist.name} {dist.version}"
+
+
 def settings_of(kind: type[Planner]) -> Mapping[str, Any]:
     """Each setting of a planner with its default."""
     return {

@@ -1,0 +1,217 @@
+"""Study files: read, checked, and unfolded into a study, every mistake told of at its place.
+
+YAML, or JSON where the name ends in ``.json``, read by the same machinery as scenario files.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from lampyris.errors import FileError, LimitError, did_you_mean
+from lampyris.maps.make import MAX_CELLS
+from lampyris.maps.scenario import PRESETS, read_document
+from lampyris.model.robot import Robot
+from lampyris.study import ready
+from lampyris.study.design import Crowd, Kind, Study, World
+
+if TYPE_CHECKING:
+    from lampyris.maps.scenario_faults import Document
+    from lampyris.study.form import StudyFile
+    from lampyris.study.who import Made, Tried
+
+MAX_JOBS = 10_000_000
+
+
+def load_study(
+    path: str | os.PathLike[str],
+    *,
+    data: str | os.PathLike[str] | None = None,
+    allow_outside: bool = False,
+    max_cells: int = MAX_CELLS,
+) -> Study:
+    """Read a study file, and the maps and queries that it names.
+
+    Parameters
+    ----------
+    path : the file, or the name of a ready study (:mod:`lampyris.study.ready`) where no such file exists.
+    data : the folder that files are looked up in by their relative names; None: the study file's own. A ready
+        study has none of its own.
+    allow_outside : whether it may name files outside that folder; only for studies you trust.
+    max_cells : maps of more cells are refused.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
+        LimitError: more than 10,000,000 jobs, told before anything is unfolded.
+    """
+    from pydantic import ValidationError
+
+    from lampyris.maps.document import check_limit
+    from lampyris.maps.scenario_faults import faults_of, raise_all
+    from lampyris.maps.scenario_maps import Files
+    from lampyris.study.form import StudyFile
+
+    said, is_ready = _said(os.fspath(path))
+    try:
+        file = StudyFile.model_validate(said.data)
+    except ValidationError as problem:
+        raise_all(faults_of(said, problem, StudyFile), problem.error_count())
+    folder = None if data is None else os.fspath(data)
+    files = Files(said, allow_outside, check_limit(max_cells), "study", folder)
+    return _study(said, file, files, folder is not None or not is_ready)
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of study files."""
+    from lampyris.study import form
+
+    return form.json_schema()
+
+
+def _said(name: str) -> tuple[Document, bool]:
+    """The file, and whether it is a ready one."""
+    from lampyris.maps.yaml_text import read_yaml
+    from lampyris.study.form import VERSION
+
+    if name in ready.names() and not os.path.isfile(name):
+        return read_yaml(ready.text(name), f"{name}.yaml (ready)"), True
+    try:
+        return read_document(name, VERSION), False
+    except FileError as fault:
+        if fault.code == "FILE_MISSING":
+            fault.allowed = "a file, or a ready study: " + ", ".join(ready.names())
+            fault.todo = did_you_mean(name, ready.names())
+        raise
+
+
+def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Study:
+    from lampyris.study.who import Tried, crowds_of, laws_of, planners_of
+    from lampyris.study.worlds import Worlds
+
+    tried = Tried(said)
+    moves, law = PRESETS[file.preset]
+    moves = file.moves or moves
+    planners = planners_of(file.planners, tried)
+    laws = laws_of(file.laws, law, tried)
+    crowds = crowds_of(file.traffic, tried)
+    many = file.seeds if isinstance(file.seeds, int) else len(file.seeds)
+    if isinstance(file.seeds, list):
+        numbered: Made[int] = [(seed, ("seeds", k)) for k, seed in enumerate(file.seeds)]
+        tried.each_once(numbered, lambda seed: seed, "DUPLICATE", "the same seed a second time")
+    if tried.faults:
+        _give_up(tried)
+    sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "crowds": len(crowds)}
+    _check_size(said, {"queries": _least_queries(file), **sizes})
+    robot = Robot(**file.robot.model_dump())
+    kind = file.kind or ("simulate" if any(c.count for c, _ in crowds) else "plan")
+    _check_kind(file, kind, crowds, tried)
+    worlds = Worlds(files, tried, robot, moves, file.seed, has_folder).of(file.maps)
+    _check_crowds(worlds, crowds, tried)
+    if tried.faults:
+        _give_up(tried)
+    _check_size(said, {"queries": len(worlds), **sizes})
+    return Study(
+        name=file.name or Path(said.where.removesuffix(" (ready)")).stem[:64],
+        kind=kind,
+        worlds=tuple(w for w, _ in worlds),
+        planners=tuple(w for w, _ in planners),
+        laws=tuple(w for w, _ in laws),
+        crowds=tuple(c for c, _ in crowds),
+        seeds=tuple(range(many)) if isinstance(file.seeds, int) else tuple(file.seeds),
+        moves=moves,
+        robot=asdict(robot),
+        expansions=None if file.budget is None else file.budget.expansions,
+        seconds=None if file.budget is None else file.budget.seconds,
+        ticks=file.ticks,
+        patience=file.patience,
+        drive=_drive(file) if kind == "drive" else {},
+        root=file.seed,
+        memory=file.memory,
+        about=" ".join(file.about.split()),
+    )
+
+
+def _give_up(tried: Tried) -> NoReturn:
+    from lampyris.maps.scenario_faults import in_order, raise_all
+
+    raise_all(in_order(tried.said, tried.faults))
+
+
+def _least_queries(file: StudyFile) -> int:
+    """How many queries there will be at least, as far as that can be said before a map is read."""
+    from lampyris.study.form import RandomTable
+
+    least = 0
+    for one in file.maps:
+        asked: Any = getattr(one, "queries", None)
+        many = (
+            asked.random if isinstance(asked, RandomTable) else len(asked) if isinstance(asked, list) else 1
+        )
+        limit = getattr(one, "limit", None)
+        least += many if limit is None else min(many, limit)
+    return least
+
+
+def _check_size(said: Document, sizes: dict[str, int]) -> None:
+    """Refuse a study of more jobs than anybody runs.
+
+    Raises
+    ------
+    LimitError : LIMIT, with what is multiplied.
+    """
+    jobs = 1
+    for many in sizes.values():
+        jobs *= many
+    if jobs > MAX_JOBS:
+        parts = " x ".join(f"{many:,} {what}" for what, many in sizes.items())
+        raise LimitError(
+            "LIMIT",
+            f"{jobs:,} runs or more: {parts}",
+            where=said.at(),
+            allowed=f"at most {MAX_JOBS:,}",
+            todo="take fewer seeds, values of grids or queries (`limit`)",
+        )
+
+
+def _check_kind(file: StudyFile, kind: Kind, crowds: Made[Crowd], tried: Tried) -> None:
+    """Settings of another kind of run would be left aside without a word."""
+    others = {"ticks": "simulate", "patience": "simulate", "drive": "drive"}
+    for key, its in others.items():
+        if getattr(file, key) is not None and kind != its:
+            tried.refuse((key,), FileError("KEY", f"`{key}` with kind {kind}", allowed=f"with kind {its}"))
+    if file.budget is not None and not file.budget.model_fields_set:
+        fault = FileError("BUDGET", "an empty table", allowed="expansions, seconds or both; null: no limit")
+        tried.refuse(("budget",), fault)
+    if kind == "plan":
+        for crowd, way in crowds:
+            if crowd.count and crowd.tracks == "live":
+                fault = FileError("TRACKS", "live tracks with kind plan", allowed="replayed")
+                tried.refuse((*way, "tracks"), fault)
+    if kind == "drive":
+        from lampyris.sim.drive_settings import Settings
+
+        tried(("drive",), Settings.of, {} if file.drive is None else file.drive.model_dump())
+
+
+def _check_crowds(worlds: Made[World], crowds: Made[Crowd], tried: Tried) -> None:
+    """Obstacles that are too wide for a map."""
+    from lampyris.model.scene import check_obstacle
+    from lampyris.model.traffic import RandomWalk
+
+    grounds = {world.ground.hash: world.ground for world, _ in worlds}.values()
+    for crowd, way in crowds:
+        for ground in grounds:
+            wide, before = RandomWalk(crowd.count, None, crowd.radius), len(tried.faults)
+            tried(way, check_obstacle, ground.grid, 0, wide)
+            if len(tried.faults) > before:
+                break
+
+
+def _drive(file: StudyFile) -> dict[str, Any]:
+    """Every setting of a drive."""
+    from lampyris.sim.drive_settings import Settings
+
+    return asdict(Settings.of({} if file.drive is None else file.drive.model_dump()))
