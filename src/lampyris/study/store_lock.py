@@ -1,0 +1,171 @@
+"""Hold: one writer a store, and a witness of what was acknowledged, in a small file beside it.
+
+The system frees the lock when its process ends, however it ends. The witness is needed because SQLite takes a
+write-ahead log whose end is missing for one that was never written: it forgets the last runs without a word.
+The number of runs acknowledged, and the head of their chain, therefore stand in a second place, synced before
+:meth:`lampyris.study.store.Store.add` returns. Emptying the log into the main file after every call would do
+without it, but not while somebody reads; and it costs two syncs of the disk where the witness costs one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from lampyris.errors import FileError, UsageError
+from lampyris.study.store_file import HEAD, damaged, sidecar
+
+LOCK = ".lock"
+_LINE = 256
+"""Bytes of each line: the process, then two lines for the witness, written in turn."""
+_TRIES = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Witness:
+    """What was acknowledged: the number of runs, and the head of their chain."""
+
+    count: int = 0
+    head: str = HEAD
+
+
+class Hold:
+    """The lock of one store, held from when it is made until :meth:`release`.
+
+    Parameters
+    ----------
+    path : of the store.
+
+    Raises
+    ------
+    FileError : STORE_BUSY: another process holds it, or this one already does; STORE_WRITE.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = sidecar(path, LOCK)
+        self._fd = _locked(path, self.path)
+        self._turn = 0
+        self._says = os.fstat(self._fd).st_size > _LINE
+        try:
+            os.pwrite(self._fd, _padded(f"pid {os.getpid()}"), 0)
+        except OSError as error:
+            os.close(self._fd)
+            raise _refused(path, error) from None
+
+    def write(self, witness: Witness) -> None:
+        """Keep what was acknowledged; it is on the disk when this returns.
+
+        Raises
+        ------
+        OSError : the system refuses.
+        """
+        self._turn, self._says = 1 - self._turn, True
+        os.pwrite(self._fd, _said(witness), _LINE * (1 + self._turn))
+        os.fdatasync(self._fd)
+
+    def start(self, witness: Witness) -> None:
+        """As :meth:`write`, in both lines: from here on writing needs no new space on the disk.
+
+        Raises
+        ------
+        OSError : the system refuses.
+        """
+        self.write(witness)
+        self.write(witness)
+
+    def release(self, *, remove: bool) -> None:
+        """Free the lock; its file goes first with ``remove``, or if it says nothing yet."""
+        if self._fd < 0:
+            return
+        if remove or not self._says:
+            self.path.unlink(missing_ok=True)
+        os.close(self._fd)
+        self._fd = -1
+
+
+def witness_of(path: Path) -> Witness | None:
+    """What was acknowledged of a store, as the file beside it says; None if there is none to say it.
+
+    Raises
+    ------
+    FileError : STORE_DAMAGED: there is such a file, and neither of its lines holds; STORE_READ.
+    """
+    file = sidecar(path, LOCK)
+    try:
+        data = file.read_bytes()[: 3 * _LINE]
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise FileError("STORE_READ", error.strerror or str(error), where=str(file)) from None
+    found = [w for k in (1, 2) if (w := _witness(data[k * _LINE : (k + 1) * _LINE])) is not None]
+    if not found and len(data) <= _LINE:
+        return None  # its writer has yet to say, or died before
+    if not found:
+        raise damaged(path, f"{file.name} does not say how many runs there were")
+    return max(found, key=lambda w: w.count)
+
+
+def _said(witness: Witness) -> bytes:
+    text = f"{witness.count} {witness.head}"
+    return _padded(f"{text} {hashlib.sha256(text.encode()).hexdigest()}")
+
+
+def _witness(line: bytes) -> Witness | None:
+    """What a line says, if every byte of it is right."""
+    count, _, rest = line.partition(b" ")
+    head = rest[:64]
+    if not count.isdigit() or len(count) > 18 or not head.isalnum():
+        return None
+    witness = Witness(int(count), head.decode("ascii"))
+    return witness if _said(witness) == line else None
+
+
+def _padded(text: str) -> bytes:
+    return text.encode().ljust(_LINE - 1) + b"\n"
+
+
+def _locked(store: Path, path: Path) -> int:
+    """An open descriptor of the lock's file, with the lock on it."""
+    try:
+        import fcntl
+    except ImportError:  # pragma: no cover
+        raise UsageError("STORE_SYSTEM", "this system has no flock", allowed="Linux, macOS") from None
+    try:
+        for _ in range(_TRIES):
+            fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
+            try:
+                # flock and not lockf: that one is lost when any descriptor of the file is closed, even one
+                # that a reader in this process opened.
+                fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                mine = os.fstat(fd)
+                # Whoever held it may have removed the file between our two calls.
+                if path.exists() and os.path.samestat(mine, path.stat()):
+                    return fd
+            except BaseException:
+                os.close(fd)
+                raise
+            os.close(fd)
+    except BlockingIOError:
+        raise FileError(
+            "STORE_BUSY", f"another process writes to it{_who(path)}", where=str(store),
+            todo="wait for that one, or give another --store",
+        ) from None  # fmt: skip
+    except OSError as error:
+        raise _refused(store, error) from None
+    raise FileError("STORE_BUSY", "other processes open and close it", where=str(store))  # pragma: no cover
+
+
+def _who(path: Path) -> str:
+    try:
+        said = path.read_bytes()[:_LINE].decode("ascii", "replace").strip()
+    except OSError:
+        return ""
+    return f" ({said})" if said.startswith("pid ") else ""
+
+
+def _refused(path: Path, error: OSError) -> FileError:
+    return FileError(
+        "STORE_WRITE", error.strerror or str(error), where=str(path), allowed="a folder you may write in"
+    )
