@@ -106,7 +106,7 @@ class Simulator:
     # ---- the planner --------------------
 
     def accepted(self, at: Cell, bodies: set[Cell]) -> set[Cell]:
-        """Cells of lower luciferin joined to the centre of the window, ring by ring until there are enough."""
+        """Cells of lower luciferin joined to the window's centre, ring by ring until there are enough."""
         x, y = at
         here = self.luciferin[at]
         lower: set[Cell] = set()
