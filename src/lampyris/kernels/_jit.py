@@ -38,6 +38,10 @@ PLAIN_CELLS = 120_000
 PLAIN_TOTAL = 400_000
 """After so many elements in plain form, all kernels together, compiling pays."""
 
+_LEAN: Mapping[str, Any] = {"_nrt": False}
+"""Nothing is allocated, so nothing has to be counted. If it is, each call of a kernel by a kernel counts its
+arrays up and down with locked instructions: a quarter of the time of whole simulations."""
+
 _spent = 0
 
 
@@ -149,9 +153,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     if keep and elsewhere:
         content = b"".join(Path(name).read_bytes() for name in sorted(elsewhere))
         twin.__qualname__ += f"_{hashlib.sha256(content).hexdigest()[:16]}"
-    # _nrt=False: nothing is allocated, so nothing needs to be counted. With it every call of a kernel by a
-    # kernel counts its arrays up and down, by locked instructions: a quarter of the time of whole simulations.
-    return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, _nrt=False)(twin)
+    return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
 
 
 def _callees(k: Kernel) -> set[Kernel]:
