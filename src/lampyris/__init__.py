@@ -20,6 +20,8 @@ _HOME = {
     "load_scenario": "lampyris.scenarios",
     "run": "lampyris.scenarios",
     "save_scenario": "lampyris.scenarios",
+    "load_study": "lampyris.study.file",
+    "run_study": "lampyris.study.front",
     "solve_field": "lampyris.field.solve",
     "dissertation_speeds": "lampyris.motion.dissertation",
     "Budget": "lampyris.planners.base",
@@ -44,6 +46,7 @@ _HOME = {
     "Scenario": "lampyris.maps.scenario",
     "Scene": "lampyris.model.scene",
     "Status": "lampyris.model.plan",
+    "Study": "lampyris.study.design",
     "Trace": "lampyris.model.trace",
     "Track": "lampyris.model.movers",
 }
@@ -89,6 +92,9 @@ if TYPE_CHECKING:
     from lampyris.scenarios import load_scenario as load_scenario
     from lampyris.scenarios import run as run
     from lampyris.scenarios import save_scenario as save_scenario
+    from lampyris.study.design import Study as Study
+    from lampyris.study.file import load_study as load_study
+    from lampyris.study.front import run_study as run_study
 
 
 def __getattr__(name: str) -> Any:

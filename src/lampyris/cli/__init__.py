@@ -17,6 +17,10 @@ INTERNAL_FAULT = 6
 INTERRUPTED = 130
 
 
+class Interrupted(SystemExit):
+    """Ctrl-C, and whoever pressed it has been told what is kept and how to go on."""
+
+
 def main() -> None:
     """Run the command line; every way out has its exit code, and none is a traceback."""
     if sys.stdout is None:
@@ -40,7 +44,7 @@ def _run() -> None:
 
         app(standalone_mode=True)
     except SystemExit as done:
-        if done.code == INTERRUPTED:
+        if done.code == INTERRUPTED and not isinstance(done, Interrupted):
             print("interrupted", file=sys.stderr)  # typer has said nothing
         raise
     except LampyrisError as error:

@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
-from lampyris.cli import drive_verb, maps_verbs, scen_verb, speed_verb
+from lampyris.cli import (
+    compare_verb,
+    drive_verb,
+    maps_verbs,
+    reproduce_verb,
+    scen_verb,
+    speed_verb,
+    study_verb,
+)
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -62,6 +70,7 @@ app = typer.Typer(
 
 
 app.add_typer(maps_verbs.app, name="maps")
+app.add_typer(study_verb.app, name="study")
 
 
 def _version(value: bool) -> None:
@@ -244,3 +253,5 @@ app.command()(scen_verb.scen)
 app.command()(speed_verb.speed)
 app.command()(speed_verb.laws)
 app.command()(drive_verb.drive)
+app.command()(compare_verb.compare)
+app.command()(reproduce_verb.reproduce)

@@ -107,15 +107,15 @@ def planners_of(given: Any, tried: Tried) -> Made[Who]:
             entries += [_Entry(way, name) for name in registry.names() if name not in left_out]
         else:
             entries.append(_entry(one, way))
-    return _unfolded(entries, _planner, "planners", tried)
+    return _unfolded(entries, planner_who, "planners", tried)
 
 
 def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Who]:
     """The speed laws of a study file, each once; what is wrong is kept by ``tried``."""
     if given is None:
-        return [(_law(default, {}, default), ("laws",))]
+        return [(law_who(default, {}, default), ("laws",))]
     entries = [_entry(one, ("laws", k)) for k, one in enumerate(given)]
-    return _unfolded(entries, _law, "laws", tried)
+    return _unfolded(entries, law_who, "laws", tried)
 
 
 def crowds_of(given: list[Any], tried: Tried) -> Made[Crowd]:
@@ -170,7 +170,7 @@ def _unfolded(
     return made
 
 
-def _planner(name: str, settings: Mapping[str, Any], label: str) -> Who:
+def planner_who(name: str, settings: Mapping[str, Any], label: str) -> Who:
     """A planner with every setting that it has."""
     made = registry.make(name, settings)
     known = registry.settings_of(type(made))
@@ -178,7 +178,7 @@ def _planner(name: str, settings: Mapping[str, Any], label: str) -> Who:
     return Who(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))
 
 
-def _law(name: str, settings: Mapping[str, Any], label: str) -> Who:
+def law_who(name: str, settings: Mapping[str, Any], label: str) -> Who:
     """A speed law with every setting that it has."""
     full = laws.settings_of(laws.with_settings(name, settings))
     known = laws.settings_of(name)

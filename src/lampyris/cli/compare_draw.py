@@ -1,0 +1,117 @@
+"""The picture of ``lampyris compare``: every planner's way in the first world, and speeds along them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.trace import Trace
+from lampyris.report.compare_picture import Speeds, Way, draw_ways
+from lampyris.report.speed_chart import line_of
+from lampyris.study.design import Job, Study
+from lampyris.typing import Floats, Points
+
+if TYPE_CHECKING:
+    from lampyris.cli.compare_work import Line
+
+NOTHING: Points = np.zeros((0, 2))
+
+
+def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> None:
+    """Run the first world once more, for its ways, and draw them.
+
+    With one law ``speeds`` draws each planner's; with several the laws of the first planner that found a way.
+    """
+    first = replace(study, seeds=study.seeds[:1])
+    jobs = list(first.jobs())
+    world, many = study.worlds[0], len(study.laws)
+    grid = world.ground.grid
+    found = [_again(job, grid) for job in jobs[::many]]
+    ways = [
+        Way(who.called, _told(line), xy)
+        for who, line, (xy, _, _) in zip(study.planners, lines[::many], found, strict=True)
+    ]
+    tracks = next((some for _, _, some in found if some), ())
+    shown: list[Speeds] = []
+    title = ""
+    if speeds and many == 1:
+        title = f"speed along each way, {study.laws[0].called} law"
+        shown = [
+            replace(line, name=who.called, way=k)
+            for k, (who, (_, line, _)) in enumerate(zip(study.planners, found, strict=True))
+            if line is not None
+        ]
+    elif speeds:
+        k = next((k for k, (_, line, _) in enumerate(found) if line is not None), None)
+        if k is not None:
+            title = f"speed along the way of {study.planners[k].called}, by law"
+            some = [_again(job, grid)[1] for job in jobs[k * many : (k + 1) * many]]
+            shown = [
+                replace(line, name=law.called)
+                for law, line in zip(study.laws, some, strict=True)
+                if line is not None
+            ]
+    crowd = study.crowds[0]
+    what = "nothing moves" if crowd.label == "none" else f"obstacles: {crowd.label}"
+    words = f"{world.query}  ·  {study.moves} moves  ·  {what}"
+    if len(study.seeds) > 1:
+        words += f"  ·  the first of {len(study.seeds)} worlds; the numbers are of this one"
+    names = "planner" if len(ways) == 1 else "planners"
+    draw_ways(
+        grid, world.start, world.goal, ways, out, title=f"{len(ways)} {names} on {grid.name or 'a map'}",
+        told=words, speeds=shown, speeds_title=title, tracks=tracks,
+    )  # fmt: skip
+
+
+def _told(line: Line) -> str:
+    """Cost and gap of the first run, or how it ended."""
+    row = line.rows[0]
+    cost, gap = row.metrics.get("cost"), row.metrics.get("gap")
+    good = row.metrics.get("found") or row.metrics.get("arrived")
+    words = [] if good else [str(row.metrics.get("outcome") or row.ending)]
+    words += [f"cost {cost:.2f}"] if isinstance(cost, int | float) else []
+    words += [f"gap {gap:.1%}"] if isinstance(gap, int | float) else []
+    return ", ".join(words)
+
+
+def _again(job: Job, grid: Any) -> tuple[Points, Speeds | None, tuple[Points, ...]]:
+    """A run once more: its way, its speeds, where obstacles went."""
+    from lampyris.errors import LampyrisError
+    from lampyris.study.one import TimeUp, run_job
+
+    try:
+        made = run_job(job.plain, grid)
+    except (LampyrisError, TimeUp):
+        return NOTHING, None, ()  # the table says why
+    result, profile = made.noun, made.profile
+    if isinstance(result, Trace):
+        tracks = tuple(np.asarray(t, dtype=np.float64) for t in result.tracks)
+        return result.robot.astype(np.float64), _driven(result), tracks
+    assert isinstance(result, Plan)
+    if result.path is None:
+        return NOTHING, None, ()
+    xy = result.path.cells if result.waypoints is None else result.waypoints
+    return np.asarray(xy, dtype=np.float64), None if profile is None else _planned(profile), ()
+
+
+def _planned(profile: Profile) -> Speeds:
+    s, v = line_of(profile)
+    unit = "s" if profile.metric else "transfers"
+    return Speeds("", f"{profile.duration:.4g} {unit}", s, v, profile.units)
+
+
+def _driven(trace: Trace) -> Speeds | None:
+    """Speed over the way that was really driven, waits at one place."""
+    if len(trace.robot) < 2:
+        return None
+    step = np.diff(trace.robot.astype(np.float64), axis=0)
+    s: Floats = np.concatenate(([0.0], np.cumsum(np.sqrt((step * step).sum(axis=1)))))
+    if trace.units == "m/s":
+        s = s * trace.scene.grid.resolution
+    return Speeds("", f"{trace.ticks} ticks", s, trace.speed, trace.units)

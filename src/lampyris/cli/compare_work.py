@@ -1,0 +1,317 @@
+"""What ``lampyris compare`` does: a study of one world in memory, one table and one picture of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from lampyris.cli import study_show, verbs
+from lampyris.cli.request import Request, about, known, parse_law, parse_settings
+from lampyris.errors import SettingError, UsageError
+from lampyris.maps.map_hash import map_hash
+from lampyris.maps.scenario import Scenario
+from lampyris.motion import laws
+from lampyris.report.plain import grid_record
+from lampyris.report.style import suffix_of
+from lampyris.report.tab import Tab
+from lampyris.sim.mobility import MOBILITIES
+from lampyris.study.design import Crowd, Ground, Study, Who, World
+from lampyris.study.row import Row
+from lampyris.study.who import law_who, planner_who
+
+PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
+AMONG_OBSTACLES = f"{PLANNERS},sipp"
+MAX_RUNS = 10_000
+"""More than that is a study."""
+
+COLUMNS: tuple[tuple[str, str, float, int | None], ...] = (
+    ("cost", "cost", 1.0, 2),
+    ("gap", "gap (%)", 100.0, 2),
+    ("cost_to_go", "cost-to-go", 1.0, 1),
+    ("turns", "turns", 1.0, None),
+    ("time_s", "time (s)", 1.0, 1),
+    ("expansions", "expansions", 1.0, None),
+    ("cpu_s", "CPU (s)", 1.0, 3),
+)
+"""Name of a metric, heading, factor and digits of each column behind the first ones."""
+
+
+@dataclass(frozen=True)
+class CrowdAsked:
+    """What moves besides the robot, as it was typed."""
+
+    count: int
+    mobility: str
+    rate: float | None
+    radius: float
+    live: bool
+    ticks: int | None
+
+    def crowd(self) -> Crowd:
+        """As a study has it.
+
+        Raises
+        ------
+        UsageError : no such mobility; options of a crowd where there is none.
+        """
+        known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
+        if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
+            raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
+        if self.rate is not None and self.count and not self.live:
+            raise UsageError(
+                "OPTIONS",
+                "--rate without --live",
+                allowed="--live: a track that is replayed begins at tick 0",
+            )
+        if self.count:
+            tracks: Any = "live" if self.live else "replayed"
+            return Crowd(self.mobility, self.count, self.rate, self.radius, tracks)
+        alone = {"--rate": self.rate is not None, "--live": self.live, "--ticks": self.ticks is not None}
+        for option in (option for option, given in alone.items() if given):
+            raise UsageError("OPTIONS", f"{option} without --obstacles", allowed="--obstacles N")
+        return Crowd()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked, as it was typed."""
+
+    request: Request
+    planners: str | None
+    laws: str | None
+    crowd: CrowdAsked
+    seeds: int
+    workers: int
+
+    def study(self, scenario: Scenario) -> Study:
+        """One world, and who meets in it.
+
+        Raises
+        ------
+        UsageError : an unknown name or setting; the same planner or law twice.
+        SettingError : SEEDS: out of range.
+        """
+        crowd, scene = self.crowd.crowd(), scenario.scene
+        names = self.planners or (AMONG_OBSTACLES if crowd.count else PLANNERS)
+        planners = _entries("--planners", names, _planner)
+        by = _entries("--laws", self.laws or scenario.law, _law)
+        most = MAX_RUNS // (len(planners) * len(by))
+        if not 1 <= self.seeds <= most:
+            raise SettingError(
+                "SEEDS", f"{self.seeds}", where="--seeds", allowed=f"1 to {most}", todo="more is a study"
+            )
+        ground = Ground(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
+        return Study(
+            name="compare",
+            kind="simulate" if crowd.count else "plan",
+            worlds=(World(ground, scene.start, scene.goal),),
+            planners=planners,
+            laws=by,
+            crowds=(crowd,),
+            seeds=tuple(range(self.seeds)),
+            moves=scene.moves.name,
+            robot=asdict(scene.robot),
+            ticks=self.crowd.ticks,
+            root=self.request.seed,
+        )
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is to be printed and written."""
+
+    json: bool
+    timing: bool
+    picture: Path | None
+    csv: Path | None
+    force: bool
+
+    def check(self) -> None:
+        """Refuse at once what could not be done at the end."""
+        verbs.check_outputs(self.force, self.picture, self.csv)
+        if self.picture is not None:
+            suffix_of(self.picture, (".png", ".svg"))
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the table: a planner under a law, its runs one after another."""
+
+    planner: Who
+    law: Who
+    rows: tuple[Row, ...]
+
+    def good(self, metric: str) -> int:
+        """Runs that found, or arrived."""
+        return sum(bool(row.metrics.get(metric)) for row in self.rows)
+
+    def mean(self, metric: str) -> float | None:
+        """Of the runs that have it; None: none has."""
+        some = [row.metrics.get(metric, row.timing.get(metric)) for row in self.rows]
+        there = [float(v) for v in some if isinstance(v, int | float)]
+        return math.fsum(there) / len(there) if there else None
+
+
+def _entries(option: str, text: str, make: Callable[[str, list[str]], Who]) -> tuple[Who, ...]:
+    """``NAME[:KEY=VALUE...],...`` as who plans or which law, in the order given."""
+    made: list[Who] = []
+    for word in filter(None, (part.strip() for part in text.split(","))):
+        name, *settings = word.split(":")
+        try:
+            one = make(name, settings)
+        except UsageError as fault:
+            raise UsageError(
+                fault.code, fault.what, where=option, allowed=fault.allowed, todo=fault.todo
+            ) from None
+        if any(one.name == other.name and one.settings == other.settings for other in made):
+            raise UsageError("OPTIONS", f"{word} twice", where=option, allowed="each once")
+        made.append(one)
+    if not made:
+        raise UsageError("OPTIONS", repr(text), where=option, allowed="NAME[:KEY=VALUE...],...")
+    return tuple(made)
+
+
+def _planner(name: str, words: list[str]) -> Who:
+    """A planner with all its settings."""
+    return planner_who(name, parse_settings(name, words), label_of(name, words))
+
+
+def _law(name: str, words: list[str]) -> Who:
+    """A law with all its settings."""
+    known("LAW", "--laws", name, laws.LAWS)
+    return law_who(name, parse_law(name, words), label_of(name, words))
+
+
+def label_of(name: str, words: list[str]) -> str:
+    """What a table calls it: ``ad-gso choice=exact``."""
+    return " ".join((name, *words))
+
+
+def compare(asked: Asked, out: Outputs) -> int:
+    """``lampyris compare``. Returns the exit code."""
+    from lampyris.study import run as running
+    from lampyris.study.where import Where
+
+    out.check()
+    scenario = asked.request.scenario()
+    study = asked.study(scenario)
+    verbs.remarks((*scenario.notes, *about(scenario.scene)))
+    began = time.perf_counter()
+    rows: dict[str, Row] = {}
+
+    def keep(some: Sequence[Row]) -> None:
+        rows.update((row.key, row) for row in some)
+
+    with verbs._counting("comparing", f"of {len(study)}", quiet=out.json) as tick:
+        running.run(
+            study,
+            keep,
+            where=Where(workers=asked.workers),
+            progress=None if tick is None else lambda p: tick(p.done),
+        )
+    lines = _lines(study, rows)
+    if out.csv is not None:
+        from lampyris.study.export import write_csv
+        from lampyris.study.table import table_of
+
+        write_csv(out.csv, table_of(study, rows))
+    if out.picture is not None:
+        from lampyris.cli.compare_draw import draw
+
+        with verbs._working("drawing", quiet=out.json):
+            draw(study, lines, out.picture, speeds=asked.laws is not None)
+    metric = "found" if study.kind == "plan" else "arrived"
+    if out.json:
+        verbs.print_json(_record(study, lines, metric, out.timing, time.perf_counter() - began))
+    else:
+        _show(study, lines, metric, out)
+    return 0 if any(line.good(metric) for line in lines) else verbs.NO_ANSWER
+
+
+def _lines(study: Study, rows: Mapping[str, Row]) -> list[Line]:
+    """The table: planners in the order given, each under all laws."""
+    found: dict[tuple[str, str], list[Row]] = {}
+    for job in study.jobs():
+        found.setdefault((job.labels["planner"], job.labels["law"]), []).append(rows[job.key])
+    return [
+        Line(planner, law, tuple(found[planner.called, law.called]))
+        for planner in study.planners
+        for law in study.laws
+    ]
+
+
+def _outcome(line: Line, metric: str) -> str:
+    """How it went: the outcome's word of one run, a count of several."""
+    if len(line.rows) > 1:
+        return f"{line.good(metric)} of {len(line.rows)}"
+    row = line.rows[0]
+    return str(row.metrics.get("outcome") or row.ending)
+
+
+def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> None:
+    """The table, what it is of, and why runs have no result."""
+    world, several = study.worlds[0], len(study.seeds) > 1
+    grid, by_law = world.ground.grid, len(study.laws) > 1
+    columns = [c for c in COLUMNS if any(line.mean(c[0]) is not None for line in lines)]
+    rows = tuple(
+        (
+            line.planner.called,
+            *([line.law.called] if by_law else []),
+            _outcome(line, metric),
+            *(None if (v := line.mean(name)) is None else factor * v for name, _, factor, _ in columns),
+        )
+        for line in lines
+    )
+    note = ""
+    if several:
+        note = f"means over the runs that have a value, of {len(study.seeds)} worlds; for intervals: a study"
+    tab = Tab(
+        "compare",
+        f"{grid.name or 'map'}, {world.query}, {grid.width} x {grid.height} cells of {grid.resolution:g} m, "
+        f"{study.moves} moves, obstacles: {study.crowds[0].label}"
+        + ("" if by_law else f", {study.laws[0].called} law"),
+        ("planner", *(["law"] if by_law else []), metric, *(c[1] for c in columns)),
+        rows,
+        note,
+        digits=(None,) * (2 + by_law)
+        + tuple((1 if several else None) if c[3] is None else c[3] for c in columns),
+    )
+    study_show.tab(tab)
+    for line in lines:
+        for why in dict.fromkeys(row.error for row in line.rows if row.error):
+            print(f"{line.planner.called}, {line.law.called}: {why}")
+    for file in (out.picture, out.csv):
+        if file is not None:
+            print(f"wrote {file}")
+
+
+def _record(study: Study, lines: Sequence[Line], metric: str, timing: bool, seconds: float) -> dict[str, Any]:
+    """What ``--json`` prints; all of it but the timings is decided by the call."""
+    world = study.worlds[0]
+    return {
+        "map": {**grid_record(world.ground.grid), "hash": world.ground.hash},
+        "start": list(world.start),
+        "goal": list(world.goal),
+        "moves": study.moves,
+        "kind": study.kind,
+        "crowd": study.crowds[0].label,
+        "seeds": len(study.seeds),
+        "seed": study.root,
+        "rows": [
+            {
+                "planner": line.planner.called,
+                "law": line.law.called,
+                "runs": len(line.rows),
+                metric: line.good(metric),
+                **{name: line.mean(name) for name, *_ in COLUMNS if name != "cpu_s"},
+                "errors": list(dict.fromkeys(row.error for row in line.rows if row.error)),
+                "timing": {"cpu_s": line.mean("cpu_s")} if timing else {},
+            }
+            for line in lines
+        ],
+        "timing": {"total_s": seconds} if timing else {},
+    }

@@ -1,0 +1,124 @@
+"""What the actions of ``lampyris study`` do: with a store, and with the studies that come ready."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from lampyris.cli import study_work as work
+from lampyris.cli import verbs
+from lampyris.errors import UsageError
+from lampyris.report.style import suffix_of
+from lampyris.study.design import Study
+from lampyris.study.row import Row
+
+
+def _stored(path: Path) -> tuple[Study, dict[str, Row]]:
+    """What a store holds; it is not written to."""
+    from lampyris.study.store import Store
+
+    store = Store.open(path, writable=False)
+    try:
+        return store.study(), dict(store.rows())
+    finally:
+        store.close()
+
+
+def show(path: Path, as_json: bool) -> int:
+    """``lampyris study show``. Returns the exit code."""
+    from lampyris.cli import study_show
+    from lampyris.study.summary import summary_of
+    from lampyris.study.table import table_of
+
+    study, rows = _stored(path)
+    summary = summary_of(study, table_of(study, rows))
+    counts = study_show.endings(rows.values())
+    if as_json:
+        record = {**work.record(study, path), "done": len(rows), "endings": counts}
+        verbs.print_json({**record, "summary": work.summary_record(summary)})
+        return 0
+    there = f"{len(rows):,} of {len(study):,}: {study_show.told(counts)}"
+    study_show.facts([*work.facts(study), ("there", there)])
+    study_show.summary(summary)
+    return 0
+
+
+def export(path: Path, out: work.Outputs) -> int:
+    """``lampyris study export``. Returns the exit code."""
+    from lampyris.study.table import table_of
+
+    if not out.files:
+        raise UsageError("OPTIONS", "nothing to write", allowed="--csv, --parquet or --latex FILE")
+    out.check(path)
+    study, rows = _stored(path)
+    work.write(study, table_of(study, rows), out)
+    if out.json:
+        verbs.print_json(
+            {**work.record(study, path), "done": len(rows), "files": [str(f) for f in out.files]}
+        )
+        return 0
+    if len(rows) < len(study):
+        verbs.remarks((f"{len(rows):,} of {len(study):,} runs are there; the others are left out",))
+    for file in out.files:
+        print(f"wrote {file}")
+    return 0
+
+
+def report(path: Path, out: Path | None, films: bool, force: bool) -> int:
+    """``lampyris study report``. Returns the exit code."""
+    name = path.name.removesuffix(".db").removesuffix(".study")
+    page = Path(f"{name}.html") if out is None else out
+    return export(path, work.Outputs(report=page, films=films, force=force))
+
+
+def repair(path: Path, out: Path | None, as_json: bool, force: bool) -> int:
+    """``lampyris study repair``. Returns the exit code."""
+    from lampyris.study import store
+
+    if out is not None:
+        verbs.check_outputs(force, out)
+    mended = store.repair(path, out)
+    if as_json:
+        verbs.print_json({"store": str(out or path), **asdict(mended)})
+        return 0
+    print(f"{mended.kept:,} rows kept, {mended.lost:,} lost: {out or path}")
+    verbs.remarks(tuple(mended.notes))
+    return 0
+
+
+def list_ready(as_json: bool) -> int:
+    """``lampyris study list``. Returns the exit code."""
+    from lampyris.study import ready
+
+    rows = [{"name": name, "about": ready.about(name)} for name in ready.names()]
+    if as_json:
+        verbs.print_json({"studies": rows})
+    else:
+        from lampyris.cli import study_show
+
+        study_show.ready(rows)
+    return 0
+
+
+def write(name: str, file: Path, force: bool) -> int:
+    """``lampyris study write``. Returns the exit code."""
+    from lampyris.maps.document import write_file
+    from lampyris.study import ready
+
+    text = ready.text(name)
+    suffix_of(file, (".yaml", ".yml"))
+    verbs.check_outputs(force, file)
+    write_file(file, text.encode())
+    print(f"wrote {file}")
+    return 0
+
+
+def schema() -> int:
+    """``lampyris study schema``. Returns the exit code."""
+    import json
+
+    from lampyris.study.file import json_schema
+
+    sys.stdout.write(json.dumps(json_schema(), indent=2) + "\n")
+    return 0

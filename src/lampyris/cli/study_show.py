@@ -1,0 +1,231 @@
+"""What ``lampyris study`` shows of a study: before, while it runs, and after."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from lampyris.report.tab import DASH, Tab, Value
+from lampyris.study.design import Study
+from lampyris.study.findings import Summary
+from lampyris.study.row import Row
+
+ENDINGS = ("done", "refused", "timeout", "failed")
+QUIET_S = 30.0
+"""Where nobody looks on, a line comes with every tenth of the runs, or after so many seconds."""
+
+
+def plural(n: int, word: str) -> str:
+    """``1 run``, ``2 runs``, ``3 queries``."""
+    many = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
+    return f"{n:,} {word if n == 1 else many}"
+
+
+def sizes(study: Study) -> str:
+    """``30 queries on 6 maps x 3 crowds x 10 seeds x 3 planners x 1 law = 2,700 runs (simulate)``."""
+    parts = (
+        f"{plural(len(study.worlds), 'query')} on {plural(len(study.grounds), 'map')}",
+        plural(len(study.crowds), "crowd"),
+        plural(len(study.seeds), "seed"),
+        plural(len(study.planners), "planner"),
+        plural(len(study.laws), "law"),
+    )
+    return f"{' x '.join(parts)} = {plural(len(study), 'run')} ({study.kind})"
+
+
+def endings(rows: Iterable[Row]) -> dict[str, int]:
+    """How many runs ended how; every ending there is, also those of nobody."""
+    counts = Counter(row.ending for row in rows)
+    return {word: counts[word] for word in ENDINGS}  # type: ignore[index]
+
+
+def told(counts: Mapping[str, int]) -> str:
+    """``2,690 done, 10 failed``: the endings that occur."""
+    return ", ".join(f"{n:,} {word}" for word, n in counts.items() if n) or "none"
+
+
+def clock(seconds: float | None) -> str:
+    """``1:02:03``, ``2:03``; ``-:--`` where it is not known."""
+    if seconds is None or not math.isfinite(seconds):
+        return "-:--"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+@dataclass
+class _Count:
+    """Of one planner and law."""
+
+    runs: int = 0
+    good: int = 0
+    failed: int = 0
+    gaps: int = 0
+    gap: float = 0.0
+
+
+@dataclass
+class Tally:
+    """Counts while a study runs, a row for each planner and law; failures stay in the denominators."""
+
+    study: Study
+    counts: dict[tuple[str, str], _Count] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._whose = {job.key: (job.labels["planner"], job.labels["law"]) for job in self.study.jobs()}
+        for planner in self.study.planners:
+            for law in self.study.laws:
+                self.counts[planner.called, law.called] = _Count()
+
+    @property
+    def good(self) -> str:
+        """The metric that says a run was good."""
+        return "found" if self.study.kind == "plan" else "arrived"
+
+    def add(self, rows: Iterable[Row]) -> None:
+        """Count these."""
+        for row in rows:
+            whose = self._whose.get(row.key)
+            if whose is None:
+                continue
+            one = self.counts[whose]
+            one.runs += 1
+            one.good += bool(row.metrics.get(self.good))
+            one.failed += row.ending in ("failed", "timeout")
+            gap = row.metrics.get("gap")
+            if isinstance(gap, int | float) and math.isfinite(gap):
+                one.gaps += 1
+                one.gap += gap
+
+    def table(self) -> Table:
+        """As people watch it."""
+        laws = len(self.study.laws) > 1
+        each = len(self.study) // max(1, len(self.counts))
+        table = Table(box=SIMPLE_HEAD, pad_edge=False)
+        for name in ("planner", "law", "runs", self.good, "mean gap", "failed"):
+            if name != "law" or laws:
+                table.add_column(name, justify="left" if name in ("planner", "law") else "right")
+        for (planner, law), one in self.counts.items():
+            share = f"{one.good / one.runs:.1%}" if one.runs else "-"
+            gap = f"{one.gap / one.gaps:.2%}" if one.gaps else "-"
+            cells = [Text(planner), *([Text(law)] if laws else [])]
+            table.add_row(*cells, f"{one.runs:,} of {each:,}", share, gap, f"{one.failed:,}" or "-")
+        return table
+
+
+class Board:
+    """What a person sees while a study runs, on stderr: a bar and a live table, or a line now and then."""
+
+    def __init__(self, study: Study, tally: Tally, *, quiet: bool) -> None:
+        self._study, self._tally, self._quiet = study, tally, quiet
+        self._total, self._tenth, self._spoke = len(study), -1, time.monotonic()
+        self._live: Live | None = None
+        if sys.stderr.isatty():
+            self._live = Live(console=Console(stderr=True), refresh_per_second=4, transient=True)
+
+    def __enter__(self) -> Board:
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def show(self, progress: Any) -> None:
+        """How far it is: :class:`lampyris.study.run.Progress`."""
+        done, total = progress.done, progress.total
+        rest = f"{done:,} of {total:,} runs, {progress.failed:,} failed"
+        left = progress.seconds_left
+        if self._live is not None:
+            bar = ProgressBar(total=max(1, total), completed=done, width=40)
+            line = Table.grid(padding=(0, 2))
+            line.add_row(Text(self._study.name), bar, Text(rest), Text(f"{clock(left)} left"))
+            self._live.update(Group(line, self._tally.table()))
+            return
+        tenth, now = 10 * done // max(1, total), time.monotonic()
+        late = now - self._spoke >= QUIET_S
+        if not self._quiet and (tenth > self._tenth or late):
+            about = "" if left is None or done >= total else f", about {clock(left)} left"
+            print(f"{rest}{about}", file=sys.stderr, flush=True)
+            self._spoke = now
+        self._tenth = max(self._tenth, tenth)
+
+
+def tab(one: Tab, console: Console | None = None) -> None:
+    """A table for people."""
+    console = console or Console(highlight=False)
+    table = Table(title=Text(one.title, style="bold"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    for name, side in zip(one.header, one.align, strict=True):
+        table.add_column(name, justify="left" if side == "l" else "right")
+    for row in one.texts():
+        table.add_row(*(Text(cell) for cell in row))
+    console.print(table)
+    if one.note:
+        console.print(Text(one.note, style="dim"))
+
+
+SHORT = {
+    "plan": ("found", "cost", "gap", "time_s", "expansions"),
+    "simulate": ("arrived", "collisions", "cost", "time_s", "replans", "expansions"),
+    "drive": ("arrived", "collisions", "near_m", "length_m", "time_s", "replans"),
+}
+"""What the terminal shows of a study of each kind; the page has all of it."""
+
+
+def summary(told: Summary) -> None:
+    """The heart of a summary: a table for each crowd."""
+    from lampyris.study.measures import ALL
+    from lampyris.study.summary_tabs import estimate_text, sample
+
+    console = Console(highlight=False)
+    for crowd in told.crowds:
+        some = [entry for entry in told.entries if entry.crowd == crowd]
+        names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]
+        header = ("", "runs", *(ALL[n].title for n in names))
+        rows: list[tuple[Value, ...]] = []
+        for e in some:
+            texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) if n in e.own else DASH for n in names)
+            rows.append((e.entrant, e.runs, *texts))
+        title = "without moving obstacles" if crowd == "none" else f"among {crowd}"
+        tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)), console)
+    console.print(Text(f"{sample(told)} n: the runs behind a mean, where some have no value.", style="dim"))
+
+
+def ready(rows: Sequence[Mapping[str, str]]) -> None:
+    """The ready studies."""
+    console = Console(highlight=False)
+    table = Table(title="ready studies", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("name", no_wrap=True)
+    table.add_column("what it asks")
+    for row in rows:
+        table.add_row(row["name"], Text(row["about"]))
+    console.print(table)
+    console.print(
+        Text("lampyris study NAME runs one; lampyris study write NAME FILE makes a copy to be edited.")
+    )
+
+
+def facts(rows: Sequence[tuple[str, str]]) -> None:
+    """Names and values."""
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    for key, value in rows:
+        table.add_row(key, Text(value))
+    Console(highlight=False).print(table)

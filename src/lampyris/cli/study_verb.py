@@ -1,0 +1,202 @@
+"""``lampyris study``: many runs from one small file, kept, counted and compared.
+
+``lampyris study STUDY`` runs it; a first word that is an action does that.
+Work is imported when a verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from lampyris.cli.options import AllowOutside, Force, Json, MaxCells
+
+
+class _StudyOrAction(TyperGroup):
+    """A first word that is no action is the name of a study, or a file."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """``study FILE`` is ``study run FILE``, its options before or behind the name."""
+        # Typer has its own click in new releases and the installed one in old ones: no type names both.
+        if args and args[0] not in self.commands and args[0] != "--help":
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+app = typer.Typer(
+    cls=_StudyOrAction,
+    no_args_is_help=True,
+    options_metavar="",
+    subcommand_metavar="STUDY [OPTIONS] | ACTION ...",
+    help="Run a study: maps x queries x planners x speed laws x traffic x seeds, in one store that can be "
+    "killed and continued.",
+    epilog="`lampyris study run --help` shows the options of `lampyris study STUDY`, `lampyris study list` "
+    "the studies that come ready. Exit codes: 0 every run has its row (failures too), 2 usage, 3 bad file or "
+    "store, 5 limit, 130 interrupted (what was done stays).",
+)
+
+Store = Annotated[
+    Path,
+    typer.Argument(metavar="STORE", help="The store of a study, as `lampyris study` writes it (.study.db)."),
+]
+CsvOut = Annotated[
+    Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for every run (.csv).")
+]
+ParquetOut = Annotated[
+    Path | None,
+    typer.Option("--parquet", metavar="FILE", help="The same as Parquet (the extra `parquet`)."),
+]
+LatexOut = Annotated[
+    Path | None,
+    typer.Option("--latex", metavar="FILE", help="Write the summary's tables for a paper (.tex)."),
+]
+Timing = Annotated[
+    bool,
+    typer.Option(
+        "--timing", help="With seconds and memory in CSV and Parquet: no longer the same bytes each time."
+    ),
+]
+Films = Annotated[bool, typer.Option("--films/--no-films", help="Whether the page has a few films.")]
+
+
+@app.command()
+def run(
+    study: Annotated[
+        str,
+        typer.Argument(metavar="STUDY", help="A study file (.yaml, .json), or the name of a ready study."),
+    ],
+    store: Annotated[
+        Path | None,
+        typer.Option("--store", metavar="FILE", help="Where results are kept (default: NAME.study.db here)."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", metavar="N", help="Processes (default: one a core).")
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            "--dask",
+            metavar="tcp://HOST:PORT",
+            help="Run on a Dask cluster that is there (the extra `dask`).",
+        ),
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", metavar="DIR", help="Where a study finds maps and .scen files it names."),
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Begin anew: what the store holds is thrown away.")
+    ] = False,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="FILE", help="Write the page of the results (.html).")
+    ] = None,
+    films: Films = True,
+    csv: CsvOut = None,
+    parquet: ParquetOut = None,
+    latex: LatexOut = None,
+    timing: Timing = False,
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would be run and where it is kept; run nothing.")
+    ] = False,
+    json_: Json = False,
+    force: Force = False,
+) -> None:
+    """Run a study, or go on with it; the word `run` may be left out."""
+    from lampyris.cli import study_work as work
+
+    asked = work.Asked(study, store, data, allow_outside, max_cells, workers, dask, fresh, dry_run)
+    out = work.Outputs(json_, report, films, csv, parquet, latex, timing, force)
+    raise typer.Exit(work.run(asked, out))
+
+
+@app.command("list")
+def list_(json_: Json = False) -> None:
+    """List the studies that come ready."""
+    from lampyris.cli import study_kept as kept
+
+    raise typer.Exit(kept.list_ready(json_))
+
+
+@app.command()
+def write(
+    ready: Annotated[str, typer.Argument(metavar="READY", help="A name that `lampyris study list` lists.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy (.yaml).")],
+    force: Force = False,
+) -> None:
+    """Write a copy of a ready study, to be edited."""
+    from lampyris.cli import study_kept as kept
+
+    raise typer.Exit(kept.write(ready, file, force))
+
+
+@app.command()
+def show(store: Store, json_: Json = False) -> None:
+    """Say what a store holds: the study, how far it is, and its results so far."""
+    from lampyris.cli import study_kept as kept
+
+    raise typer.Exit(kept.show(store, json_))
+
+
+@app.command()
+def export(
+    store: Store,
+    csv: CsvOut = None,
+    parquet: ParquetOut = None,
+    latex: LatexOut = None,
+    timing: Timing = False,
+    json_: Json = False,
+    force: Force = False,
+) -> None:
+    """Write what a store holds as CSV, Parquet or LaTeX; same store, same bytes."""
+    from lampyris.cli import study_kept as kept
+    from lampyris.cli.study_work import Outputs
+
+    out = Outputs(json_, csv=csv, parquet=parquet, latex=latex, timing=timing, force=force)
+    raise typer.Exit(kept.export(store, out))
+
+
+@app.command()
+def report(
+    store: Store,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="The page (default: the store's name, .html)."),
+    ] = None,
+    films: Films = True,
+    force: Force = False,
+) -> None:
+    """Write the page of a store's results: tables, figures, a few films; one file without scripts."""
+    from lampyris.cli import study_kept as kept
+
+    raise typer.Exit(kept.report(store, out, films, force))
+
+
+@app.command()
+def repair(
+    store: Store,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="FILE", help="The mended store (default: in its place; the old one is kept)."
+        ),
+    ] = None,
+    json_: Json = False,
+    force: Force = False,
+) -> None:
+    """Save every whole row of a damaged store; the rest is run again when the study goes on."""
+    from lampyris.cli import study_kept as kept
+
+    raise typer.Exit(kept.repair(store, out, json_, force))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of study files."""
+    from lampyris.cli import study_kept as kept
+
+    raise typer.Exit(kept.schema())

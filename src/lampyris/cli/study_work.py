@@ -1,0 +1,332 @@
+"""What ``lampyris study`` does. Results go to stdout, progress and remarks to stderr."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lampyris.cli import INTERRUPTED, Interrupted, verbs
+from lampyris.errors import FileError, UsageError
+from lampyris.maps.make import MAX_CELLS
+from lampyris.report.style import suffix_of
+from lampyris.study.design import Study
+from lampyris.study.row import Row
+
+if TYPE_CHECKING:
+    from lampyris.study.store import Store
+    from lampyris.study.table import Table
+    from lampyris.study.where import Finished, Where
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked, as it was typed."""
+
+    study: str
+    store: Path | None
+    data: Path | None
+    allow_outside: bool
+    max_cells: int | None
+    workers: int | None
+    dask: str | None
+    fresh: bool
+    dry_run: bool
+
+    def where(self) -> Where:
+        """Where it runs.
+
+        Raises
+        ------
+        UsageError : workers of our own beside a cluster; a cluster without the package for it.
+        SettingError : WORKERS: out of range.
+        """
+        from lampyris.study.where import Where
+
+        if self.dask is not None:
+            if self.workers is not None:
+                raise UsageError("OPTIONS", "--workers and --dask both given", allowed="one of them")
+            needs("distributed", "--dask", "dask")
+        return Where(workers=cores() if self.workers is None else self.workers, dask=self.dask)
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is to be printed and written."""
+
+    json: bool = False
+    report: Path | None = None
+    films: bool = True
+    csv: Path | None = None
+    parquet: Path | None = None
+    latex: Path | None = None
+    timing: bool = False
+    force: bool = False
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All that are written."""
+        return tuple(f for f in (self.csv, self.parquet, self.latex, self.report) if f is not None)
+
+    def check(self, *others: Path) -> None:
+        """Refuse at once what could not be done at the end; ``others`` are not to be written over."""
+        verbs.check_outputs(self.force, *self.files)
+        for file in self.files:
+            if any(_same(file, other) for other in others):
+                raise UsageError("OPTIONS", f"{file} is read and written", allowed="a file of its own")
+        for name, endings in ((self.report, (".html", ".htm")), (self.parquet, (".parquet",))):
+            if name is not None:
+                suffix_of(name, endings)
+        if self.parquet is not None:
+            needs("pyarrow", "--parquet", "parquet")
+
+
+def needs(package: str, option: str, extra: str) -> None:
+    """Refuse an option whose package is not installed."""
+    if find_spec(package) is None:
+        raise UsageError(
+            "EXTRA", f"needs the package {package}", where=option, todo=f"pip install 'lampyris[{extra}]'"
+        )
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _same(a: Path, b: Path) -> bool:
+    return a.resolve() == b.resolve()
+
+
+def default_store(study: Study) -> Path:
+    """Where a study is kept if nobody says: its name, in the working folder."""
+    name = re.sub(r"[^\w.-]+", "-", study.name).strip("-.") or "study"
+    return Path(f"{name}.study.db")
+
+
+def run(asked: Asked, out: Outputs) -> int:
+    """``lampyris study STUDY``. Returns the exit code."""
+    from lampyris.study.file import load_study
+
+    given = [Path(asked.study)] if os.path.lexists(asked.study) else []
+    out.check(*given, *([asked.store] if asked.store is not None else []))
+    where = asked.where()
+    limit = MAX_CELLS if asked.max_cells is None else asked.max_cells
+    with verbs._working(f"reading {asked.study}", quiet=out.json):
+        study = load_study(asked.study, data=asked.data, allow_outside=asked.allow_outside, max_cells=limit)
+    path = asked.store or default_store(study)
+    if asked.dry_run:
+        return _dry(study, path, where, asked, out)
+    if asked.fresh:
+        _discard(path)
+    return _run(study, path, where, asked, out)
+
+
+def _run(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> int:
+    """Run what is not done yet, then write and tell."""
+    from lampyris.cli import study_show as show
+    from lampyris.study import run as running
+    from lampyris.study.store import open_for
+
+    began = time.monotonic()
+    store = open_for(path, study)
+    try:
+        before = store.rows()
+        tally = show.Tally(study)
+        tally.add(before.values())
+        if not out.json:
+            _announce(study, path, where, len(before))
+
+        def keep(rows: Sequence[Row]) -> None:
+            store.add(rows)
+            tally.add(rows)
+
+        finished: Finished | None = None
+        try:
+            with show.Board(study, tally, quiet=out.json) as board:
+                finished = running.run(study, keep, done=frozenset(before), where=where, progress=board.show)
+        except KeyboardInterrupt:
+            _interrupted(study, store, path, asked)
+        assert finished is not None
+        return _tell(
+            study, store, path, out, new=len(store.keys()) - len(before), seconds=time.monotonic() - began
+        )
+    finally:
+        store.close()
+
+
+def _announce(study: Study, path: Path, where: Where, done: int) -> None:
+    """What will be run, where it is kept, and how much of it is there already."""
+    from lampyris.cli import study_show as show
+
+    print(f"{study.name}: {show.sizes(study)}", file=sys.stderr)
+    how = f"on {where.dask}" if where.dask else f"by {show.plural(where.workers, 'worker')}"
+    there = f"; {done:,} of {len(study):,} there already" if done else ""
+    print(f"{how}, kept in {path}{there}", file=sys.stderr, flush=True)
+
+
+def _interrupted(study: Study, store: Store, path: Path, asked: Asked) -> None:
+    """One line: what is kept, and how to go on."""
+    import shlex
+
+    words = ["lampyris", "study", asked.study]
+    for option, value in (("--store", asked.store), ("--data", asked.data), ("--dask", asked.dask)):
+        words += [option, str(value)] if value is not None else []
+    words += ["--allow-outside"] if asked.allow_outside else []
+    words += ["--workers", str(asked.workers)] if asked.workers is not None else []
+    there = f"{len(store.keys()):,} of {len(study):,} runs are kept in {path}"
+    print(f"interrupted: {there}; go on with: {shlex.join(words)}", file=sys.stderr)
+    raise Interrupted(INTERRUPTED)
+
+
+def _dry(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> int:
+    """Say what would be run."""
+    from lampyris.cli import study_show as show
+    from lampyris.study.store import Store
+
+    done = 0
+    if path.exists() and not asked.fresh:
+        store = Store.open(path, writable=False)
+        try:
+            _demand_same(store.plain(), study, path)
+            done = len(store.keys())
+        finally:
+            store.close()
+    if out.json:
+        verbs.print_json({**record(study, path), "done": done, "workers": where.workers, "dask": where.dask})
+        return 0
+    how = f"on {where.dask}" if where.dask else show.plural(where.workers, "worker")
+    show.facts(
+        [
+            *facts(study),
+            ("store", f"{path}, {done:,} of {len(study):,} runs there already" if done else f"{path}, new"),
+            ("would run", f"{plural_left(len(study) - done)}, {how}"),
+        ]
+    )
+    return 0
+
+
+def plural_left(n: int) -> str:
+    """``1 run``; ``nothing``."""
+    from lampyris.cli import study_show as show
+
+    return show.plural(n, "run") if n else "nothing"
+
+
+def _demand_same(there: Mapping[str, Any], study: Study, path: Path) -> None:
+    """Refuse a store of another study, as running it would."""
+    from lampyris.study.plain import differing, study_plain
+
+    found = differing(there, study_plain(study))
+    if found:
+        raise FileError("STORE_OTHER", f"made by another study: {found}", where=str(path))
+
+
+def facts(study: Study) -> list[tuple[str, str]]:
+    """What a study is."""
+    from lampyris.cli import study_show as show
+
+    budget = [f"{study.expansions:,} expansions a call"] if study.expansions is not None else []
+    budget += [f"{study.seconds:g} s a run (results depend on the machine)"] if study.seconds else []
+    rows = [
+        ("study", study.name),
+        ("asks", study.about),
+        ("runs", show.sizes(study)),
+        ("maps", ", ".join(ground.name for ground in study.grounds.values())),
+        ("planners", ", ".join(who.called for who in study.planners)),
+        ("laws", ", ".join(who.called for who in study.laws)),
+        ("crowds", "; ".join(crowd.label for crowd in study.crowds)),
+        ("budget", ", ".join(budget) or "none"),
+    ]
+    return [(key, value) for key, value in rows if value]
+
+
+def _discard(path: Path) -> None:
+    """Throw a store away; no other file, and none that somebody writes to.
+
+    Raises
+    ------
+    FileError : STORE_FORMAT: the file is no store; STORE_BUSY; STORE_WRITE.
+    """
+    from lampyris.study.store_file import look, sidecar
+    from lampyris.study.store_lock import Hold
+
+    if not os.path.lexists(path):
+        return
+    try:
+        look(path)
+    except FileError as fault:
+        if fault.code not in ("STORE_DAMAGED", "STORE_VERSION"):
+            raise
+    hold = Hold(path)
+    try:
+        for file in (path, sidecar(path, "-wal"), sidecar(path, "-shm")):
+            file.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileError("STORE_WRITE", error.strerror or str(error), where=str(path)) from None
+    finally:
+        hold.release(remove=True)
+
+
+def _tell(study: Study, store: Store, path: Path, out: Outputs, *, new: int, seconds: float) -> int:
+    """Write what was asked for and say how it went."""
+    from lampyris.cli import study_show as show
+    from lampyris.study.table import table_of
+
+    rows = store.rows()
+    table = table_of(study, rows)
+    summary = write(study, table, out)
+    counts = show.endings(rows.values())
+    if out.json:
+        told = {**record(study, path), "done": len(rows), "new": new, "endings": counts}
+        told |= {"summary": summary.as_json(), "files": [str(f) for f in out.files]}
+        verbs.print_json({**told, "timing": {"wall_s": seconds}})
+        return 0
+    print(f"{len(rows):,} of {len(study):,} runs: {show.told(counts)}; {new:,} new, {show.clock(seconds)}")
+    show.summary(summary)
+    for file in out.files:
+        print(f"wrote {file}")
+    return 0
+
+
+def record(study: Study, path: Path) -> dict[str, Any]:
+    """What a study is, for machines."""
+    return {
+        "study": study.name,
+        "kind": study.kind,
+        "store": str(path),
+        "runs": len(study),
+        "maps": len(study.grounds),
+        "queries": len(study.worlds),
+        "crowds": [crowd.label for crowd in study.crowds],
+        "seeds": len(study.seeds),
+        "planners": [who.called for who in study.planners],
+        "laws": [who.called for who in study.laws],
+        "budget": {"expansions": study.expansions, "seconds": study.seconds},
+    }
+
+
+def write(study: Study, table: Table, out: Outputs) -> Any:
+    """Write the files that were asked for; the summary."""
+    from lampyris.study import export as exporting
+
+    with verbs._working("counting", quiet=out.json):
+        summary = summary_of(study, table)
+        if out.csv is not None:
+            exporting.write_csv(out.csv, table, timing=out.timing)
+        if out.parquet is not None:
+            exporting.write_parquet(out.parquet, table, timing=out.timing)
+        if out.latex is not None:
+            exporting.write_latex(out.latex, summary)
+    if out.report is not None:
+        from lampyris.study.page import write_page
+
+        with verbs._working("writing the page", quiet=out.json):
+            write_page(out.report, study, table, films=out.films)
+    return summary

@@ -1,0 +1,59 @@
+"""Studies at the front door: run one from Python, with a store or without."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+
+from lampyris.errors import SettingError
+from lampyris.study import run as running
+from lampyris.study.design import Study
+from lampyris.study.row import Row
+from lampyris.study.table import Table, table_of
+from lampyris.study.where import Progress, Where
+
+
+def run_study(
+    study: Study | str | os.PathLike[str],
+    store: str | os.PathLike[str] | None = None,
+    *,
+    workers: int = 1,
+    dask: str | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Table:
+    """Run a study, or what a store lacks of it, and give the table of its results.
+
+    Parameters
+    ----------
+    study : a study, a study file, or the name of a ready study.
+    store : where results are kept, as `lampyris study` keeps them: a run that is there is not run again.
+        None: in memory only.
+    workers : processes; with more than 1 the calling script needs the usual ``if __name__ == "__main__"``.
+    dask : address of a Dask cluster, instead of processes.
+    progress : is told how far it is.
+
+    Raises
+    ------
+    LampyrisError : of the file, of the store (another study's, damaged, in use), of the cluster.
+    """
+    from lampyris.study.file import load_study
+
+    if isinstance(study, str | os.PathLike):
+        study = load_study(study)
+    if not isinstance(study, Study):
+        what = f"a {type(study).__name__}"
+        raise SettingError("TYPE", what, where="study", allowed="a Study, a file or a ready study's name")
+    where = Where(workers=workers, dask=dask)
+    if store is None:
+        rows: dict[str, Row] = {}
+
+        def keep(some: Sequence[Row]) -> None:
+            rows.update((row.key, row) for row in some)
+
+        running.run(study, keep, where=where, progress=progress)
+        return table_of(study, rows)
+    from lampyris.study.store import open_for
+
+    with open_for(store, study) as kept:
+        running.run(study, kept.add, done=kept.keys(), where=where, progress=progress)
+        return table_of(study, kept.rows())
