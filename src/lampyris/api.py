@@ -97,8 +97,7 @@ def plan(
     """
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
-    if budget is not None:
-        _typed("budget", budget, Budget)
+    _budget(budget)
     began = time.perf_counter()
     session = chosen.open(scene, np.random.default_rng(_seed(seed)), record=record)
     found = session.plan(None, budget)
@@ -265,17 +264,11 @@ def _path(way: Plan | Path) -> Path:
 
 
 def simulate(
-    scene: Scene,
-    planner: str | Planner = "ad-gso",
-    traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None,
-    seed: int = 0,
-    *,
-    ticks: int | None = None,
-    law: str = "physical",
-    patience: int | None = None,
-    progress: Callable[[int], None] | None = None,
-    **settings: Any,
-) -> Trace:
+    scene: Scene, planner: str | Planner = "ad-gso",
+    traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None, seed: int = 0, *,
+    ticks: int | None = None, law: str = "physical", patience: int | None = None,
+    budget: Budget | None = None, progress: Callable[[int], None] | None = None, **settings: Any,
+) -> Trace:  # fmt: skip
     """Drive through moving obstacles, tick by tick, and have every tick re-checked.
 
     Parameters
@@ -287,6 +280,7 @@ def simulate(
     ticks : when to stop; None: a generous number for the map's size.
     law : the speed law.
     patience : ticks in a row the robot waits before it gives up.
+    budget : when each call of the planner gives up; the robot then waits, and asks again in the next tick.
     progress : called with each tick.
     settings : the planner's settings.
 
@@ -298,8 +292,16 @@ def simulate(
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
     scene = _among(scene, traffic)
+    _budget(budget)
     trace = loop.run(
-        scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, progress=progress
+        scene,
+        chosen,
+        seed=_seed(seed),
+        ticks=ticks,
+        law=law,
+        patience=patience,
+        budget=budget,
+        progress=progress,
     )
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
@@ -316,6 +318,7 @@ def drive(
     law: laws.SpeedLaw = "physical",
     sources: Sequence[Source] = (),
     feed: Feed | None = None,
+    budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     **settings: Any,
 ) -> Drive:
@@ -327,6 +330,7 @@ def drive(
     law : a speed law's name, or its settings.
     sources : obstacles beside the traffic, such as :class:`lampyris.sim.cutting.Cutter`.
     feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.feed.FaultyFeed`.
+    budget : when each call of the planner gives up.
     progress : called with the seconds that are over.
     settings : those of :class:`lampyris.sim.drive_settings.Settings`; all others are the planner's.
 
@@ -340,9 +344,11 @@ def drive(
     chosen = _planner(planner, rest)
     _typed("scene", scene, Scene)
     scene = _among(scene, traffic)
+    _budget(budget)
     made = driving.drive(
-        scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, progress=progress, **ours
-    )
+        scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, budget=budget,
+        progress=progress, **ours,
+    )  # fmt: skip
     began = time.perf_counter()
     referee.demand(referee.check_drive(made))
     timing = {**made.timing, "referee_s": time.perf_counter() - began}
@@ -379,6 +385,11 @@ def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
 def _typed(what: str, value: object, kind: type) -> None:
     if not isinstance(value, kind):
         raise SettingError("TYPE", f"a {type(value).__name__}", where=what, allowed=f"a {kind.__name__}")
+
+
+def _budget(budget: Budget | None) -> None:
+    if budget is not None:
+        _typed("budget", budget, Budget)
 
 
 def _seed(seed: int) -> int:

@@ -28,7 +28,7 @@ from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.motion.laws import SpeedLaw
-from lampyris.planners.base import Planner
+from lampyris.planners.base import Budget, Planner
 from lampyris.sim.control import Decision, State, node_at
 from lampyris.sim.controllers import wheel
 from lampyris.sim.drive_log import Log
@@ -57,6 +57,7 @@ def drive(
     seed: int = 0,
     sources: Sequence[Source] = (),
     feed: Feed | None = None,
+    budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     **settings: object,
 ) -> Drive:
@@ -71,6 +72,7 @@ def drive(
         of the traffic ``(seed, 1 + k)``, then come ``sources``, then the noise.
     sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.cutting.Cutter`.
     feed : what lies between the obstacles and the robot; None: nothing does.
+    budget : of every single call of the planner; None: no limit.
     progress : called after each period with the seconds that are over.
     settings : those of :class:`lampyris.sim.drive_settings.Settings`: period, time_limit, obstacle_speed,
         know, tracking, command_period, delay, lag, noise, patience, give_up, on_hit, smooth, hold, max_age,
@@ -82,7 +84,9 @@ def drive(
     SettingError : a setting it does not have, or out of its range.
     UsageError : no such law.
     """
-    simulation = DriveSimulation(scene, planner, law=law, seed=seed, sources=sources, feed=feed, **settings)
+    simulation = DriveSimulation(
+        scene, planner, law=law, seed=seed, sources=sources, feed=feed, budget=budget, **settings
+    )
     while simulation.outcome is None:
         simulation.step()
         if progress is not None:
@@ -104,15 +108,10 @@ class DriveSimulation:
 
     def __init__(
         self,
-        scene: Scene,
-        planner: Planner,
-        *,
-        law: SpeedLaw = "physical",
-        seed: int = 0,
-        sources: Sequence[Source] = (),
-        feed: Feed | None = None,
+        scene: Scene, planner: Planner, *, law: SpeedLaw = "physical", seed: int = 0,
+        sources: Sequence[Source] = (), feed: Feed | None = None, budget: Budget | None = None,
         **settings: object,
-    ) -> None:
+    ) -> None:  # fmt: skip
         began = time.perf_counter()
         self.settings = one = Settings.of(settings)
         self.scene = scene
@@ -122,7 +121,7 @@ class DriveSimulation:
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
         self.wheel = wheel(scene, law, one.know, self.others.roster)
-        self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing)
+        self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing, budget)
         self.log = Log()
         self.t = self.s = self.v = 0.0
         self.outcome: Outcome | None = None

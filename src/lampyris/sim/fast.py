@@ -33,7 +33,7 @@ from lampyris.planners._grounds import Grounds
 from lampyris.planners._living import LivingMap
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.ad_gso_walk import NO_LIMIT, Walker, walls
-from lampyris.planners.base import Planner
+from lampyris.planners.base import Budget, Planner
 from lampyris.sim import loop
 from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.pace import Pace, SpeedLaw
@@ -66,14 +66,14 @@ Bytes: TypeAlias = NDArray[np.uint8]
 
 def run(
     scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None, law: SpeedLaw = "physical",
-    patience: int | None = None,
+    patience: int | None = None, budget: Budget | None = None,
 ) -> Trace:  # fmt: skip
     """As :func:`lampyris.sim.loop.run`, by whichever way is quicker: the result is the same."""
     if isinstance(planner, AdGso) and supported(scene, planner, law):
-        found = FastRuns(scene, planner, law, patience).run(seed, ticks)
+        found = FastRuns(scene, planner, law, patience).run(seed, ticks, budget=budget)
         if found is not None:
             return found
-    return loop.run(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience)
+    return loop.run(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, budget=budget)
 
 
 def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
@@ -167,8 +167,12 @@ class FastRuns:
         lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
         return (*field, setup, tally, path, *rest), int(lower)
 
-    def run(self, seed: int, ticks: int | None = None) -> Trace | None:
-        """The trace of one run; None: it needs what only the loop can do."""
+    def run(self, seed: int, ticks: int | None = None, *, budget: Budget | None = None) -> Trace | None:
+        """The trace of one run; None: it needs what only the loop can do.
+
+        The kernel knows no budget. If all calls of the planner together have spent no more than each of them
+        may, the budget has bound none of them; otherwise it is the loop's to say.
+        """
         began = time.perf_counter()
         count = self._spec.count
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 1))))
@@ -194,7 +198,9 @@ class FastRuns:
             told = self._told = self._told.with_room(int(state[k.NOW]) + BLOCK + 1)
             draws = rng.random(BLOCK * (count + 2))
             code = int(k.drive_ticks(*bodies, *told.arrays, draws, *rest))
-        if code == k.ELSEWHERE:
+        spent = int(state[k.EXPANSIONS])
+        bound = budget is not None and budget.expansions is not None and spent > budget.expansions
+        if code == k.ELSEWHERE or bound:
             return None
         return self._trace(seed, _OUTCOMES[code], state, began)
 

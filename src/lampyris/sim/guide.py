@@ -11,7 +11,7 @@ from lampyris.model.curve import Curve
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.motion.curve import Smooth
-from lampyris.planners.base import Planner
+from lampyris.planners.base import Budget, Planner
 from lampyris.sim.feed import Told
 from lampyris.sim.leg import (
     Ceiling,
@@ -38,10 +38,17 @@ class Guide:
     """
 
     def __init__(
-        self, scene: Scene, planner: Planner, seed: int, smooth: Smooth, spacing: float | None
+        self,
+        scene: Scene,
+        planner: Planner,
+        seed: int,
+        smooth: Smooth,
+        spacing: float | None,
+        budget: Budget | None = None,
     ) -> None:
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
         self.spacing = 0.125 * scene.grid.resolution if spacing is None else spacing
+        self.budget = budget
         self.session = planner.open(scene, stream(seed, 0))
         self.replans = self.expansions = 0
         self.seconds = 0.0
@@ -56,7 +63,8 @@ class Guide:
     def without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = time.perf_counter()
-        plan = self.planner.open(self.scene, stream(self.seed, 0)).plan(Change(robot=self.scene.start))
+        session = self.planner.open(self.scene, stream(self.seed, 0))
+        plan = session.plan(Change(robot=self.scene.start), self.budget)
         self._count(plan, began)
         return plan
 
@@ -109,7 +117,8 @@ class Guide:
     def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
         began = time.perf_counter()
         shut -= {robot}
-        plan = self.session.plan(Change(robot=robot, obstacles=shut, blocked=tuple(self._untold)))
+        change = Change(robot=robot, obstacles=shut, blocked=tuple(self._untold))
+        plan = self.session.plan(change, self.budget)
         self._untold.clear()
         self._count(plan, began)
         return plan

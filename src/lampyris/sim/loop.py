@@ -45,7 +45,7 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.planners.base import Planner
+from lampyris.planners.base import Budget, Planner
 from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.following import Following, follow
 from lampyris.sim.pace import Pace, SpeedLaw
@@ -72,15 +72,9 @@ _NEVER = {
 
 
 def run(
-    scene: Scene,
-    planner: Planner,
-    *,
-    seed: int = 0,
-    ticks: int | None = None,
-    law: SpeedLaw = "physical",
-    patience: int | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> Trace:
+    scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None, law: SpeedLaw = "physical",
+    patience: int | None = None, budget: Budget | None = None, progress: Callable[[int], None] | None = None,
+) -> Trace:  # fmt: skip
     """Drive from start to goal through the scene's traffic; the whole story as a Trace.
 
     Parameters
@@ -93,6 +87,7 @@ def run(
         top.
     law : the speed law: ``physical``, ``dissertation``, or settings of one of them.
     patience : the robot gives up after more than so many ticks of waiting in a row; None: 50.
+    budget : of every single call of the planner; None: no limit.
     progress : called with each tick that is over.
 
     Raises
@@ -103,7 +98,7 @@ def run(
     LimitError : too many obstacles.
     InternalFault : a plan that does not begin where the robot stands: a bug of the planner.
     """
-    simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience)
+    simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, budget=budget)
     while simulation.outcome is None:
         simulation.tick()
         if progress is not None:
@@ -123,19 +118,14 @@ class Simulation:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        planner: Planner,
-        *,
-        seed: int = 0,
-        ticks: int | None = None,
-        law: SpeedLaw = "physical",
-        patience: int | None = None,
-    ) -> None:
+        self, scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None,
+        law: SpeedLaw = "physical", patience: int | None = None, budget: Budget | None = None,
+    ) -> None:  # fmt: skip
         began = time.perf_counter()
         self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
         self.last_tick = None if ticks is None else _whole("ticks", ticks, 1)
         self.patience = PATIENCE if patience is None else _whole("patience", patience, 0)
+        self.budget = budget
         self.now = 0
         self.outcome: Outcome | None = None
         self.detail = ""
@@ -183,7 +173,8 @@ class Simulation:
     def _without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = time.perf_counter()
-        plan = self.planner.open(self.scene, self._stream()).plan(Change(robot=self.scene.start))
+        session = self.planner.open(self.scene, self._stream())
+        plan = session.plan(Change(robot=self.scene.start), self.budget)
         self._planning_s += time.perf_counter() - began
         self._expansions += plan.expansions
         return plan
@@ -197,7 +188,7 @@ class Simulation:
         began = time.perf_counter()
         mended = self._mended
         ahead = self._ahead()
-        plan = self.plan = self.session.plan(change)
+        plan = self.plan = self.session.plan(change, self.budget)
         self._mended = plan.mended
         if plan.mended and not mended:
             self._tell("mend", self._robot[-1], "Obstacles in the way count as walls until they leave.")
