@@ -7,7 +7,7 @@ import json
 import os
 import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -70,14 +70,20 @@ def _count(name: str) -> int:
     path = Path(os.environ[TROUBLE]) / name
     with path.open("ab") as file:
         file.write(b".")
-    return path.stat().st_size - 1
+        file.flush()
+        return file.tell() - 1
 
 
-def dies_of_seed_3(letter: bytes) -> bytes:
+def dies_of_marked(letter: bytes) -> bytes:
     """Ends its process at every job that has the mark."""
-    if any(_marked(plain) for plain in json.loads(letter)["jobs"]):
+    if any(marked(plain) for plain in json.loads(letter)["jobs"]):
         os.kill(os.getpid(), signal.SIGKILL)
     return work(letter)
+
+
+def dies_at_once(parent: int) -> None:
+    """Ends its process before it does anything."""
+    os._exit(1)
 
 
 def dies_five_times(letter: bytes) -> bytes:
@@ -87,8 +93,8 @@ def dies_five_times(letter: bytes) -> bytes:
     return work(letter)
 
 
-def _marked(plain: Mapping[str, Any]) -> bool:
-    """One job of many is the one that kills."""
+def marked(plain: Mapping[str, Any]) -> bool:
+    """A few jobs of many."""
     return plain["planner"]["name"] == "b" and plain["start"] == [0, 7] and plain["seed"] % 8 == 3
 
 
@@ -100,14 +106,32 @@ def garbage_at_first(letter: bytes) -> bytes:
     return work(letter)
 
 
-def faulty(letter: bytes) -> bytes:
-    """Jobs with the mark are answered with another key; the last of two or more is left out at first."""
+def leaves_out_at_first(letter: bytes) -> bytes:
+    """Of every third batch of two or more the last result is missing, once."""
+    name = hashlib.sha256(letter).hexdigest()
+    said = json.loads(work(letter))
+    if len(said["results"]) > 1 and int(name[:8], 16) % 3 == 0 and _count(name) == 0:
+        said["results"].pop()
+    return canonical(said)
+
+
+def other_key(letter: bytes) -> bytes:
+    """Jobs with the mark are answered with another key."""
+    return _spoilt(letter, lambda result: result.update(key="0" * 64))
+
+
+def other_number(letter: bytes) -> bytes:
+    """Jobs with the mark are answered with the result of another job."""
+    return _spoilt(letter, lambda result: result["evidence"].update(n=-1))
+
+
+def _spoilt(letter: bytes, spoil: Callable[[dict[str, Any]], None]) -> bytes:
     said = json.loads(letter)
     results = [one(plain) for plain in said["jobs"]]
     for plain, result in zip(said["jobs"], results, strict=True):
-        if _marked(plain):
-            result["key"] = "0" * 64
-    return canonical({"results": results[:-1] if len(results) > 1 and _count("short") == 0 else results})
+        if marked(plain):
+            spoil(result)
+    return canonical({"results": results})
 
 
 def raises(letter: bytes) -> bytes:

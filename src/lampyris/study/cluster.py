@@ -4,6 +4,9 @@ What crosses the network: the name of :func:`errand` and of the work, bytes to t
 writes calls and errors with pickle; ours hold names, text and bytes only, no code of ours and no objects.
 An answer is parsed as JSON and judged like any other, so that a worker that lies gets no row past the judge.
 
+A process does one batch at a time, whatever threads it has: what :mod:`lampyris.study.one` keeps between jobs
+is not made for two at once. So start workers with ``--nthreads 1``, one a core.
+
 What trust remains: the client of Dask itself unpickles messages of its scheduler, and workers unpickle what
 their scheduler sends. Whoever can speak as the scheduler can run code on both. Use an address that only
 you can reach, or ``tls://`` with the certificates of Dask's configuration.
@@ -13,6 +16,7 @@ from __future__ import annotations
 
 import logging
 import queue
+import threading
 import time
 from importlib.util import find_spec
 from typing import Any, Final
@@ -33,7 +37,7 @@ LOOK: Final = 2.0
 RETRIES: Final = 2
 """Times that Dask asks again by itself after an error of its own."""
 DEPTH: Final = 2
-"""Batches a thread of a worker: one that is worked on, one that waits."""
+"""Batches a worker: one that is worked on, one that waits."""
 OTHER: Final = b"other version: "
 """How an answer begins if the worker has another version of lampyris than the one who asks."""
 
@@ -69,7 +73,7 @@ class Cluster:
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._asked: dict[str, tuple[Batch, Any, float]] = {}
         self._number = 0
-        self._threads: dict[str, int] = {}
+        self._there: frozenset[str] = frozenset()
         self._looked = self._seen = self._heard = 0.0
         self.died = 0
         self._client = _client(address, answers_in)
@@ -81,8 +85,8 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """Threads of all workers."""
-        return sum(self._threads.values())
+        """Worker processes."""
+        return len(self._there)
 
     def room(self, seconds: float) -> bool:
         """See :class:`lampyris.study.pool.Hands`."""
@@ -160,7 +164,7 @@ class Cluster:
         while True:
             self._looked = 0.0
             self._look()
-            if self._threads:
+            if self._there:
                 return
             if time.perf_counter() >= until:
                 raise _empty(self._address, seconds)
@@ -177,16 +181,15 @@ class Cluster:
                 raise _gone(self._address)
             return
         try:
-            threads = dict(self._client.nthreads())
+            there = frozenset(self._client.nthreads())
         except Exception:  # The connection broke as it was used; the next look says so.
             return
         self._heard = now
-        new = [worker for worker in threads if worker not in self._threads]
-        if new:
+        if new := sorted(there - self._there):
             self._check_versions(new)
-        self.died += sum(worker not in threads for worker in self._threads)
-        self._threads = threads
-        if threads:
+        self.died += len(self._there - there)
+        self._there = there
+        if there:
             self._seen = now
         elif now - self._seen > self._empty:
             raise _empty(self._address, self._empty)
@@ -203,10 +206,16 @@ class Cluster:
                 )
 
 
+_one_at_a_time = threading.Lock()
+
+
 def errand(work: Work, expected: list[Any], letter: bytes) -> bytes:
     """The work, done on a worker if it has the version of the one who asks."""
     own = version()
-    return work(letter) if own == expected else OTHER + repr(own).encode("ascii", "replace")
+    if own != expected:
+        return OTHER + repr(own).encode("ascii", "replace")
+    with _one_at_a_time:
+        return work(letter)
 
 
 def version() -> list[Any]:

@@ -13,7 +13,8 @@ import signal
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any, Final, Protocol
 
@@ -61,8 +62,8 @@ def run(
     ----------
     study : what is run. Its jobs unfold as they are needed.
     sink : takes rows, from this thread only, at most a fifth of a second after they were judged or at the
-        end of the batch that is being worked on here. What it raises ends the study. After a Ctrl-C that
-        hit it, it may be given the same rows again.
+        end of the batch that is being worked on here. What it raises ends the study. A second Ctrl-C may
+        hit it: then it is given the same rows again.
     done : keys that have a row.
     where : see :class:`lampyris.study.where.Where`; default this process.
     progress : is told how far it is, at least every second unless a batch is worked on in this process.
@@ -164,7 +165,9 @@ class _Sitting:
                 hands.ask(batch, self._letters(batch))
             if not self._out and not self._batches.more:
                 return
-            for answer in hands.answers(EVERY):
+            with calm.waiting():
+                answers = hands.answers(EVERY)
+            for answer in answers:
                 self._out -= 1
                 self._take(answer)
                 calm.check()
@@ -270,17 +273,20 @@ class _Sitting:
 class _Calm:
     """Ctrl-C, seen where nothing is half done: between two answers.
 
-    The pools wait in locks that an exception at any moment would leave shut. In this process a job may take
-    minutes, so there Ctrl-C interrupts it as ever (``at_once``). A second Ctrl-C interrupts everywhere. A
-    handler that is not Python's own stays in charge.
+    The pools wait in locks that an exception at any moment would leave shut, and a store writes. Where this
+    process works itself (``at_once``) a job may take minutes, so Ctrl-C interrupts it. A second Ctrl-C
+    interrupts everywhere. A handler that is not Python's own stays in charge.
     """
 
     def __init__(self, at_once: bool) -> None:
-        self._mine = not at_once and threading.current_thread() is threading.main_thread()
-        self._asked = False
+        self._at_once = at_once
+        self._mine = self._asked = self._waits = False
 
     def __enter__(self) -> _Calm:
-        self._mine = self._mine and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        self._mine = (
+            threading.current_thread() is threading.main_thread()
+            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        )
         if self._mine:
             signal.signal(signal.SIGINT, self._note)
         return self
@@ -292,6 +298,16 @@ class _Calm:
         if kind is None:
             self.check()
 
+    @contextmanager
+    def waiting(self) -> Iterator[None]:
+        """While the answers are waited for, or worked out here."""
+        self._waits = True
+        try:
+            self.check()
+            yield
+        finally:
+            self._waits = False
+
     def check(self) -> None:
         """Raise now if Ctrl-C was pressed."""
         if self._asked:
@@ -299,8 +315,10 @@ class _Calm:
             raise KeyboardInterrupt
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        self._asked = True
         self._restore()
+        if self._at_once and self._waits:
+            raise KeyboardInterrupt
+        self._asked = True
 
     def _restore(self) -> None:
         if self._mine:
