@@ -272,6 +272,6 @@ def test_without_a_terminal_a_line_for_every_tenth(capsys: pytest.CaptureFixture
         for done in range(101):
             board.show(Progress(done=done, total=100, failed=1, seconds_left=100.0 - done))
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 11
-    assert lines[1] == "10 of 100 runs, 1 failed, about 1:30 left"
+    assert len(lines) == 10
+    assert lines[0] == "10 of 100 runs, 1 failed, about 1:30 left"
     assert lines[-1] == "100 of 100 runs, 1 failed"

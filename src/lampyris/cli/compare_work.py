@@ -33,7 +33,9 @@ COLUMNS: tuple[tuple[str, str, float, int | None], ...] = (
     ("gap", "gap (%)", 100.0, 2),
     ("cost_to_go", "cost-to-go", 1.0, 1),
     ("turns", "turns", 1.0, None),
+    ("ticks", "ticks", 1.0, None),
     ("time_s", "time (s)", 1.0, 1),
+    ("speed_mean", "mean speed", 1.0, 3),
     ("expansions", "expansions", 1.0, None),
     ("cpu_s", "CPU (s)", 1.0, 3),
 )
@@ -256,7 +258,11 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
     """The table, what it is of, and why runs have no result."""
     world, several = study.worlds[0], len(study.seeds) > 1
     grid, by_law = world.ground.grid, len(study.laws) > 1
-    columns = [c for c in COLUMNS if any(line.mean(c[0]) is not None for line in lines)]
+    hidden = "ticks" if study.kind == "plan" else "time_s"
+    left_out = (hidden, "" if by_law else "speed_mean")
+    columns = [
+        c for c in COLUMNS if c[0] not in left_out and any(line.mean(c[0]) is not None for line in lines)
+    ]
     rows = tuple(
         (
             line.planner.called,

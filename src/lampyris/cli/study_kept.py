@@ -28,15 +28,14 @@ def _stored(path: Path) -> tuple[Study, dict[str, Row]]:
 def show(path: Path, as_json: bool) -> int:
     """``lampyris study show``. Returns the exit code."""
     from lampyris.cli import study_show
-    from lampyris.study.summary import summary_of
     from lampyris.study.table import table_of
 
     study, rows = _stored(path)
-    summary = summary_of(study, table_of(study, rows))
+    summary = work.summary_of(study, table_of(study, rows))
     counts = study_show.endings(rows.values())
     if as_json:
         record = {**work.record(study, path), "done": len(rows), "endings": counts}
-        verbs.print_json({**record, "summary": work.summary_record(summary)})
+        verbs.print_json({**record, "summary": summary.as_json()})
         return 0
     there = f"{len(rows):,} of {len(study):,}: {study_show.told(counts)}"
     study_show.facts([*work.facts(study), ("there", there)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 import time
 from collections import Counter
@@ -26,6 +27,8 @@ from lampyris.study.row import Row
 ENDINGS = ("done", "refused", "timeout", "failed")
 QUIET_S = 30.0
 """Where nobody looks on, a line comes with every tenth of the runs, or after so many seconds."""
+WIDTH = 120
+"""Columns of tables that go into a file or a pipe."""
 
 
 def plural(n: int, word: str) -> str:
@@ -159,6 +162,8 @@ class Board:
             self._live.update(Group(line, self._tally.table()))
             return
         tenth, now = 10 * done // max(1, total), time.monotonic()
+        if self._tenth < 0:
+            self._tenth = tenth  # what was there before is said already
         late = now - self._spoke >= QUIET_S
         if not self._quiet and (tenth > self._tenth or late):
             about = "" if left is None or done >= total else f", about {clock(left)} left"
@@ -167,12 +172,19 @@ class Board:
         self._tenth = max(self._tenth, tenth)
 
 
+def console_for_tables() -> Console:
+    """The terminal; what goes into a file or a pipe has room for a table's columns."""
+    console = Console(highlight=False)
+    known = console.is_terminal or "COLUMNS" in os.environ
+    return console if known else Console(highlight=False, width=WIDTH)
+
+
 def tab(one: Tab, console: Console | None = None) -> None:
     """A table for people."""
-    console = console or Console(highlight=False)
+    console = console or console_for_tables()
     table = Table(title=Text(one.title, style="bold"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for name, side in zip(one.header, one.align, strict=True):
-        table.add_column(name, justify="left" if side == "l" else "right")
+    for k, (name, side) in enumerate(zip(one.header, one.align, strict=True)):
+        table.add_column(name, justify="left" if side == "l" else "right", overflow="fold", no_wrap=k == 0)
     for row in one.texts():
         table.add_row(*(Text(cell) for cell in row))
     console.print(table)
@@ -193,7 +205,7 @@ def summary(told: Summary) -> None:
     from lampyris.study.measures import ALL
     from lampyris.study.summary_tabs import estimate_text, sample
 
-    console = Console(highlight=False)
+    console = console_for_tables()
     for crowd in told.crowds:
         some = [entry for entry in told.entries if entry.crowd == crowd]
         names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]

@@ -20,6 +20,7 @@ from lampyris.study.design import Study
 from lampyris.study.row import Row
 
 if TYPE_CHECKING:
+    from lampyris.study.findings import Summary
     from lampyris.study.store import Store
     from lampyris.study.table import Table
     from lampyris.study.where import Finished, Where
@@ -312,18 +313,31 @@ def record(study: Study, path: Path) -> dict[str, Any]:
     }
 
 
-def write(study: Study, table: Table, out: Outputs) -> Any:
-    """Write the files that were asked for; the summary."""
-    from lampyris.study import export as exporting
+def summary_of(study: Study, table: Table) -> Summary:
+    """The summary of a table."""
+    from lampyris.study.runs import runs_of
+    from lampyris.study.summary import summarise
 
+    return summarise(runs_of(study, table.records()))
+
+
+def write(study: Study, table: Table, out: Outputs) -> Summary:
+    """Write the files that were asked for; the summary."""
     with verbs._working("counting", quiet=out.json):
         summary = summary_of(study, table)
         if out.csv is not None:
-            exporting.write_csv(out.csv, table, timing=out.timing)
+            from lampyris.study.export import write_csv
+
+            write_csv(out.csv, table, timing=out.timing)
         if out.parquet is not None:
-            exporting.write_parquet(out.parquet, table, timing=out.timing)
+            from lampyris.study.export import write_parquet
+
+            write_parquet(out.parquet, table, timing=out.timing)
         if out.latex is not None:
-            exporting.write_latex(out.latex, summary)
+            from lampyris.study.export import write_latex
+            from lampyris.study.summary_tabs import tabs
+
+            write_latex(out.latex, tabs(summary))
     if out.report is not None:
         from lampyris.study.page import write_page
 
