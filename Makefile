@@ -66,6 +66,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_query
 	$(BIN)/python -m benchmarks.bench_timed
 	$(BIN)/python -m benchmarks.bench_speed
+	$(BIN)/python -m benchmarks.bench_study
 
 bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_field --quick
@@ -73,6 +74,7 @@ bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_query --quick
 	$(BIN)/python -m benchmarks.bench_timed --quick
 	$(BIN)/python -m benchmarks.bench_speed --quick
+	$(BIN)/python -m benchmarks.bench_study --quick
 
 requirements: $(VENV)/.dev
 	tools/compile_requirements.sh
