@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,8 +10,8 @@ from lampyris.field.solve import solve_field
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
+from lampyris.reproduce import data
 
-TABLE = Path(__file__).resolve().parent.parent / "golden" / "table_4_2.csv"
 START, GOAL = (0, 9), (7, 0)
 
 # Printed with fewer digits than the rest, or cut off: our value is on the right.
@@ -23,16 +20,22 @@ ROUNDED = {(3, 1): 4.2816, (4, 1): 2.976, (0, 5): 11.487375}
 
 @pytest.fixture(scope="module")
 def rows() -> list[dict[str, str]]:
-    with TABLE.open() as file:
-        return list(csv.DictReader(file))
+    """Each cell with its luciferin as printed, and cost and back pointer as worked out apart."""
+    rule = data.field_rule()
+    out = []
+    for r in data.rows("4.2"):
+        x, y = data.cell(r["cell"])
+        known = rule.get((x, y), {})
+        back = data.cell(known["back_pointer"]) if known.get("back_pointer") else ("", "")
+        row = {"x": x, "y": y, "blocked": int(r["luciferin"] == "10000"), "cost": known.get("cost", "")}
+        row |= {"luciferin_printed": r["luciferin"], "back_x": back[0], "back_y": back[1]}
+        out.append({name: str(value) for name, value in row.items()})
+    return out
 
 
 @pytest.fixture(scope="module")
-def grid(rows: list[dict[str, str]]) -> Grid:
-    blocked = np.zeros((10, 10), dtype=np.bool_)
-    for r in rows:
-        blocked[int(r["y"]), int(r["x"])] = r["blocked"] == "1"
-    return Grid(blocked, name="guide")
+def grid() -> Grid:
+    return data.guide_grid()
 
 
 @pytest.fixture(scope="module")

@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from lampyris.model.change import Change
-from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planners.ad_gso import AdGso
-
-GOLDEN = Path(__file__).resolve().parents[1] / "golden"
+from lampyris.reproduce import data
 
 PATH = [(0, 9), (1, 8), (2, 7), (3, 7), (4, 6), (5, 5), (5, 4), (6, 3), (7, 2), (7, 1), (7, 0)]
 
 
 def guide(start: tuple[int, int] = (0, 9), free: tuple[tuple[int, int], ...] = ()) -> Scene:
-    rows = (GOLDEN / "guide_map.txt").read_text().split()
-    blocked = np.array([[c == "#" for c in row] for row in rows])
-    for x, y in free:
-        blocked[y, x] = False
-    return Scene(Grid(blocked), start, (7, 0), "dissertation")
+    return Scene(data.guide_grid(free), start, (7, 0), "dissertation")
 
 
 def plan(scene: Scene, change: Change | None = None, **settings: object) -> Plan:
     return AdGso(**settings).open(scene, np.random.default_rng(0), record=True).plan(change)  # type: ignore[arg-type]
 
 
-def printed(name: str) -> dict[tuple[int, int], float]:
-    with (GOLDEN / name).open() as f:
-        return {(int(r["x"]), int(r["y"])): float(r["probability"]) for r in csv.DictReader(f)}
-
-
-@pytest.mark.parametrize(("table", "jump"), [("table_4_3.csv", 0), ("table_4_4.csv", 1)])
+@pytest.mark.parametrize(("table", "jump"), [("4.3", 0), ("4.4", 1)])
 def test_accepted_cells_and_probabilities(table: str, jump: int) -> None:
-    rows = printed(table)
+    rows = data.accepted(table)
     if jump == 0:
         assert rows[1, 8] == 0.0625  # as printed; the rule, and the other twelve, say 0.0569
         rows[1, 8] = 0.0569

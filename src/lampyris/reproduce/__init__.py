@@ -1,0 +1,1 @@
+"""What the dissertation printed, what we get, and a verdict on every figure."""
