@@ -1,0 +1,105 @@
+"""Measures: what a study tells of a run, in words for people, and which way is better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+Better: TypeAlias = Literal["less", "more", ""]
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A number of a run.
+
+    Parameters
+    ----------
+    name : of the metric in a row.
+    title : head of its column.
+    better : which way; empty where neither is.
+    about : what it is, for who has not seen the code.
+    scale : what it is multiplied with to be shown.
+    """
+
+    name: str
+    title: str
+    better: Better
+    about: str
+    scale: float = 1.0
+
+
+SAFETY = (
+    Measure("collisions", "collisions", "less", "the robot's own fault"),
+    Measure("hits", "hits", "less", "an obstacle ran into the standing robot"),
+    Measure(
+        "near_misses",
+        "near misses",
+        "less",
+        "ticks with less than a cell of free room to an obstacle; "
+        "of a drive, times that it came under half a cell",
+    ),
+    Measure("near_m", "nearest obstacle (m)", "more", "least free distance to an obstacle in the whole run"),
+)
+WAY = (
+    Measure("cost", "cost (cells)", "less", "length of the way by the step costs of the study, in cells"),
+    Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest way", 100.0),
+    Measure("length_m", "length (m)", "less", "length of the way in metres"),
+    Measure(
+        "cost_to_go", "sum of cost-to-go", "", "the cost that remains, summed over the cells visited: "
+        "what the dissertation prints as path cost of the methods it compares with; no length",
+    ),
+    Measure("turn_deg", "turning (deg)", "less", "sum of all changes of direction"),
+    Measure("clearance_least_m", "least clearance (m)", "more", "least distance to a wall"),
+)  # fmt: skip
+TIME = (
+    Measure("ticks", "ticks", "less", "ticks until the end of the simulation"),
+    Measure("time_s", "arrival (s)", "less", "seconds until the robot arrived, by its speeds"),
+    Measure("speed_mean", "mean speed", "more", "mean speed while under way"),
+    Measure("speed_least", "least speed", "more", "least speed while under way"),
+    Measure("waits", "waits", "less", "ticks on which the robot stood; of a drive, seconds"),
+)
+WORK = (
+    Measure("iterations", "iterations", "less", "rounds of the planner, whatever it calls one"),
+    Measure("expansions", "expansions", "less", "cells that the planner looked at, the same measure for all"),
+    Measure("replans", "replans", "less", "times that it planned anew on the way"),
+    Measure("flips", "changes of mind", "less", "times that a new plan left another way round than the last"),
+    Measure("flip_rate", "flip rate (%)", "less", "changes of mind in each hundred new plans", 100.0),
+)
+TIMING = (
+    Measure("cpu_s", "CPU (s)", "less", "processor time of the run on the machine that ran it"),
+    Measure("plan_s", "planning (s)", "less", "of it, in the planner"),
+    Measure("memory_b", "memory (MB)", "less", "greatest memory that the planner took", 1e-6),
+)
+"""Depends on the machine: stands apart, and in no page that must be the same bytes twice."""
+
+SHARES = ("found", "arrived")
+"""Told as shares of all runs: a run that failed did neither."""
+
+AT_GOAL = frozenset(
+    (
+        "cost",
+        "gap",
+        "length_cells",
+        "length_m",
+        "cost_to_go",
+        "turns",
+        "turn_deg",
+        "smoothness",
+        "ticks",
+        "time_s",
+    )
+)
+"""Told of runs that came to the goal: half a way is shorter than a whole one, and no merit."""
+
+WHOLE = ("arrived", "found", "collisions")
+"""Compared over all runs; all else over those that both solved, for who gives up early has little work."""
+
+PAIRED = ("arrived", "cost", "time_s", "ticks", "collisions", "expansions", "iterations")
+RANKED = ("cost", "time_s", "expansions")
+PROFILED = ("cost", "expansions")
+
+ALL = {m.name: m for m in (*SAFETY, *WAY, *TIME, *WORK, *TIMING)} | {
+    "found": Measure("found", "found (%)", "more", "share of all runs with a way", 100.0),
+    "arrived": Measure("arrived", "arrived (%)", "more", "share of all runs that came to the goal", 100.0),
+}
+"""Every measure by its name."""

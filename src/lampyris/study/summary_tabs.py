@@ -1,0 +1,234 @@
+"""Summary tabs: a summary as tables for people. Beside every mean stand its interval and its sample size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from lampyris.report.tab import DASH, Tab, Value
+from lampyris.study import compare
+from lampyris.study.findings import Entry, Estimate, Order, Pair, Summary
+from lampyris.study.measures import ALL, PAIRED, SAFETY, SHARES, TIME, TIMING, WAY, WORK, Measure
+
+
+def tabs(summary: Summary) -> tuple[Tab, ...]:
+    """Every table of a summary, crowd by crowd, then differences, ranks and maps."""
+    out: list[Tab] = []
+    for k, crowd in enumerate(summary.crowds):
+        out += crowd_tabs(summary, k, crowd)
+    return (*out, *pair_tabs(summary), *order_tabs(summary), *map_tabs(summary))
+
+
+def crowd_tabs(summary: Summary, k: int, crowd: str) -> tuple[Tab, ...]:
+    """What became of the runs in one crowd, their ways, time and work, and the same over common worlds."""
+    some = [e for e in summary.entries if e.crowd == crowd]
+    others = "" if crowd == "none" else f", {crowd}"
+    place = "without moving obstacles" if crowd == "none" else f"among {crowd}"
+    out = [_ending_tab(summary, f"endings-{k + 1}", f"What became of the runs {place}", some)]
+    sets = (("way", "Ways", WAY), ("time", "Time and speed", TIME), ("work", "Work of the planner", WORK))
+    for word, title, measures in (*sets, ("timing", "Seconds and memory, of this machine", TIMING)):
+        tab = _measure_tab(summary, f"{word}-{k + 1}", f"{title}{others}", some, measures, False)
+        out += [] if tab is None else [tab]
+    if summary.common[k] and _differs(some):
+        few = tuple(ALL[n] for n in ("cost", "gap", "cost_to_go", "time_s", "iterations", "expansions"))
+        title = f"The same over the worlds that all solved{others}"
+        tab = _measure_tab(summary, f"common-{k + 1}", title, some, few, True, summary.left_out[k])
+        out += [] if tab is None else [tab]
+    return tuple(out)
+
+
+def _differs(some: Sequence[Entry]) -> bool:
+    """Whether somebody's own runs are others than the common ones."""
+    return any(e.own[n].runs != e.common[n].runs for e in some for n in ("cost", "time_s") if n in e.common)
+
+
+def sample(summary: Summary) -> str:
+    """What stands beneath every table of means."""
+    many = {"query": f"{summary.queries} queries, the {summary.seeds} seeds of each averaged"}
+    unit = many.get(summary.unit, f"{summary.seeds} seeds of one query")
+    if summary.unit == "query" and summary.seeds == 1:
+        unit = f"{summary.queries} queries, one seed each"
+    return (
+        f"In brackets: intervals of {100 * compare.LEVEL:g} % over {unit} "
+        f"(BCa bootstrap, {compare.RESAMPLES} resamples, seed {summary.seed})."
+    )
+
+
+def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[Entry]) -> Tab:
+    shares = [s for s in SHARES if s in some[0].own and (s == "found" or summary.kind != "plan")]
+    counts = [m for m in SAFETY if any(e.own[m.name].units for e in some if m.name in e.own)]
+    failed = [w for w in ("refused", "timeout", "failed") if any(e.endings.get(w) for e in some)]
+    header = ("", "runs", *(ALL[s].title for s in shares), *(m.title for m in counts), *failed)
+    rows: list[tuple[Value, ...]] = []
+    for e in some:
+        row: list[Value] = [e.entrant, e.runs]
+        row += [estimate_text(e.own[s], 100.0, None) for s in shares]
+        row += [estimate_text(e.own[m.name], m.scale, e.runs) for m in counts]
+        rows.append((*row, *(e.endings.get(w, 0) for w in failed)))
+    note = (
+        f"Shares are of all {some[0].runs} runs, those that failed among them; their intervals are Wilson's "
+        "for as many runs as would say as much if the runs of one query were independent. "
+    )
+    means = f"The others are means a run. {sample(summary)} " if counts else ""
+    return Tab(name, title, header, tuple(rows), note + means + _n_note(counts), _align(header))
+
+
+def _measure_tab(
+    summary: Summary,
+    name: str,
+    title: str,
+    some: Sequence[Entry],
+    measures: Sequence[Measure],
+    common: bool,
+    left_out: tuple[str, ...] = (),
+) -> Tab | None:
+    """A table of means; None where nobody has any."""
+    sides = {e.entrant: (e.common if common else e.own) for e in some if e.entrant not in left_out}
+    there = [m for m in measures if any(own[m.name].units for own in sides.values() if m.name in own)]
+    if not there:
+        return None
+    rows: list[tuple[Value, ...]] = []
+    for entrant, own in sides.items():
+        lead = own[there[0].name]
+        texts = (estimate_text(own[m.name], m.scale, lead.runs) for m in there)
+        rows.append((entrant, lead.units, lead.runs, *texts))
+    header = ("", "queries" if summary.unit == "query" else "seeds", "runs", *(m.title for m in there))
+    which = {
+        False: "Means over the runs that have a value: who fails where the way is long looks better here.",
+        True: "Worlds in which every planner came to the goal"
+        + (f" ({', '.join(left_out)} never did and are left out)." if left_out else "."),
+    }[common]
+    if not common and not _differs(some):
+        which = "Means over all runs."
+    note = f"{which} {sample(summary)} {_n_note(there[1:])}".rstrip()
+    return Tab(name, title, header, tuple(rows), note, _align(header))
+
+
+def _n_note(measures: Sequence[Measure]) -> str:
+    return "n: the runs behind a mean, where they are not those in the column runs." if measures else ""
+
+
+def _align(header: Sequence[str]) -> str:
+    return "l" + "r" * (len(header) - 1)
+
+
+def estimate_text(e: Estimate, scale: float = 1.0, runs: int | None = None) -> str:
+    """``12.3 [11.9, 12.8]``; with ``n 40`` after it where the runs behind it are others than ``runs``."""
+    if math.isnan(e.value):
+        return DASH
+    value, low, high = (v * scale for v in (e.value, e.low, e.high))
+    places = places_of(value, low, high)
+    text = fixed(value, places)
+    if not math.isnan(low):
+        text += f" [{fixed(low, places)}, {fixed(high, places)}]"
+    return text if runs is None or e.runs == runs else f"{text} n {e.runs}"
+
+
+def places_of(*values: float) -> int:
+    """Digits after the point so that the greatest of some numbers has four that count; at most four."""
+    most = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
+    return 4 if most == 0.0 else min(4, max(0, 3 - math.floor(math.log10(most))))
+
+
+def fixed(value: float, places: int) -> str:
+    """A number with so many digits after the point; 0 has none, and nothing that rounds to 0 a minus."""
+    text = f"{value:.{places}f}"
+    return "0" if value == 0 else text.lstrip("-") if not float(text) else text
+
+
+def p_text(p: float) -> str:
+    """A p to three digits that count, not below 0.0001."""
+    if math.isnan(p):
+        return DASH
+    return "< 0.0001" if p < 1e-4 else f"{p:.3g}" if p >= 0.1 else f"{p:.2g}"
+
+
+def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
+    """Differences against the reference, a table for each measure."""
+    out = []
+    for name in PAIRED:
+        some = [p for p in summary.pairs if p.measure == name]
+        # What never differs anywhere needs no table of noughts.
+        if not any(p.test.n for p in some) or (summary.kind == "plan" and name == "arrived"):
+            continue
+        header = ("", "difference", summary.unit_many, "runs", "less", "equal", "more", "p", "p (Holm)")
+        rows = tuple(_pair_row(p, ALL[name], len(summary.crowds) > 1) for p in some)
+        note = (
+            f"Each less {summary.reference}, in the same worlds; only runs that both have"
+            f"{'' if name in ('arrived', 'collisions') else ' brought to the goal'} count. {sample(summary)} "
+            f"Less, equal, more: {summary.unit_many} in which it has less than {summary.reference}. "
+            "p: Wilcoxon's signed-rank test over the same, exact up to "
+            f"{compare.MAX_EXACT}; Holm: corrected for the {sum(p.test.n > 0 for p in some)} tests here."
+        )
+        title = f"{ALL[name].title.capitalize()}: differences from {summary.reference}"
+        out.append(Tab(f"pairs-{name.replace('_', '-')}", title, header, rows, note, _align(header)))
+    return tuple(out)
+
+
+def _pair_row(pair: Pair, measure: Measure, crowds: bool) -> tuple[Value, ...]:
+    d, t = pair.difference, pair.test
+    text = estimate_text(d, measure.scale)
+    signed = f"+{text}" if d.value > 0 else text
+    name = f"{pair.entrant}{_crowd(pair.crowd)}" if crowds else pair.entrant
+    return (name, signed, d.units, d.runs, t.less, t.equal, t.more, p_text(t.p), p_text(pair.holm))
+
+
+def _crowd(crowd: str) -> str:
+    return ", no obstacles" if crowd == "none" else f", {crowd}"
+
+
+def order_tabs(summary: Summary) -> tuple[Tab, ...]:
+    """Average ranks, a table for each measure."""
+    out = []
+    for name in dict.fromkeys(o.measure for o in summary.orders):
+        some = [o for o in summary.orders if o.measure == name and o.ranking.n]
+        if not some:
+            continue
+        header = ("", *("no obstacles" if o.crowd == "none" else o.crowd for o in some))
+        rows: list[tuple[Value, ...]] = [
+            (entrant, *(f"{o.ranking.ranks[k]:.2f}" for o in some))
+            for k, entrant in enumerate(summary.entrants)
+        ]
+        rows.append((summary.unit_many, *(o.ranking.n for o in some)))
+        rows.append(("critical difference", *(_two(o.ranking.critical) for o in some)))
+        rows.append(("Friedman's p", *(p_text(o.ranking.p) for o in some)))
+        note = (
+            f"1 is the best. Within a {summary.unit} who failed in fewer runs comes first, then who has the "
+            "lower mean; all failures share the last ranks. Ranks further apart than the critical difference "
+            f"(Nemenyi, {100 * (1 - compare.LEVEL):.0f} %) differ. {_left_units(some, summary)}"
+        ).rstrip()
+        title = f"Average ranks by {ALL[name].title}"
+        out.append(Tab(f"ranks-{name.replace('_', '-')}", title, header, tuple(rows), note, _align(header)))
+    return tuple(out)
+
+
+def _left_units(some: Sequence[Order], summary: Summary) -> str:
+    all_units = summary.queries if summary.unit == "query" else summary.seeds
+    less = [o for o in some if o.ranking.n < all_units]
+    return f"Of {all_units}, those with all results." if less else ""
+
+
+def _two(value: float) -> str:
+    return DASH if math.isnan(value) else f"{value:.2f}"
+
+
+_BY_MAP = ("found", "arrived", "cost", "gap", "time_s", "expansions")
+
+
+def map_tabs(summary: Summary) -> tuple[Tab, ...]:
+    """What each map did to each planner, a table for each crowd."""
+    out, plans = [], summary.kind == "plan"
+    for k, crowd in enumerate(summary.crowds):
+        some = [e for e in summary.by_map if e.crowd == crowd]
+        names = [n for n in _BY_MAP if some and n in some[0].own and not (n == "arrived" and plans)]
+        if not names:
+            continue
+        header = ("map", "who", "queries", "runs", *(ALL[n].title for n in names))
+        rows: list[tuple[Value, ...]] = []
+        for e in some:
+            texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) for n in names)
+            rows.append((e.place, e.entrant, e.queries, e.runs, *texts))
+        title = f"Map by map{'' if crowd == 'none' else f', {crowd}'}"
+        note = f"{sample(summary)} n: the runs behind a mean, where some have no value."
+        out.append(Tab(f"maps-{k + 1}", title, header, tuple(rows), note, "ll" + "r" * (len(header) - 2)))
+    return tuple(out)
