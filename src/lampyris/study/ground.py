@@ -82,7 +82,7 @@ def unpack(packed: Mapping[str, Any], expected: str | None = None, *, max_cells:
     )
     if expected is not None and (given := map_hash(grid)) != expected:
         raise FileError(
-            "PACKED_HASH", f"the map's hash is {shown(given)}", where="packed map", allowed=shown(expected)
+            "PACKED_HASH", f"the map's hash is {given}", where="packed map", allowed=str(expected)[:64]
         )
     return grid
 

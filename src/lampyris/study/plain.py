@@ -6,23 +6,29 @@ Maps stand in it by the hash of their cells; the cells themselves are packed by 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args
 
 from lampyris import __version__
 from lampyris.errors import FileError
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.yaml_text import shown
 from lampyris.model.grid import Grid
-from lampyris.study.design import RESULTS, Crowd, Ground, Study, Who, World, canonical
+from lampyris.study.design import RESULTS, Crowd, Ground, Kind, Study, Who, World, canonical
 from lampyris.typing import Cell
 
 FORMAT = 1
 CALLED = "called"
 """Where the words stand that decide nothing: names, labels, what the study is about."""
-_SAME = (
-    "kind", "moves", "robot", "expansions", "seconds", "ticks", "patience", "drive", "root", "memory",
-)  # fmt: skip
-"""Fields of a study that are plain data already."""
+_NONE = type(None)
+_SAME: Mapping[str, tuple[type, ...]] = {
+    "kind": (str,), "moves": (str,), "robot": (dict,), "expansions": (int, _NONE),
+    "seconds": (float, int, _NONE), "ticks": (int, _NONE), "patience": (int, _NONE), "drive": (dict,),
+    "root": (int,), "memory": (bool,),
+}  # fmt: skip
+"""Fields of a study that are plain data already, with their types."""
+_CROWD: Mapping[str, tuple[type, ...]] = {
+    "kind": (str,), "count": (int,), "rate": (float, int, _NONE), "radius": (float, int), "tracks": (str,),
+}  # fmt: skip
 
 
 def study_plain(study: Study) -> dict[str, Any]:
@@ -98,30 +104,51 @@ def differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
 def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
     called = plain[CALLED]
     maps = [_ground(one, name, grounds) for one, name in zip(plain["maps"], called["maps"], strict=True)]
-    worlds = tuple(
-        World(maps[w["map"]], _cell(w["start"]), _cell(w["goal"]), w["published"]) for w in plain["worlds"]
-    )
     planners, laws = (
-        tuple(
-            Who(one["name"], one["settings"], label, one["origin"])
-            for one, label in zip(plain[key], called[key], strict=True)
-        )
+        tuple(_who_of(one, label) for one, label in zip(plain[key], called[key], strict=True))
         for key in ("planners", "laws")
     )
-    crowds = tuple(Crowd(**one) for one in plain["crowds"])
+    same = {key: _typed(plain[key], *kinds) for key, kinds in _SAME.items()}
+    if same["kind"] not in get_args(Kind):
+        raise ValueError(same["kind"])
     return Study(
-        name=called["name"],
-        about=called["about"],
-        worlds=worlds,
+        name=_typed(called["name"], str),
+        about=_typed(called["about"], str),
+        worlds=tuple(_world(one, maps) for one in plain["worlds"]),
         planners=planners,
         laws=laws,
-        crowds=crowds,
-        seeds=tuple(plain["seeds"]),
-        **{key: plain[key] for key in _SAME},
+        crowds=tuple(
+            Crowd(**{key: _typed(one[key], *kinds) for key, kinds in _CROWD.items()})
+            for one in plain["crowds"]
+        ),
+        seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),
+        **same,
     )
+
+
+def _typed(value: Any, *kinds: type) -> Any:
+    """The value, if it is of one of these types; true and false are no numbers."""
+    if type(value) not in kinds:
+        raise TypeError(f"a {type(value).__name__}")
+    return value
+
+
+def _who_of(said: Mapping[str, Any], label: str) -> Who:
+    name, settings, origin = said["name"], said["settings"], said["origin"]
+    return Who(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
+
+
+def _world(said: Mapping[str, Any], maps: list[Ground]) -> World:
+    number = _typed(said["map"], int)
+    if not 0 <= number < len(maps):
+        raise IndexError(f"map {number}")
+    ground = maps[number]
+    start, goal = _cell(said["start"], ground), _cell(said["goal"], ground)
+    return World(ground, start, goal, _typed(said["published"], float, int, _NONE))
 
 
 def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> Ground:
+    _typed(name, str)
     hash_, grid = said["hash"], grounds.get(said["hash"])
     if grid is None:
         _refuse_map(name, "is missing")
@@ -136,9 +163,12 @@ def _refuse_map(name: str, why: str) -> NoReturn:
     raise FileError("STUDY_MAP", f"map {shown(name)} {why}", where="study", allowed="the study's own map")
 
 
-def _cell(pair: Any) -> Cell:
+def _cell(pair: Any, ground: Ground) -> Cell:
     x, y = pair
-    return int(x), int(y)
+    cell: Cell = (_typed(x, int), _typed(y, int))
+    if not ground.grid.contains(cell):
+        raise ValueError(f"{cell} is not on the map")
+    return cell
 
 
 def _who(who: Who) -> dict[str, Any]:
