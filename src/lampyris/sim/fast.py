@@ -117,7 +117,7 @@ class FastRuns:
         self._start = self._space.number(scene.start)
         stride = self._space.stride
         living = LivingMap(scene)
-        free = _bordered(living.free)
+        free = bordered(living.free)
         self._room = len(free)
         self._cells, crowd = self._crowd(free, stride)
         robot = np.array([dy * stride + dx for dx, dy in moves.offsets], dtype=np.int64)
@@ -140,8 +140,8 @@ class FastRuns:
         open_traffic(self.scene, world, 0)  # for its errors: they do not depend on the seed
         plans = Placing(self.scene, world, 0)
         shape = plans.shape(0.0)
-        opened = _bordered(shape.open)
-        ways = _ways(opened, free, stride, shape.corner_cutting)
+        opened = bordered(shape.open)
+        ways = walker_ways(opened, free, stride, shape.corner_cutting)
         rate = _ALL_THERE if self._spec.rate is None else self._spec.rate
         return self._space.numbers(plans.trial.room(shape)), (self._spec.count, opened, ways, rate)
 
@@ -150,7 +150,7 @@ class FastRuns:
         own = law if isinstance(law, DissertationLaw) else DEFAULT
         horizon, grid = Pace(self.scene, law).horizon + 1, self.scene.grid
         room = np.zeros(horizon + 2), np.zeros(horizon + 2, dtype=np.int64)
-        return horizon, *_law_tables(own), _bordered(grid.blocked), grid.height, *room
+        return horizon, *_law_tables(own), bordered(grid.blocked), grid.height, *room
 
     def _walk(self, ground: Padded, free: BoolGrid, moves: Moves) -> tuple[tuple[Any, ...], int]:
         """The field and the walker's room, as the kernels take them; whether steps look at no side cells."""
@@ -310,12 +310,12 @@ def _closed(scene: Scene, planner: AdGso) -> frozenset[Cell]:
     return frozenset(zip(xs.tolist(), ys.tolist(), strict=True)) - {scene.start, scene.goal}
 
 
-def _bordered(mask: BoolGrid) -> Bytes:
+def bordered(mask: BoolGrid) -> Bytes:
     """A mask by cell number."""
     return np.pad(mask, 1).ravel().astype(np.uint8)
 
 
-def _ways(opened: Bytes, free: Bytes, stride: int, cutting: bool) -> Ints:
+def walker_ways(opened: Bytes, free: Bytes, stride: int, cutting: bool) -> Ints:
     """A bit for each of the eight neighbours into which walls let a walker step, by cell number."""
     ways = np.zeros(len(free), dtype=np.int64)
     inner = np.arange(stride + 1, len(free) - stride - 1)

@@ -40,11 +40,9 @@ class Placing:
             for c in world.robot_shape.cover(world.space.number(end)):
                 x, y = world.space.cell(c)
                 kept_clear[y, x] = True
-        tracks = [
-            (k, s, body_shape(scene, world.space, s.radius, None))
-            for k, s in enumerate(scene.traffic)
-            if isinstance(s, Recorded)
-        ]
+        recorded = [(k, s) for k, s in enumerate(scene.traffic) if isinstance(s, Recorded)]
+        shapes = {r: body_shape(scene, world.space, r, None) for r in {s.radius for _, s in recorded}}
+        tracks = [(k, s, shapes[s.radius]) for k, s in recorded]
         self.lanes = check_tracks(world.space, tracks, self.trial.robot_cover)
         self._kept_clear = kept_clear | self.lanes
 

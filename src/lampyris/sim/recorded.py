@@ -57,8 +57,33 @@ def check_tracks(
                 f"obstacle {k} is on the robot at t = 0, {one.track[0]}",
                 allowed="a track that begins clear of the robot's start",
             )
-    _check_pairs(space, tracks)
+    if not _far_apart(tracks):
+        _check_pairs(space, tracks)
     return lanes
+
+
+def _far_apart(tracks: list[tuple[int, Recorded, Shape]]) -> bool:
+    """Whether bodies of one cell can be seen at once never to meet: nobody else in a cell before or after.
+
+    True is certain; False says nothing. Twenty tracks of 150 ticks take 1 ms, and 10 ms one by one.
+    """
+    if not all(shape.small for _, _, shape in tracks) or not tracks:
+        return not tracks
+    longest = max(len(one.track) for _, one, _ in tracks)
+    at = np.empty((longest, len(tracks)), dtype=np.int64)
+    row = 2 * tracks[0][2].space.stride  # so that sums of two places say both coordinates
+    for i, (_, one, _) in enumerate(tracks):
+        xy = np.array(one.track, dtype=np.int64)
+        at[: len(xy), i] = xy[:, 1] * row + xy[:, 0]
+        at[len(xy) :, i] = at[len(xy) - 1, i]
+    rank = np.sort(at, axis=1)
+    if (rank[:, 1:] == rank[:, :-1]).any():
+        return False
+    # Two that change places, or cross in a block of four cells, have one middle between where they come from
+    # and where they go. Those that stand have none.
+    alone = -1 - np.arange(len(tracks))
+    middle = np.sort(np.where(at[1:] == at[:-1], alone, at[1:] + at[:-1]), axis=1)
+    return not (middle[:, 1:] == middle[:, :-1]).any()
 
 
 def _check_pairs(space: Space, tracks: list[tuple[int, Recorded, Shape]]) -> None:

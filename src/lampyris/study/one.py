@@ -297,7 +297,8 @@ def _simulate(task: _Task) -> Ran:
         return Ran(_simulated(task, world.among(last)))
     # Nobody else can tell how far the tracks go before the run gets there. What they do not need is not
     # drawn: on maps of 50 x 50 cells a run takes 70 ticks, and the last is the 1200th.
-    ticks = min(last, 2 * task.world.place.far + 32)
+    far = task.world.place.far
+    ticks = min(last, far + far // 4 + 16)
     while True:
         try:
             return Ran(_simulated(task, world.among(ticks), ticks))

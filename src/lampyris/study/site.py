@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -150,6 +150,7 @@ class World:
     scene: Scene
     seed: int
     replayed: bool
+    _among: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def replay(self) -> Replay:
@@ -193,8 +194,11 @@ class World:
         return min(math.ceil(seconds * speed / cell) + 1, MAX_TICKS)
 
     def among(self, ticks: int) -> Scene:
-        """The scene with the tracks up to a tick."""
-        return replace(self.scene, traffic=self.replay.recorded(ticks))
+        """The scene with the tracks up to a tick; that of the last tick asked for is kept."""
+        if self._among.get("ticks") != ticks:
+            self._among.update(ticks=ticks, scene=replace(self.scene, traffic=self.replay.recorded(ticks)))
+        scene: Scene = self._among["scene"]
+        return scene
 
 
 _places: Kept[Place] = Kept(CELLS_KEPT)

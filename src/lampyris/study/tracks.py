@@ -12,6 +12,8 @@ way of one is hit.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Body, RandomWalk, Recorded
 from lampyris.sim.recorded import check_tracks
 from lampyris.sim.space import Space, body_shape, robot_shape
+from lampyris.sim.strollers import Strollers, alone
 from lampyris.sim.traffic import Crowd, open_traffic
 from lampyris.sim.world import World
 from lampyris.typing import Cells
@@ -57,18 +60,19 @@ class Replay:
         self.scene = scene
         self._space = Space(scene.grid)
         world = World(self._space, robot_shape(scene, self._space), self._space.number(scene.start))
-        self._crowd: Crowd = open_traffic(scene, world, seed)
-        self._where: list[list[int]] = [list(world.where)]
-        self.bodies = tuple(Body("recorded", b.radius, False, b.footprint) for b in self._crowd.bodies)
-        self._cells: Cells = self._as_cells(0)
+        self._robot_cover = world.robot_cover
+        crowd = open_traffic(scene, world, seed)
+        self._advance: Callable[[int, int], NDArray[np.int64]]
+        self._advance = _by_kernel(crowd) if alone(scene) else _one_by_one(crowd)
+        self.bodies = tuple(Body("recorded", b.radius, False, b.footprint) for b in crowd.bodies)
+        self._cells = self._as_cells(np.array([world.where], dtype=np.int64))
 
     def upto(self, ticks: int) -> Cells:
         """Where everybody is from tick 0 to ``ticks``; int32 (ticks + 1, bodies, 2)."""
-        if ticks >= len(self._cells):
-            for tick in range(len(self._where), ticks + AT_ONCE):
-                self._crowd.advance(tick)
-                self._where.append(list(self._crowd.world.where))
-            self._cells = np.concatenate((self._cells, self._as_cells(len(self._cells))))
+        over = len(self._cells)
+        if ticks >= over:
+            more = self._as_cells(self._advance(over, ticks + AT_ONCE))
+            self._cells = np.concatenate((self._cells, more))
         return self._cells[: ticks + 1]
 
     def recorded(self, ticks: int) -> tuple[Recorded, ...]:
@@ -78,13 +82,27 @@ class Replay:
             Recorded(tuple((x, y) for x, y in track), body.radius)
             for track, body in zip(at, self.bodies, strict=True)
         )
-        shapes = [body_shape(self.scene, self._space, one.radius, None) for one in made]
-        cover = frozenset(self._crowd.world.robot_cover)
-        check_tracks(self._space, list(zip(range(len(made)), made, shapes, strict=True)), cover)
+        of_radius = {r: body_shape(self.scene, self._space, r, None) for r in {one.radius for one in made}}
+        shapes = [of_radius[one.radius] for one in made]
+        check_tracks(self._space, list(zip(range(len(made)), made, shapes, strict=True)), self._robot_cover)
         return made
 
-    def _as_cells(self, first: int) -> Cells:
-        """Ticks from ``first`` on as cells."""
-        numbers: NDArray[np.int64] = np.array(self._where[first:], dtype=np.int64)
-        y, x = np.divmod(numbers.reshape(len(self._where) - first, len(self.bodies)), self._space.stride)
+    def _as_cells(self, numbers: NDArray[np.int64]) -> Cells:
+        y, x = np.divmod(numbers.reshape(-1, len(self.bodies)), self._space.stride)
         return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)
+
+
+def _by_kernel(crowd: Crowd) -> Callable[[int, int], NDArray[np.int64]]:
+    strollers = Strollers(crowd)
+    return lambda first, end: strollers.go(end - first)
+
+
+def _one_by_one(crowd: Crowd) -> Callable[[int, int], NDArray[np.int64]]:
+    def advance(first: int, end: int) -> NDArray[np.int64]:
+        where = []
+        for tick in range(first, end):
+            crowd.advance(tick)
+            where.append(list(crowd.world.where))
+        return np.array(where, dtype=np.int64)
+
+    return advance
