@@ -22,10 +22,10 @@ from types import TracebackType
 from typing import Any, Self
 
 from lampyris.errors import FileError, LampyrisError, UsageError
-from lampyris.model.grid import Grid
 from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack, unpack
 from lampyris.study.plain import differing, study_of, study_plain
+from lampyris.study.repair import Repaired, repair
 from lampyris.study.row import Row
 from lampyris.study.store_file import (
     HEAD,
@@ -45,6 +45,8 @@ from lampyris.study.store_file import (
 )
 from lampyris.study.store_lock import Hold, Witness, witness_of
 from lampyris.study.store_new import ADD, check_folder, write_new
+
+__all__ = ["Repaired", "Store", "open_for", "repair"]
 
 _RUNS = "SELECT n, seal, key, ending, error, metrics, timing FROM runs ORDER BY n"
 
@@ -154,13 +156,26 @@ class Store:
         ------
         FileError : as :meth:`plain`; STUDY_VERSION: another release made it, whose jobs have other keys.
         """
-        grounds: dict[str, Grid] = {}
+        path = self.path
+        grounds = {
+            key: unpack(loaded(path, f"map {key[:12]}", text), key) for key, text in self.maps().items()
+        }
+        return study_of(self.plain(), grounds)
+
+    def maps(self) -> dict[str, str]:
+        """The packed maps (:mod:`lampyris.study.ground`) as JSON, by hash.
+
+        Raises
+        ------
+        FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
+        """
         with self._snapshot() as connection:
             records = connection.execute("SELECT n, seal, hash, value FROM maps ORDER BY n").fetchall()
+        maps = {}
         for n, record in enumerate(records, start=1):
             key, text = sealed(self.path, "maps", record, n)
-            grounds[key] = unpack(loaded(self.path, f"map {key[:12]}", text), key)
-        return study_of(self.plain(), grounds)
+            maps[key] = text
+        return maps
 
     def keys(self) -> frozenset[str]:
         """Keys of all runs that are stored.

@@ -44,6 +44,11 @@ MAX_VALUE = 1 << 28
 
 _ABOUT = "what is stored stays"
 _DAMAGED = "`lampyris study repair` keeps every run whose seal holds"
+_WRONG = frozenset(
+    (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_TOOBIG,
+     sqlite3.SQLITE_ERROR)
+)  # fmt: skip
+"""What SQLite says of a damaged file; an error of the language is that of a table that is not as it was."""
 _MAGIC = b"SQLite format 3\x00"
 _FIXED = ((16, b"\x10\x00\x02\x02\x00\x40\x20\x20"), (44, b"\x00\x00\x00\x04"), (56, b"\x00\x00\x00\x01"))
 """Bytes of SQLite's head that are the same in every store: page size, WAL, fractions; schema; UTF-8."""
@@ -152,9 +157,13 @@ def connect(path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "") -> sql
     name = f"file:{quote(str(path))}?mode={mode}{more}"
     # Not bound to one thread: a run may be watched by another. Its user takes care that only one speaks.
     connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False)
-    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
-    for pragma in ("trusted_schema=OFF", "cell_size_check=ON", "mmap_size=0", "synchronous=FULL"):
-        connection.execute(f"PRAGMA {pragma}")
+    try:
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
+        for pragma in ("trusted_schema=OFF", "cell_size_check=ON", "mmap_size=0", "synchronous=FULL"):
+            connection.execute(f"PRAGMA {pragma}")
+    except BaseException:
+        connection.close()
+        raise
     return connection
 
 
@@ -205,23 +214,27 @@ def _reader(path: Path) -> sqlite3.Connection:
     if not (log.exists() and log.stat().st_size):
         tries = (("rw", ""), ("ro", "&immutable=1"))
     for mode, more in tries:
-        connection = connect(path, mode, more)
         try:
-            connection.execute("PRAGMA query_only=ON")
-            check_schema(connection, path)
-            return connection
+            return _asked(path, mode, more)
         except sqlite3.OperationalError as error:
-            connection.close()
             cannot = getattr(error, "sqlite_errorcode", 0) & 0xFF in (
-                sqlite3.SQLITE_CANTOPEN,
-                sqlite3.SQLITE_READONLY,
-            )
+                sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY
+            )  # fmt: skip
             if (mode, more) == tries[-1] or not cannot:
                 raise
-        except BaseException:
-            connection.close()
-            raise
     raise AssertionError("unreachable")  # pragma: no cover
+
+
+def _asked(path: Path, mode: Literal["ro", "rw"], more: str) -> sqlite3.Connection:
+    """A connection that changes nothing and has read the names of the tables."""
+    connection = connect(path, mode, more)
+    try:
+        connection.execute("PRAGMA query_only=ON")
+        check_schema(connection, path)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
 def tally_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
@@ -237,12 +250,15 @@ def real(path: str | os.PathLike[str]) -> Path:
 
     Raises
     ------
-    FileError : STORE_READ: a name that no file can have.
+    FileError : STORE_READ: a name that no file can have, or a folder that may not be looked into.
     """
     try:
-        return Path(os.path.realpath(path))
+        place = Path(os.path.realpath(path))
+        place.exists()
     except (OSError, ValueError) as error:
-        raise FileError("STORE_READ", str(error), where=repr(os.fspath(path))[:200]) from None
+        why = getattr(error, "strerror", None) or str(error)
+        raise FileError("STORE_READ", why, where=repr(os.fspath(path))[:200]) from None
+    return place
 
 
 def check_schema(connection: sqlite3.Connection, path: Path) -> None:
@@ -312,10 +328,11 @@ def _told(
         sqlite3.SQLITE_AUTH: "no permission",
         sqlite3.SQLITE_NOMEM: "no memory left",
     }.get(code & 0xFF)
-    if code & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+    if code & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_PROTOCOL):
         return FileError("STORE_BUSY", "another process holds it", where=where, todo="wait for that one")
-    if what is None:
+    if what is None and code & 0xFF in _WRONG:
         return damaged(path, str(error))
+    what = what or f"{error} ({name})"
     return FileError(
         "STORE_WRITE" if doing == "write" else "STORE_READ", what, where=where, todo=_safe(doing, kept)
     )

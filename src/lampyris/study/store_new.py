@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from lampyris.errors import FileError
@@ -40,7 +40,12 @@ def check_folder(path: Path) -> None:
 
 
 def write_new(
-    place: Path, study: str, maps: Mapping[str, str], runs: Iterable[tuple[str, ...]] = ()
+    place: Path,
+    study: str,
+    maps: Mapping[str, str],
+    runs: Iterable[tuple[str, ...]] = (),
+    *,
+    before: Callable[[], object] | None = None,
 ) -> Witness:
     """Write a store; returns its tally. It is on the disk, under its name, when this returns.
 
@@ -50,12 +55,14 @@ def write_new(
     study : the study as canonical JSON.
     maps : packed maps as canonical JSON, by hash.
     runs : records of runs, the seal first, each key once.
+    before : called when the store is written and is about to be given its name; None: nobody takes care of
+        what is there.
 
     Raises
     ------
     FileError : STORE_WRITE; STORE_DAMAGED: a log that SQLite would take for this store's.
     """
-    for ending in ("-wal", "-journal"):
+    for ending in ("-wal", "-journal") if before is None else ():
         if sidecar(place, ending).exists() and sidecar(place, ending).stat().st_size:
             raise damaged(sidecar(place, ending), "the log of a store that is not there")
     new = sidecar(place, NEW)
@@ -63,6 +70,8 @@ def write_new(
         try:
             _remove(new)
             tally = _fill(new, study, maps, runs)
+            if before is not None:
+                before()
             os.replace(new, place)
         except BaseException:
             _remove(new)

@@ -1,0 +1,599 @@
+"""Store: what was acknowledged is there; one writer; whatever the system refuses is one clear line."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+from store_samples import BESIDE, bytes_of, filled, names, rows, study
+
+from lampyris.errors import InternalFault, LampyrisError, UsageError
+from lampyris.study.design import Crowd, Who
+from lampyris.study.plain import study_plain
+from lampyris.study.row import Row
+from lampyris.study.store import Store, open_for
+from lampyris.study.store_lock import Hold, Witness, witness_of
+
+HERE = Path(__file__).parent
+
+
+def child(code: str, *words: object, check: bool = True) -> subprocess.CompletedProcess[str]:
+    """Python code in another process, with this folder's helpers; its words are sys.argv[1:]."""
+    text = f"import sys; sys.path.insert(0, {str(HERE)!r})\n{textwrap.dedent(code)}"
+    done = subprocess.run([sys.executable, "-c", text, *map(str, words)], capture_output=True, text=True)
+    assert not check or done.returncode == 0, done.stderr
+    return done
+
+
+def read_all(path: Path, *, writable: bool) -> None:
+    """Open and read everything."""
+    with Store.open(path, writable=writable) as store:
+        store.study()
+        store.rows()
+
+
+def code_of(path: Path, code: str, *, writable: bool = True) -> str:
+    """Opening and reading it all is refused with that code, in one line; the line."""
+    with pytest.raises(LampyrisError) as caught:
+        read_all(path, writable=writable)
+    assert caught.value.code == code
+    text = str(caught.value)
+    assert text.isprintable()
+    assert path.name in text
+    return text
+
+
+# ---- what is stored --------------------
+
+
+@pytest.mark.parametrize("batch", [1, 7, 40])
+def test_what_was_added_is_there_and_nothing_lies_beside(tmp_path: Path, batch: int) -> None:
+    of = study()
+    path = tmp_path / "a.study"
+    given = filled(path, of, batch)
+    assert names(tmp_path) == ["a.study"]
+    with Store.open(path, writable=False) as store:
+        found = store.rows()
+        assert list(found.values()) == given
+        assert list(found) == [r.key for r in given]
+        assert store.keys() == {r.key for r in given}
+        assert len(store) == len(given) == 40
+        again = store.study()
+        assert study_plain(again) == study_plain(of) == store.plain()
+        assert [j.key for j in again.jobs()] == [j.key for j in of.jobs()]
+    assert math.copysign(1, found[given[5].key].metrics["near_m"]) == -1
+    metrics = found[given[1].key].metrics
+    assert [type(metrics[k]) for k in given[1].metrics] == [bool, float, int, str, float]
+    assert names(tmp_path) == ["a.study"]
+
+
+def test_the_study_needs_no_other_file_and_the_bytes_know_no_clock(tmp_path: Path) -> None:
+    of = study()
+    for name in ("a", "b"):
+        filled(tmp_path / name, of)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    out = child(
+        "from lampyris.study.store import Store\n"
+        "study = Store.open(sys.argv[1], writable=False).study()\n"
+        "print(study.worlds[1].ground.grid.blocked.sum(), len(study))",
+        tmp_path / "a",
+    )
+    assert out.stdout == "1 40\n"
+
+
+def test_rows_longer_than_a_page_and_words_of_every_sort(tmp_path: Path) -> None:
+    of = study(3)
+    given = rows(of, words=20000)
+    given[0] = Row(given[0].key, "failed", {}, {}, "lone \udcff surrogate")
+    filled(tmp_path / "a", of, 2, given)
+    with Store.open(tmp_path / "a") as store:
+        found = list(store.rows().values())
+    assert found[1:] == given[1:]
+    assert found[0].error == "lone \\udcff surrogate"
+
+
+def test_adding_again_is_nothing_and_another_result_is_refused(tmp_path: Path) -> None:
+    of = study()
+    given = rows(of)
+    with Store.create(tmp_path / "a", of) as store:
+        assert store.add(given[:7]) == 7
+        assert store.add(given[3:12]) == 5
+        assert store.add([]) == 0
+        assert store.add([given[12], given[12]]) == 1
+        slower = Row(given[0].key, given[0].ending, given[0].metrics, {"cpu_s": 99.0}, "other words")
+        assert store.add([slower]) == 0
+        others = [
+            (Row(given[1].key, "done", {**given[1].metrics, "cost": 7.0}), "cost is "),
+            (
+                Row(given[1].key, "done", {**given[1].metrics, "more": None}),
+                "more is None in the store and None",
+            ),
+            (
+                Row(given[1].key, "done", {**given[1].metrics, "expansions": 100.0}),
+                "expansions is 100 in the st",
+            ),
+            (
+                Row(given[1].key, "timeout", given[1].metrics),
+                "ending is 'done' in the store and 'timeout' now",
+            ),
+        ]
+        for other, words in others:
+            with pytest.raises(LampyrisError, match=words) as caught:
+                store.add([given[20], other])
+            assert caught.value.code == "STORE_CONFLICT"
+            assert given[1].key in str(caught.value)
+        with pytest.raises(LampyrisError, match="cost is"):
+            store.add([given[21], Row(given[21].key, "done", {**given[21].metrics, "cost": 1.0})])
+        assert store.keys() == {r.key for r in given[:13]}
+        store.add(given[13:])
+    with Store.open(tmp_path / "a") as store:
+        assert list(store.rows().values()) == given
+        assert store.add(given) == 0
+
+
+@pytest.mark.parametrize(
+    "metrics",
+    [{"cost": math.nan}, {"cost": math.inf}, {"cost": [1]}, {"cost": {"a": 1}}, {1: 2}, {"cost": b"1"}],
+)
+def test_what_is_not_plain_is_a_fault_of_ours_and_stores_nothing(tmp_path: Path, metrics: dict) -> None:
+    of = study()
+    with Store.create(tmp_path / "a", of) as store:
+        with pytest.raises(InternalFault, match="STORE_ROW"):
+            store.add([*rows(of)[:3], Row("k", "done", metrics)])
+        assert store.rows() == {}
+
+
+def test_a_closed_store_and_a_reader_say_so(tmp_path: Path) -> None:
+    of = study()
+    filled(tmp_path / "a", of)
+    store = Store.open(tmp_path / "a")
+    store.close()
+    store.close()
+    for ask in (store.rows, store.study, store.plain, store.maps, lambda: store.add([])):
+        with pytest.raises(UsageError, match="STORE_CLOSED"):
+            ask()
+    with (
+        Store.open(tmp_path / "a", writable=False) as reader,
+        pytest.raises(UsageError, match="STORE_READER"),
+    ):
+        reader.add(rows(of))
+
+
+# ---- whose it is --------------------
+
+
+def test_open_for_makes_it_then_finds_it_again(tmp_path: Path) -> None:
+    of = study()
+    with open_for(tmp_path / "a", of) as store:
+        store.add(rows(of)[:5])
+    renamed = study(name="other words", about="the same question")
+    with open_for(tmp_path / "a", renamed) as store:
+        assert len(store) == 5
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"seeds": 2}, "seeds"), ({"root": 1}, "root: 0 and 1"), ({"moves": "four"}, "moves"),
+        ({"seconds": 1.0}, "seconds"), ({"expansions": 5}, "expansions"), ({"robot": {"r": 1.0}}, "robot"),
+        ({"crowds": (Crowd("random-walk", 4),)}, "crowds.0.count: 3 and 4"), ({"kind": "simulate"}, "kind"),
+        ({"planners": (Who("astar", {"weight": 2.0}), Who("ad-gso", {"swarm": 8}))}, "weight: 1.0 and 2.0"),
+        ({"laws": (Who("constant", {"speed": 1}),)}, "laws.0.settings.speed"), ({"ticks": 9}, "ticks"),
+        ({"memory": True}, "memory"), ({"worlds": study().worlds[:1]}, "maps"),
+    ],
+)  # fmt: skip
+def test_another_study_is_refused_with_the_field_that_differs(tmp_path: Path, more: dict, words: str) -> None:
+    path = tmp_path / "a"
+    with Store.create(path, study()) as store:
+        store.add(rows(study())[:3])
+    before = bytes_of(path)
+    with pytest.raises(LampyrisError, match=words) as caught:
+        open_for(path, study(**more))
+    assert caught.value.code == "STORE_OTHER"
+    assert "--store" in str(caught.value)
+    assert bytes_of(path) == before
+
+
+def test_a_store_of_another_release_is_refused_for_writing_by_version(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    filled(tmp_path / "a", study())
+    monkeypatch.setattr("lampyris.study.plain.__version__", "99.0")
+    with pytest.raises(LampyrisError, match=r"STORE_OTHER.*version"):
+        open_for(tmp_path / "a", study())
+    with Store.open(tmp_path / "a", writable=False) as store:
+        assert len(store.rows()) == 40
+        with pytest.raises(LampyrisError, match="STUDY_VERSION"):
+            store.study()
+
+
+def test_one_writer_at_a_time_and_readers_meanwhile(tmp_path: Path) -> None:
+    of = study()
+    path = tmp_path / "a"
+    given = rows(of)
+    with Store.create(path, of) as store:
+        for again in (lambda: Store.open(path), lambda: open_for(path, of)):
+            with pytest.raises(LampyrisError, match=f"pid {os.getpid()}") as caught:
+                again()
+            assert caught.value.code == "STORE_BUSY"
+        with pytest.raises(LampyrisError, match="STORE_EXISTS"):
+            Store.create(path, of)
+        with Store.open(path, writable=False) as reader:
+            scan = None
+            for k in range(0, 40, 10):
+                store.add(given[k : k + 10])
+                assert list(reader.rows().values()) == given[: k + 10]
+                if scan is None:
+                    scan = reader.scan()
+                    next(scan)
+            assert scan is not None
+            assert len(list(scan)) == 9, "a scan sees what there was when it began"
+    assert names(tmp_path) == ["a"]
+
+
+def test_a_link_is_the_same_store(tmp_path: Path) -> None:
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    with Store.create(tmp_path / "a", study()), pytest.raises(LampyrisError, match="STORE_BUSY"):
+        Store.open(tmp_path / "b")
+
+
+def test_the_lock_goes_with_its_process_and_what_it_acknowledged_stays(tmp_path: Path) -> None:
+    done = child(
+        """
+        import os
+        from pathlib import Path
+        from store_samples import *
+        store = Store.create(Path(sys.argv[1]), study())
+        for row in rows(study()):
+            store.add([row])
+            print(row.key, flush=True)
+            if row.metrics["expansions"] == 2300:
+                os.kill(os.getpid(), 9)
+        """,
+        tmp_path / "a",
+        check=False,
+    )
+    assert done.returncode == -signal.SIGKILL
+    acknowledged = done.stdout.split()
+    assert len(acknowledged) == 24
+    assert witness_of(tmp_path / "a") is not None
+    with Store.open(tmp_path / "a", writable=False) as store:
+        assert list(store.rows().values()) == rows(study())[:24]
+    with open_for(tmp_path / "a", study()) as store:
+        assert store.keys() == set(acknowledged)
+        store.add(rows(study()))
+        assert list(store.rows().values()) == rows(study())
+    assert names(tmp_path) == ["a"]
+
+
+def test_the_locks_file_may_go_and_come_while_others_ask_for_it(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    first = Hold(path)
+    first.write(Witness(3, "f" * 64))
+    with pytest.raises(LampyrisError, match="STORE_BUSY"):
+        Hold(path)
+    first.release(remove=False)
+    assert witness_of(path) == Witness(3, "f" * 64)
+    second = Hold(path)
+    assert witness_of(path) == Witness(3, "f" * 64)
+    second.write(Witness(4, "e" * 64))
+    second.write(Witness(5, "d" * 64))
+    assert witness_of(path) == Witness(5, "d" * 64)
+    second.release(remove=True)
+    assert names(tmp_path) == []
+    assert witness_of(path) is None
+
+
+class Interrupting:
+    """A connection to which Ctrl-C comes just before a statement."""
+
+    def __init__(self, connection: object, word: str) -> None:
+        self._connection, self._word = connection, word
+
+    def execute(self, sql: str, *more: object) -> object:
+        if sql.startswith(self._word):
+            raise KeyboardInterrupt
+        return self._connection.execute(sql, *more)  # type: ignore[attr-defined]
+
+    def executemany(self, sql: str, *more: object) -> object:
+        if sql.startswith(self._word):
+            raise KeyboardInterrupt
+        return self._connection.executemany(sql, *more)  # type: ignore[attr-defined]
+
+    @property
+    def in_transaction(self) -> bool:
+        return self._connection.in_transaction  # type: ignore[attr-defined,no-any-return]
+
+
+def test_an_interrupt_in_the_middle_leaves_all_or_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    of = study()
+    given = rows(of)
+    with Store.create(tmp_path / "a", of) as store:
+        store.add(given[:5])
+        real = Hold.write
+
+        def interrupted(self: Hold, witness: Witness) -> None:
+            real(self, witness)
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Hold, "write", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                store.add(given[5:9])
+        assert store.add(given[5:12]) == 3
+        for word in ("BEGIN", "INSERT", "UPDATE", "COMMIT"):
+            with monkeypatch.context() as patch:
+                patch.setattr(store, "_writer", Interrupting(store._writer, word))
+                with pytest.raises(KeyboardInterrupt):
+                    store.add(given[12:14])
+            assert len(store) == 12
+        store.add(given)
+        assert list(store.rows().values()) == given
+
+
+# ---- what cannot be a store --------------------
+
+
+def test_what_is_not_a_store_is_named(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    code_of(tmp_path / "folder", "STORE_FORMAT")
+    code_of(tmp_path / "nothing", "STORE_READ")
+    (tmp_path / "empty").touch()
+    assert "empty" in code_of(tmp_path / "empty", "STORE_DAMAGED")
+    (tmp_path / "text").write_text("hello, this is no store\n" * 20)
+    assert "hello" in code_of(tmp_path / "text", "STORE_FORMAT")
+    os.mkfifo(tmp_path / "pipe")
+    code_of(tmp_path / "pipe", "STORE_FORMAT")
+    (tmp_path / "short").write_bytes(b"SQLite fo")
+    code_of(tmp_path / "short", "STORE_DAMAGED")
+    for path in ("/dev/zero", "/dev/null"):
+        code_of(Path(path), "STORE_FORMAT")
+    for word in ("\0", "x" * 300, "\udcff"):
+        with pytest.raises(LampyrisError):
+            Store.open(tmp_path / word)
+        with pytest.raises(LampyrisError):
+            Store.create(tmp_path / word / "a", study())
+    assert sorted({"folder", "empty", "text", "pipe", "short"}) == names(tmp_path), "nothing was left beside"
+
+
+def test_other_sqlite_files_and_other_formats_are_refused_unchanged(tmp_path: Path) -> None:
+    other = tmp_path / "other.db"
+    db = sqlite3.connect(other)
+    db.execute("CREATE TABLE runs (n INTEGER PRIMARY KEY)")
+    db.commit()
+    db.close()
+    before = other.read_bytes()
+    assert "another program" in code_of(other, "STORE_FORMAT")
+    with pytest.raises(LampyrisError, match="STORE_FORMAT"):
+        open_for(other, study())
+    assert other.read_bytes() == before
+    path = tmp_path / "a"
+    filled(path, study())
+    db = sqlite3.connect(path)
+    db.execute("PRAGMA user_version=2")
+    db.close()
+    assert "format 2" in code_of(path, "STORE_VERSION")
+    db = sqlite3.connect(path)
+    db.execute("PRAGMA user_version=1")
+    db.execute("CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END")
+    db.close()
+    assert "tables" in code_of(path, "STORE_DAMAGED")
+
+
+@pytest.mark.parametrize("sql", [
+    "DELETE FROM runs WHERE n = 7", "DELETE FROM runs WHERE n = 40", "DELETE FROM runs",
+    "UPDATE runs SET metrics = '{}' WHERE n = 7", "UPDATE runs SET ending = 'refused' WHERE n = 2",
+    "UPDATE runs SET metrics = NULL WHERE n = 7", "UPDATE runs SET key = x'00' WHERE n = 7",
+    "INSERT INTO runs SELECT 41, seal, key, ending, error, metrics, timing FROM runs WHERE n = 1",
+    "UPDATE runs SET n = 100 WHERE n = 40", "UPDATE runs SET timing = CAST(x'ff' AS TEXT) WHERE n = 1",
+    "UPDATE tally SET count = 39", "UPDATE tally SET count = 'x'", "UPDATE tally SET head = ''",
+    "DELETE FROM tally", "INSERT INTO tally VALUES (2, '', 40, '')", "UPDATE meta SET value = '{}'",
+    "DELETE FROM meta", "INSERT INTO meta VALUES (2, '', '', '')", "UPDATE maps SET value = '{}' WHERE n = 2",
+    "UPDATE maps SET n = 9 WHERE n = 1",
+    "DELETE FROM runs WHERE n = 40; UPDATE tally SET count = 39",
+])  # fmt: skip
+def test_a_meddled_store_is_seen(tmp_path: Path, sql: str) -> None:
+    path = tmp_path / "a"
+    filled(path, study())
+    db = sqlite3.connect(path)
+    db.executescript(sql)
+    db.close()
+    code_of(path, "STORE_DAMAGED")
+    code_of(path, "STORE_DAMAGED", writable=False)
+
+
+def test_a_store_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a"
+    with pytest.raises(LampyrisError, match=r"STORE_WRITE.*no such folder"):
+        Store.create(tmp_path / "no" / "a", study())
+    with monkeypatch.context() as patch:
+        patch.setattr("lampyris.study.store_new.os.replace", _raise(OSError(28, "No space left on device")))
+        with pytest.raises(LampyrisError, match=r"STORE_WRITE.*No space left"):
+            Store.create(path, study())
+    assert names(tmp_path) == []
+    killed = "import os; from lampyris.study import store_new; from store_samples import *\n"
+    killed += (
+        "store_new.os.replace = lambda a, b: os.kill(os.getpid(), 9)\nStore.create(sys.argv[1], study())"
+    )
+    assert child(killed, path, check=False).returncode == -signal.SIGKILL
+    assert "a" not in names(tmp_path)
+    with Store.create(path, study()) as store:
+        assert store.rows() == {}
+    assert names(tmp_path) == ["a"]
+    path.unlink()
+    path.with_name("a-wal").write_bytes(b"a log of something")
+    with pytest.raises(LampyrisError, match="STORE_DAMAGED"):
+        Store.create(path, study())
+    assert names(tmp_path) == ["a-wal"]
+
+
+def _raise(error: BaseException):  # type: ignore[no-untyped-def]
+    def do(*_: object) -> None:
+        raise error
+
+    return do
+
+
+# ---- what the system refuses --------------------
+
+FULL = """
+import os, resource, signal
+from pathlib import Path
+from store_samples import *
+from lampyris.errors import LampyrisError
+path, of = Path(sys.argv[1]), study()
+given = rows(of, words=3000)
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+store = Store.create(path, of)
+kept = 0
+if sys.argv[2] == "rlimit":
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+try:
+    for k in range(0, len(given), 3):
+        store.add(given[k : k + 3])
+        kept = min(k + 3, len(given))
+    raise SystemExit("nothing was refused")
+except LampyrisError as error:
+    print(error)
+    again = str(error)
+for _ in range(2):
+    try:
+        store.add(given[kept : kept + 3])
+        raise SystemExit("nothing was refused")
+    except LampyrisError as error:
+        assert error.code == "STORE_WRITE", error
+assert list(store.rows().values()) == given[:kept]
+if sys.argv[3] == "close":
+    store.close()
+    with Store.open(path, writable=False) as store:
+        assert list(store.rows().values()) == given[:kept]
+print(kept)
+"""
+
+
+def after_full(path: Path, told: str) -> None:
+    """The line is clear, what was acknowledged is there, and the rest can be added when there is room."""
+    line, count = told.splitlines()
+    kept = int(count)
+    assert kept > 0
+    assert line.startswith(f"error[STORE_WRITE]: {path}: ")
+    assert f"{kept} runs are safe" in line
+    given = rows(study(), words=3000)
+    with open_for(path, study()) as store:
+        assert list(store.rows().values()) == given[:kept]
+        store.add(given)
+        assert list(store.rows().values()) == given
+
+
+@pytest.mark.parametrize("ending", ["close", "leave"])
+def test_files_that_may_not_grow(tmp_path: Path, ending: str) -> None:
+    told = child(FULL, tmp_path / "a", "rlimit", ending).stdout
+    after_full(tmp_path / "a", told)
+    assert names(tmp_path) == ["a"]
+
+
+@pytest.mark.parametrize("ending", ["close", "leave"])
+def test_a_disk_that_is_full(tmp_path: Path, ending: str) -> None:
+    """A file system of 160 kB in a name space of its own; copied out of it to be looked at."""
+    inner = tmp_path / "small"
+    inner.mkdir()
+    script = tmp_path / "full.py"
+    script.write_text(f"import sys; sys.path.insert(0, {str(HERE)!r})\n{FULL}")
+    shell = (
+        'mount -t tmpfs -o size=160k tmpfs "$1" || exit 77\n'
+        '"$2" "$3" "$1/a" disk "$4" || exit 1\n'
+        'cp "$1"/a* "$5"'
+    )
+    args = ["unshare", "-rm", "sh", "-c", shell, "sh", inner, sys.executable, script, ending, tmp_path]
+    try:
+        done = subprocess.run([str(a) for a in args], capture_output=True, text=True)
+    except FileNotFoundError:
+        pytest.skip("no unshare here")
+    if done.returncode == 77 or "unshare" in done.stderr:
+        pytest.skip(f"no file system can be mounted here: {done.stderr.strip()}")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "no space left" in done.stdout
+    (tmp_path / "a-shm").unlink(missing_ok=True)
+    after_full(tmp_path / "a", done.stdout.replace(str(inner / "a"), str(tmp_path / "a")))
+
+
+READ_ONLY = """
+import os
+from pathlib import Path
+from store_samples import *
+from lampyris.errors import LampyrisError
+path = Path(sys.argv[1])
+with Store.open(path, writable=False) as store:
+    assert len(store.rows()) == 40 and len(store.study()) == 40
+try:
+    Store.open(path)
+except LampyrisError as error:
+    assert error.code == "STORE_WRITE", error
+    print(error)
+try:
+    Store.create(path.with_name("b"), study())
+except LampyrisError as error:
+    assert error.code == "STORE_WRITE", error
+    print(error)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="users and permissions")
+@pytest.mark.parametrize("how", ["folder", "file", "mount"])
+def test_a_folder_or_file_that_may_only_be_read(tmp_path: Path, how: str) -> None:
+    folder = tmp_path / "f"
+    folder.mkdir()
+    filled(folder / "a", study())
+    script = tmp_path / "ro.py"
+    script.write_text(f"import sys; sys.path.insert(0, {str(HERE)!r})\n{READ_ONLY}")
+    before = bytes_of(folder / "a")
+    if how == "mount":
+        shell = 'mount --bind "$1" "$1" && mount -o remount,ro,bind "$1" || exit 77\n"$2" "$3" "$1/a"'
+        try:
+            done = subprocess.run(
+                ["unshare", "-rm", "sh", "-c", shell, "sh", str(folder), sys.executable, str(script)],
+                capture_output=True, text=True,
+            )  # fmt: skip
+        except FileNotFoundError:
+            pytest.skip("no unshare here")
+        if done.returncode == 77 or "unshare" in done.stderr:
+            pytest.skip(f"nothing can be mounted here: {done.stderr.strip()}")
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.count("STORE_WRITE") == 2
+    elif os.geteuid() == 0:
+        pytest.skip("root may write anywhere: see the mount")
+    else:
+        target = folder if how == "folder" else folder / "a"
+        target.chmod(0o555 if how == "folder" else 0o444)
+        try:
+            assert child(READ_ONLY, folder / "a").stdout.count("STORE_WRITE") == (2 if how == "folder" else 1)
+        finally:
+            target.chmod(0o755)
+    assert bytes_of(folder / "a") == before
+    assert set(names(folder)) <= {"a", "b"}
+
+
+def test_a_connection_that_may_only_read_is_a_clear_line(tmp_path: Path) -> None:
+    of = study()
+    with Store.create(tmp_path / "a", of) as store:
+        store.add(rows(of)[:4])
+        assert store._writer is not None
+        store._writer.execute("PRAGMA query_only=ON")
+        with pytest.raises(LampyrisError, match=r"STORE_WRITE.*read-only.*4 runs are safe"):
+            store.add(rows(of))
+        store._writer.execute("PRAGMA query_only=OFF")
+        store.add(rows(of))
+        assert list(store.rows().values()) == rows(of)
+
+
+def test_no_index_of_beside_files_is_forgotten() -> None:
+    assert BESIDE == ("", "-wal", "-shm", ".lock")
