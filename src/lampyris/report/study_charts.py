@@ -282,7 +282,7 @@ def _quantile(values: Sequence[float], q: float) -> float:
 def critical(
     name: str, names: Sequence[str], ranks: Sequence[float], distance: float, sets: Sequence[Sequence[int]]
 ) -> Markup:
-    """A critical-difference diagram (Demsar 2006): ranks on a line, a bar over each set without difference."""
+    """A critical-difference diagram (Demsar 2006): a line of ranks, a bar for each set without difference."""
     order = sorted(range(len(names)), key=lambda k: (ranks[k], k))
     half = (len(order) + 1) // 2
     bars_high = 0.13 * max(1, len(sets))

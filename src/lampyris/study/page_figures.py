@@ -63,7 +63,7 @@ def by_density(summary: Summary, runs: Runs) -> list[Markup]:
 
 
 def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansions")) -> list[Markup]:
-    """Means with intervals over the worlds that everybody solved; over each one's own where there are none."""
+    """Means with intervals over the worlds that all solved; over each one's own where there are none."""
     out = []
     for name in names:
         panels = []
@@ -208,6 +208,6 @@ def _cost_note(printed: Sequence[str]) -> str:
         return "Cost of each test run, the same measure for all."
     return (
         "Its cost column held two measures: of the first two methods the sum of the cost-to-go over the "
-        "cells visited, of AD-GSO the length of the way. They cannot be compared; the true costs are in the figure "
-        "with intervals."
+        "cells visited, of AD-GSO the length of the way. They cannot be compared; the true costs are in the "
+        "figure with intervals."
     )

@@ -44,13 +44,13 @@ def _differs(some: Sequence[Entry]) -> bool:
 
 def sample(summary: Summary) -> str:
     """What stands beneath every table of means."""
-    many = {"query": f"{summary.queries} queries, the {summary.seeds} seeds of each averaged"}
-    unit = many.get(summary.unit, f"{summary.seeds} seeds of one query")
-    if summary.unit == "query" and summary.seeds == 1:
-        unit = f"{summary.queries} queries, one seed each"
+    unit = f"{summary.seeds} seeds of one query"
+    if summary.unit == "query":
+        each = "one seed each" if summary.seeds == 1 else f"the {summary.seeds} seeds of each averaged"
+        unit = f"{summary.queries} queries, {each}"
     return (
-        f"In brackets: intervals of {100 * compare.LEVEL:g} % over {unit} "
-        f"(BCa bootstrap, {compare.RESAMPLES} resamples, seed {summary.seed})."
+        f"In brackets {100 * compare.LEVEL:g} % intervals over {unit}: BCa bootstrap, "
+        f"{compare.RESAMPLES} resamples, seed {summary.seed}."
     )
 
 
@@ -59,18 +59,17 @@ def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[Entry]) 
     counts = [m for m in SAFETY if any(e.own[m.name].units for e in some if m.name in e.own)]
     failed = [w for w in ("refused", "timeout", "failed") if any(e.endings.get(w) for e in some)]
     header = ("", "runs", *(ALL[s].title for s in shares), *(m.title for m in counts), *failed)
-    rows: list[tuple[Value, ...]] = []
-    for e in some:
-        row: list[Value] = [e.entrant, e.runs]
-        row += [estimate_text(e.own[s], 100.0, None) for s in shares]
-        row += [estimate_text(e.own[m.name], m.scale, e.runs) for m in counts]
-        rows.append((*row, *(e.endings.get(w, 0) for w in failed)))
+    columns: list[Sequence[Value]] = [[e.entrant for e in some], [e.runs for e in some]]
+    columns += [[estimate_text(e.own[s], 100.0, None, 1) for e in some] for s in shares]
+    columns += [column_texts([e.own[m.name] for e in some], m.scale, [e.runs for e in some]) for m in counts]
+    columns += [[e.endings.get(w, 0) for e in some] for w in failed]
+    rows = tuple(zip(*columns, strict=True))
     note = (
         f"Shares are of all {some[0].runs} runs, those that failed among them; their intervals are Wilson's "
         "for as many runs as would say as much if the runs of one query were independent. "
     )
     means = f"The others are means a run. {sample(summary)} " if counts else ""
-    return Tab(name, title, header, tuple(rows), note + means + _n_note(counts), _align(header))
+    return Tab(name, title, header, rows, (note + means + _n_note(counts)).rstrip(), _align(header))
 
 
 def _measure_tab(
@@ -87,11 +86,12 @@ def _measure_tab(
     there = [m for m in measures if any(own[m.name].units for own in sides.values() if m.name in own)]
     if not there:
         return None
-    rows: list[tuple[Value, ...]] = []
-    for entrant, own in sides.items():
-        lead = own[there[0].name]
-        texts = (estimate_text(own[m.name], m.scale, lead.runs) for m in there)
-        rows.append((entrant, lead.units, lead.runs, *texts))
+    leads = [own[there[0].name] for own in sides.values()]
+    columns: list[Sequence[Value]] = [list(sides), [e.units for e in leads], [e.runs for e in leads]]
+    for m in there:
+        estimates = [own[m.name] for own in sides.values()]
+        columns.append(column_texts(estimates, m.scale, [e.runs for e in leads]))
+    rows = tuple(zip(*columns, strict=True))
     header = ("", "queries" if summary.unit == "query" else "seeds", "runs", *(m.title for m in there))
     which = {
         False: "Means over the runs that have a value: who fails where the way is long looks better here.",
@@ -101,7 +101,7 @@ def _measure_tab(
     if not common and not _differs(some):
         which = "Means over all runs."
     note = f"{which} {sample(summary)} {_n_note(there[1:])}".rstrip()
-    return Tab(name, title, header, tuple(rows), note, _align(header))
+    return Tab(name, title, header, rows, note, _align(header))
 
 
 def _n_note(measures: Sequence[Measure]) -> str:
@@ -112,14 +112,19 @@ def _align(header: Sequence[str]) -> str:
     return "l" + "r" * (len(header) - 1)
 
 
-def estimate_text(e: Estimate, scale: float = 1.0, runs: int | None = None) -> str:
-    """``12.3 [11.9, 12.8]``; with ``n 40`` after it where the runs behind it are others than ``runs``."""
+def estimate_text(e: Estimate, scale: float = 1.0, runs: int | None = None, places: int | None = None) -> str:
+    """``12.3 [11.9, 12.8]``; with ``n 40`` after it where the runs behind it are others than ``runs``.
+
+    Parameters
+    ----------
+    places : digits after the point; None: as :func:`places_of` says of this value alone.
+    """
     if math.isnan(e.value):
         return DASH
     value, low, high = (v * scale for v in (e.value, e.low, e.high))
-    places = places_of(value, low, high)
+    places = places_of(value) if places is None else places
     text = fixed(value, places)
-    if not math.isnan(low):
+    if low < high:
         text += f" [{fixed(low, places)}, {fixed(high, places)}]"
     return text if runs is None or e.runs == runs else f"{text} n {e.runs}"
 
@@ -128,6 +133,12 @@ def places_of(*values: float) -> int:
     """Digits after the point so that the greatest of some numbers has four that count; at most four."""
     most = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
     return 4 if most == 0.0 else min(4, max(0, 3 - math.floor(math.log10(most))))
+
+
+def column_texts(some: Sequence[Estimate], scale: float, runs: Sequence[int]) -> list[str]:
+    """A column of estimates, all with as many digits after the point as the greatest needs."""
+    places = places_of(*(e.value * scale for e in some))
+    return [estimate_text(e, scale, n, places) for e, n in zip(some, runs, strict=True)]
 
 
 def fixed(value: float, places: int) -> str:
@@ -149,10 +160,13 @@ def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
     for name in PAIRED:
         some = [p for p in summary.pairs if p.measure == name]
         # What never differs anywhere needs no table of noughts.
-        if not any(p.test.n for p in some) or (summary.kind == "plan" and name == "arrived"):
+        if not any(p.test.less or p.test.more for p in some) or (
+            summary.kind == "plan" and name == "arrived"
+        ):
             continue
+        places = places_of(*(p.difference.value * ALL[name].scale for p in some))
         header = ("", "difference", summary.unit_many, "runs", "less", "equal", "more", "p", "p (Holm)")
-        rows = tuple(_pair_row(p, ALL[name], len(summary.crowds) > 1) for p in some)
+        rows = tuple(_pair_row(p, ALL[name], len(summary.crowds) > 1, places) for p in some)
         note = (
             f"Each less {summary.reference}, in the same worlds; only runs that both have"
             f"{'' if name in ('arrived', 'collisions') else ' brought to the goal'} count. {sample(summary)} "
@@ -165,9 +179,9 @@ def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
     return tuple(out)
 
 
-def _pair_row(pair: Pair, measure: Measure, crowds: bool) -> tuple[Value, ...]:
+def _pair_row(pair: Pair, measure: Measure, crowds: bool, places: int) -> tuple[Value, ...]:
     d, t = pair.difference, pair.test
-    text = estimate_text(d, measure.scale)
+    text = estimate_text(d, measure.scale, None, places)
     signed = f"+{text}" if d.value > 0 else text
     name = f"{pair.entrant}{_crowd(pair.crowd)}" if crowds else pair.entrant
     return (name, signed, d.units, d.runs, t.less, t.equal, t.more, p_text(t.p), p_text(pair.holm))
@@ -224,11 +238,12 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
         if not names:
             continue
         header = ("map", "who", "queries", "runs", *(ALL[n].title for n in names))
-        rows: list[tuple[Value, ...]] = []
-        for e in some:
-            texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) for n in names)
-            rows.append((e.place, e.entrant, e.queries, e.runs, *texts))
+        columns: list[Sequence[Value]] = [[e.place for e in some], [e.entrant for e in some]]
+        columns += [[e.queries for e in some], [e.runs for e in some]]
+        for n in names:
+            columns.append(column_texts([e.own[n] for e in some], ALL[n].scale, [e.runs for e in some]))
+        rows = tuple(zip(*columns, strict=True))
         title = f"Map by map{'' if crowd == 'none' else f', {crowd}'}"
-        note = f"{sample(summary)} n: the runs behind a mean, where some have no value."
-        out.append(Tab(f"maps-{k + 1}", title, header, tuple(rows), note, "ll" + "r" * (len(header) - 2)))
+        note = f"{sample(summary)} Of each map its own queries. n: the runs behind a mean, where some have none."
+        out.append(Tab(f"maps-{k + 1}", title, header, rows, note, "ll" + "r" * (len(header) - 2)))
     return tuple(out)
