@@ -265,7 +265,8 @@ def _world(plain: Mapping[str, Any], grid: Grid) -> World:
     made: tuple[Traffic, ...] = ()
     try:
         if all(free[y, x] for x, y in (scene.start, scene.goal)):
-            made = crowd(who["kind"], who["count"], grid, seed, rate=who["rate"], radius=who["radius"])
+            how = {"rate": who["rate"], "radius": who["radius"], "fit": scene}
+            made = crowd(who["kind"], who["count"], grid, seed, **how)
         return World(place, replace(scene, traffic=made), seed, bool(made) and who["tracks"] == "replayed")
     except LampyrisError:
         raise
