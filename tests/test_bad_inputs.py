@@ -19,9 +19,8 @@ from typing import Any
 import pytest
 
 import lampyris
-from bad_inputs import CASES, DEFERRED, ELSEWHERE
+from bad_inputs import CASES, DEFERRED, ELSEWHERE, studies
 from bad_inputs.case import LAUNCHER, USAGE, Case, Outcome, inside, run, warm
-from lampyris.cli.app import app
 from lampyris.errors import LampyrisError
 from lampyris.maps.load import load_map
 
@@ -200,8 +199,23 @@ def test_the_table_is_whole() -> None:
     assert len({c.id for c in CASES}) == len(CASES)
 
 
-def test_what_is_deferred_is_what_waits_for_studies_and_deadlines() -> None:
-    """Whoever builds one of these takes its row out of the list and gives it cases."""
-    assert set(DEFERRED) == {92, 93, 94, 95, 96, 97, 98}
-    assert not {"study", "studies"} & {command.name for command in app.registered_commands}
-    assert all("(issue 6)" in why for why in DEFERRED.values())
+def test_nothing_is_deferred() -> None:
+    """A row that waits for what is to be built says for what."""
+    assert not DEFERRED
+
+
+def test_row_96_a_store_that_another_process_writes_to(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_bytes(studies.STUDY)
+    (tmp_path / "s.study.db").write_bytes(studies.store_of())
+    with inside(tmp_path), studies.hold(tmp_path / "s.study.db") as held:
+        try:
+            for more in ((), ("--fresh",)):
+                done = run(*studies.RUN, *more)
+                assert (done.exit, done.out) == (3, "")
+                assert done.err.startswith("error[STORE_BUSY]: ")
+                assert f"pid {held.pid}" in done.err
+            assert run(*studies.SHOW).exit == 0, "it may be read meanwhile"
+        finally:
+            held.communicate()
+    with inside(tmp_path):
+        assert run(*studies.RUN).exit == 0

@@ -6,7 +6,7 @@ what it waits for.
 
 from __future__ import annotations
 
-from bad_inputs import command_line, movingai, pictures, ros, scen, scenarios, speed
+from bad_inputs import command_line, movingai, pictures, ros, scen, scenarios, speed, studies
 from bad_inputs.case import Case
 
 CASES: tuple[Case, ...] = (
@@ -17,19 +17,14 @@ CASES: tuple[Case, ...] = (
     *scenarios.CASES,
     *command_line.CASES,
     *speed.CASES,
+    *studies.CASES,
 )
 ELSEWHERE = {
     89: "a speed at the start too fast to stop from: lampyris.profile is asked; and `speed --v0`, in row 99",
+    96: "a store that another process writes to",
+    98: "a worker's result that is not one: tests/study/test_study_run.py",
     100: "Ctrl-C and a reader that leaves: a process of its own",
 }
 """Rows with a test of their own."""
-DEFERRED = {
-    92: "a deadline: there is none yet; budgets by time come with studies (issue 6)",
-    93: "a sweep of too many cases: studies (issue 6)",
-    94: "resuming with other inputs: the store of studies (issue 6)",
-    95: "a damaged store: the store of studies (issue 6)",
-    96: "a store open in another process: the store of studies (issue 6)",
-    97: "a store that cannot be written: the store of studies (issue 6)",
-    98: "a worker's result that fails validation: studies (issue 6)",
-}
+DEFERRED: dict[int, str] = {}
 """Rows that wait for what does not exist yet."""

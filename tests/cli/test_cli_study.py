@@ -146,9 +146,7 @@ def test_a_store_is_shown_exported_and_reported(folder: Path) -> None:
     assert "tabular" in (folder / "b.tex").read_text()
     pages = []
     for name in ("small.html", "again.html"):
-        made = study(
-            folder, "report", "small.study.db", "--no-films", *(["--out", name] * (name != "small.html"))
-        )
+        made = study(folder, "report", "small.study.db", "--no-films", *([name] * (name != "small.html")))
         assert made.exit == 0, made.err
         pages.append((folder / name).read_bytes())
     assert pages[0] == pages[1]

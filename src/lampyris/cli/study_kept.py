@@ -64,24 +64,23 @@ def export(path: Path, out: work.Outputs) -> int:
     return 0
 
 
-def report(path: Path, out: Path | None, films: bool, force: bool) -> int:
-    """``lampyris study report``. Returns the exit code."""
-    name = path.name.removesuffix(".db").removesuffix(".study")
-    page = Path(f"{name}.html") if out is None else out
-    return export(path, work.Outputs(report=page, films=films, force=force))
+def page_of(store: Path) -> Path:
+    """The page of a store if nobody names one: its name, in the working folder."""
+    return Path(f"{store.name.removesuffix('.db').removesuffix('.study')}.html")
 
 
-def repair(path: Path, out: Path | None, as_json: bool, force: bool) -> int:
+def repair(path: Path, out: Path | None, study: str | None, data: Path | None, as_json: bool) -> int:
     """``lampyris study repair``. Returns the exit code."""
-    from lampyris.study import store
+    from lampyris.study.file import load_study
+    from lampyris.study.repair import repair as mend
 
-    if out is not None:
-        verbs.check_outputs(force, out)
-    mended = store.repair(path, out)
+    if data is not None and study is None:
+        raise UsageError("OPTIONS", "--data without --study", allowed="the study whose files are there")
+    mended = mend(path, out, study=None if study is None else load_study(study, data=data))
     if as_json:
         verbs.print_json({"store": str(out or path), **asdict(mended)})
         return 0
-    print(f"{mended.kept:,} rows kept, {mended.lost:,} lost: {out or path}")
+    print(f"{out or path}: {mended.kept:,} runs kept, {mended.lost:,} lost")
     verbs.remarks(tuple(mended.notes))
     return 0
 

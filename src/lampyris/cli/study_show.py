@@ -194,7 +194,7 @@ def tab(one: Tab, console: Console | None = None) -> None:
 
 SHORT = {
     "plan": ("found", "cost", "gap", "time_s", "expansions"),
-    "simulate": ("arrived", "collisions", "cost", "time_s", "replans", "expansions"),
+    "simulate": ("arrived", "collisions", "cost", "ticks", "replans", "expansions"),
     "drive": ("arrived", "collisions", "near_m", "length_m", "time_s", "replans"),
 }
 """What the terminal shows of a study of each kind; the page has all of it."""
@@ -207,14 +207,17 @@ def summary(told: Summary) -> None:
 
     console = console_for_tables()
     for crowd in told.crowds:
-        some = [entry for entry in told.entries if entry.crowd == crowd]
+        title = "without moving obstacles" if crowd == "none" else f"among {crowd}"
+        some = [entry for entry in told.entries if entry.crowd == crowd and entry.runs]
+        if not some:
+            console.print(Text(f"{title}: nothing yet\n"))
+            continue
         names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]
         header = ("", "runs", *(ALL[n].title for n in names))
         rows: list[tuple[Value, ...]] = []
         for e in some:
             texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) if n in e.own else DASH for n in names)
             rows.append((e.entrant, e.runs, *texts))
-        title = "without moving obstacles" if crowd == "none" else f"among {crowd}"
         tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)), console)
     console.print(Text(f"{sample(told)} n: the runs behind a mean, where some have no value.", style="dim"))
 

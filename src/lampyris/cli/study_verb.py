@@ -56,10 +56,17 @@ LatexOut = Annotated[
 Timing = Annotated[
     bool,
     typer.Option(
-        "--timing", help="With seconds and memory in CSV and Parquet: no longer the same bytes each time."
+        "--timing", help="With seconds and memory in what is written: no longer the same bytes each time."
     ),
 ]
 Films = Annotated[bool, typer.Option("--films/--no-films", help="Whether the page has a few films.")]
+
+Reference = Annotated[
+    str | None,
+    typer.Option(
+        "--reference", metavar="NAME", help="Whom the others are compared with (default: the first)."
+    ),
+]
 
 
 @app.command()
@@ -94,6 +101,7 @@ def run(
         Path | None, typer.Option("--report", metavar="FILE", help="Write the page of the results (.html).")
     ] = None,
     films: Films = True,
+    reference: Reference = None,
     csv: CsvOut = None,
     parquet: ParquetOut = None,
     latex: LatexOut = None,
@@ -110,7 +118,7 @@ def run(
     from lampyris.cli import study_work as work
 
     asked = work.Asked(study, store, data, allow_outside, max_cells, workers, dask, fresh, dry_run)
-    out = work.Outputs(json_, report, films, csv, parquet, latex, timing, force)
+    out = work.Outputs(json_, report, films, reference, csv, parquet, latex, timing, force)
     raise typer.Exit(work.run(asked, out))
 
 
@@ -163,17 +171,23 @@ def export(
 @app.command()
 def report(
     store: Store,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE", help="The page (default: the store's name, .html)."),
+    page: Annotated[
+        Path | None, typer.Argument(metavar="[PAGE]", help="The page (default: the store's name, .html).")
     ] = None,
     films: Films = True,
+    reference: Reference = None,
+    timing: Annotated[
+        bool, typer.Option("--timing", help="With seconds and memory: no longer the same bytes each time.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Write the page of a store's results: tables, figures, a few films; one file without scripts."""
     from lampyris.cli import study_kept as kept
+    from lampyris.cli.study_work import Outputs
 
-    raise typer.Exit(kept.report(store, out, films, force))
+    file = kept.page_of(store) if page is None else page
+    out = Outputs(report=file, films=films, reference=reference, timing=timing, force=force)
+    raise typer.Exit(kept.export(store, out))
 
 
 @app.command()
@@ -185,13 +199,19 @@ def repair(
             "--out", metavar="FILE", help="The mended store (default: in its place; the old one is kept)."
         ),
     ] = None,
+    study: Annotated[
+        str | None,
+        typer.Option("--study", metavar="STUDY", help="The study, where the store's own copy is damaged."),
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Option("--data", metavar="DIR", help="Where that study finds its files.")
+    ] = None,
     json_: Json = False,
-    force: Force = False,
 ) -> None:
-    """Save every whole row of a damaged store; the rest is run again when the study goes on."""
+    """Save every whole run of a damaged store; the rest is run again when the study goes on."""
     from lampyris.cli import study_kept as kept
 
-    raise typer.Exit(kept.repair(store, out, json_, force))
+    raise typer.Exit(kept.repair(store, out, study, data, json_))
 
 
 @app.command()

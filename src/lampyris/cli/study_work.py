@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from lampyris.cli import INTERRUPTED, Interrupted, verbs
+from lampyris.cli.request import known
 from lampyris.errors import FileError, UsageError
 from lampyris.maps.make import MAX_CELLS
 from lampyris.report.style import suffix_of
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from lampyris.study.findings import Summary
     from lampyris.study.store import Store
     from lampyris.study.table import Table
-    from lampyris.study.where import Finished, Where
+    from lampyris.study.where import Where
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Asked:
         if self.dask is not None:
             if self.workers is not None:
                 raise UsageError("OPTIONS", "--workers and --dask both given", allowed="one of them")
-            needs("distributed", "--dask", "dask")
+            needs("distributed", "--dask", "dask", "CLUSTER_MISSING")
         return Where(workers=cores() if self.workers is None else self.workers, dask=self.dask)
 
 
@@ -64,6 +65,7 @@ class Outputs:
     json: bool = False
     report: Path | None = None
     films: bool = True
+    reference: str | None = None
     csv: Path | None = None
     parquet: Path | None = None
     latex: Path | None = None
@@ -78,31 +80,36 @@ class Outputs:
     def check(self, *others: Path) -> None:
         """Refuse at once what could not be done at the end; ``others`` are not to be written over."""
         verbs.check_outputs(self.force, *self.files)
-        for file in self.files:
-            if any(_same(file, other) for other in others):
-                raise UsageError("OPTIONS", f"{file} is read and written", allowed="a file of its own")
+        self.check_apart(*others)
         for name, endings in ((self.report, (".html", ".htm")), (self.parquet, (".parquet",))):
             if name is not None:
                 suffix_of(name, endings)
         if self.parquet is not None:
-            needs("pyarrow", "--parquet", "parquet")
+            needs("pyarrow", "--parquet", "parquet", "PARQUET")
+
+    def check_apart(self, *others: Path) -> None:
+        """Refuse to write over what is read.
+
+        Raises
+        ------
+        UsageError : OPTIONS.
+        """
+        for file in self.files:
+            if any(file.resolve() == other.resolve() for other in others):
+                raise UsageError("OPTIONS", f"{file} is read and written", allowed="a file of its own")
 
 
-def needs(package: str, option: str, extra: str) -> None:
+def needs(package: str, option: str, extra: str, code: str) -> None:
     """Refuse an option whose package is not installed."""
     if find_spec(package) is None:
         raise UsageError(
-            "EXTRA", f"needs the package {package}", where=option, todo=f"pip install 'lampyris[{extra}]'"
+            code, f"needs the package {package}", where=option, todo=f"pip install 'lampyris[{extra}]'"
         )
 
 
 def cores() -> int:
     """How many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _same(a: Path, b: Path) -> bool:
-    return a.resolve() == b.resolve()
 
 
 def default_store(study: Study) -> Path:
@@ -122,14 +129,19 @@ def run(asked: Asked, out: Outputs) -> int:
     with verbs._working(f"reading {asked.study}", quiet=out.json):
         study = load_study(asked.study, data=asked.data, allow_outside=asked.allow_outside, max_cells=limit)
     path = asked.store or default_store(study)
+    out.check_apart(path)
+    if out.reference is not None:
+        from lampyris.study.runs import entrants_of
+
+        known("REFERENCE", "--reference", out.reference, entrants_of(study))
     if asked.dry_run:
         return _dry(study, path, where, asked, out)
     if asked.fresh:
         _discard(path)
-    return _run(study, path, where, asked, out)
+    return _run(study, path, where, out)
 
 
-def _run(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> int:
+def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
     """Run what is not done yet, then write and tell."""
     from lampyris.cli import study_show as show
     from lampyris.study import run as running
@@ -148,13 +160,11 @@ def _run(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> 
             store.add(rows)
             tally.add(rows)
 
-        finished: Finished | None = None
         try:
             with show.Board(study, tally, quiet=out.json) as board:
-                finished = running.run(study, keep, done=frozenset(before), where=where, progress=board.show)
+                running.run(study, keep, done=frozenset(before), where=where, progress=board.show)
         except KeyboardInterrupt:
-            _interrupted(study, store, path, asked)
-        assert finished is not None
+            _interrupted(study, store, path)
         return _tell(
             study, store, path, out, new=len(store.keys()) - len(before), seconds=time.monotonic() - began
         )
@@ -172,15 +182,11 @@ def _announce(study: Study, path: Path, where: Where, done: int) -> None:
     print(f"{how}, kept in {path}{there}", file=sys.stderr, flush=True)
 
 
-def _interrupted(study: Study, store: Store, path: Path, asked: Asked) -> None:
+def _interrupted(study: Study, store: Store, path: Path) -> NoReturn:
     """One line: what is kept, and how to go on."""
     import shlex
 
-    words = ["lampyris", "study", asked.study]
-    for option, value in (("--store", asked.store), ("--data", asked.data), ("--dask", asked.dask)):
-        words += [option, str(value)] if value is not None else []
-    words += ["--allow-outside"] if asked.allow_outside else []
-    words += ["--workers", str(asked.workers)] if asked.workers is not None else []
+    words = ["lampyris", *(word for word in sys.argv[1:] if word != "--fresh")]
     there = f"{len(store.keys()):,} of {len(study):,} runs are kept in {path}"
     print(f"interrupted: {there}; go on with: {shlex.join(words)}", file=sys.stderr)
     raise Interrupted(INTERRUPTED)
@@ -313,18 +319,18 @@ def record(study: Study, path: Path) -> dict[str, Any]:
     }
 
 
-def summary_of(study: Study, table: Table) -> Summary:
+def summary_of(study: Study, table: Table, reference: str | None = None) -> Summary:
     """The summary of a table."""
     from lampyris.study.runs import runs_of
     from lampyris.study.summary import summarise
 
-    return summarise(runs_of(study, table.records()))
+    return summarise(runs_of(study, table.records()), reference=reference)
 
 
 def write(study: Study, table: Table, out: Outputs) -> Summary:
     """Write the files that were asked for; the summary."""
     with verbs._working("counting", quiet=out.json):
-        summary = summary_of(study, table)
+        summary = summary_of(study, table, out.reference)
         if out.csv is not None:
             from lampyris.study.export import write_csv
 
@@ -342,5 +348,5 @@ def write(study: Study, table: Table, out: Outputs) -> Summary:
         from lampyris.study.page import write_page
 
         with verbs._working("writing the page", quiet=out.json):
-            write_page(out.report, study, table, films=out.films)
+            write_page(out.report, study, table, films=out.films, timing=out.timing, reference=out.reference)
     return summary
