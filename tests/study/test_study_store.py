@@ -395,11 +395,11 @@ def test_other_sqlite_files_and_other_formats_are_refused_unchanged(tmp_path: Pa
     "UPDATE runs SET metrics = NULL WHERE n = 7", "UPDATE runs SET key = x'00' WHERE n = 7",
     "INSERT INTO runs SELECT 41, seal, key, ending, error, metrics, timing FROM runs WHERE n = 1",
     "UPDATE runs SET n = 100 WHERE n = 40", "UPDATE runs SET timing = CAST(x'ff' AS TEXT) WHERE n = 1",
-    "UPDATE tally SET count = 39", "UPDATE tally SET count = 'x'", "UPDATE tally SET head = ''",
+    "UPDATE tally SET count = '39'", "UPDATE tally SET count = '041'", "UPDATE tally SET head = ''",
     "DELETE FROM tally", "INSERT INTO tally VALUES (2, '', 40, '')", "UPDATE meta SET value = '{}'",
     "DELETE FROM meta", "INSERT INTO meta VALUES (2, '', '', '')", "UPDATE maps SET value = '{}' WHERE n = 2",
     "UPDATE maps SET n = 9 WHERE n = 1",
-    "DELETE FROM runs WHERE n = 40; UPDATE tally SET count = 39",
+    "DELETE FROM runs WHERE n = 40; UPDATE tally SET count = '39'",
 ])  # fmt: skip
 def test_a_meddled_store_is_seen(tmp_path: Path, sql: str) -> None:
     path = tmp_path / "a"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import mmap
 import os
 import shutil
-import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from lampyris.study.carve import carved
 from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack
 from lampyris.study.plain import differing, study_plain
-from lampyris.study.store_file import loaded, real, sidecar, snapshot, speaking, tally_of
+from lampyris.study.store_file import loaded, real, sidecar, speaking
 from lampyris.study.store_lock import Hold, Witness, witness_of
 from lampyris.study.store_new import check_folder, write_new
 
@@ -41,11 +40,12 @@ class Repaired:
 
 @dataclass(frozen=True, slots=True)
 class _Salvage:
-    """What was found: the study and its maps as JSON, and runs by key."""
+    """What was found: the study and its maps as JSON, runs by key, and how many it says there were."""
 
     study: str | None
     maps: Mapping[str, str]
     runs: Mapping[str, tuple[str, ...]]
+    count: int | None
 
 
 def repair(
@@ -78,7 +78,7 @@ def repair(
     with ExitStack() as holds:
         hold = holds.enter_context(_held(place))
         found = _salvaged(place, log)
-        if found.study is None and not found.runs and not found.maps:
+        if found == _Salvage(None, {}, {}, None):
             raise FileError("STORE_FORMAT", "nothing of a store is in it", where=str(place))
         stored, notes = _expected(place, found)
         if out is None and not notes and _is_sound(place, found):
@@ -114,15 +114,18 @@ def _salvaged(place: Path, log: Path) -> _Salvage:
     study: str | None = None
     maps: dict[str, str] = {}
     runs: dict[str, tuple[str, ...]] = {}
+    counts: list[int] = []
     with speaking(place, "read"), _bytes_of(place) as main, _bytes_of(log) as more:
         for table, texts in carved(main, more):
             if table == "runs":
                 runs.setdefault(texts[1], texts)
             elif table == "maps":
                 maps[texts[1]] = texts[2]
+            elif table == "tally":
+                counts.append(int(texts[1]))
             elif texts[1] == "study":
                 study = texts[2]
-    return _Salvage(study, maps, runs)
+    return _Salvage(study, maps, runs, max(counts, default=None))
 
 
 @contextmanager
@@ -142,18 +145,14 @@ def _bytes_of(path: Path) -> Iterator[bytes]:
 
 def _expected(place: Path, found: _Salvage) -> tuple[int, tuple[str, ...]]:
     """How many runs there were, and what to say if that is not known, or more than were found."""
-    said: list[int] = []
-    with suppress(LampyrisError, sqlite3.Error):
+    said = [] if found.count is None else [found.count]
+    with suppress(LampyrisError):
         said.append((witness_of(place) or Witness()).count)
-    known = False
-    with suppress(LampyrisError, sqlite3.Error), snapshot(place) as connection:
-        said.append(tally_of(connection, place)[0])
-        known = True
     stored = max([*said, len(found.runs)])
     notes: tuple[str, ...] = ()
     if stored > len(found.runs):
         notes = (f"{stored - len(found.runs):,} runs are lost; `lampyris study` runs them again",)
-    elif not known:
+    elif found.count is None:
         notes = ("how many runs there were cannot be read; there may have been more",)
     return stored, notes
 

@@ -36,6 +36,7 @@ from lampyris.study.store_file import (
     packed,
     real,
     row_of,
+    seal,
     sealed,
     sidecar,
     snapshot,
@@ -272,7 +273,10 @@ class Store:
         try:
             connection.execute("BEGIN IMMEDIATE")
             connection.executemany(ADD, ((k, *texts) for k, texts in enumerate(fresh.values(), start=n + 1)))
-            connection.execute("UPDATE tally SET count = ?, head = ?", (n + len(fresh), head))
+            said = (str(n + len(fresh)), head)
+            connection.execute(
+                "UPDATE tally SET seal = ?, count = ?, head = ?", (seal("tally", *said), *said)
+            )
             connection.execute("COMMIT")
         except BaseException:
             if connection.in_transaction:

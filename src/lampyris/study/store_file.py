@@ -33,9 +33,9 @@ TABLES = {
     "maps": "CREATE TABLE maps (n INTEGER PRIMARY KEY, seal TEXT, hash TEXT, value TEXT)",
     "runs": "CREATE TABLE runs (n INTEGER PRIMARY KEY, seal TEXT, key TEXT, ending TEXT, error TEXT,"
     " metrics TEXT, timing TEXT)",
-    "tally": "CREATE TABLE tally (n INTEGER PRIMARY KEY, seal TEXT, count INTEGER, head TEXT)",
+    "tally": "CREATE TABLE tally (n INTEGER PRIMARY KEY, seal TEXT, count TEXT, head TEXT)",
 }
-WIDTHS = {"meta": 2, "maps": 2, "runs": 5}
+WIDTHS = {"meta": 2, "maps": 2, "runs": 5, "tally": 2}
 """Columns of text after the seal, by table."""
 HEAD = "0" * 64
 """Head of the chain of an empty store."""
@@ -239,10 +239,11 @@ def _asked(path: Path, mode: Literal["ro", "rw"], more: str) -> sqlite3.Connecti
 
 def tally_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
     """Number of runs, and head of their chain, as the store says."""
-    records = connection.execute("SELECT n, count, head FROM tally").fetchall()
-    if len(records) != 1 or [type(v) for v in records[0]] != [int, int, str]:
-        raise damaged(path, "it does not say how many runs there are")
-    return records[0][1], records[0][2]
+    records = connection.execute("SELECT n, seal, count, head FROM tally").fetchall()
+    if len(records) != 1:
+        raise damaged(path, f"tally: {len(records)} records, not 1")
+    count, head = sealed(path, "tally", records[0], 1)
+    return int(count), head
 
 
 def real(path: str | os.PathLike[str]) -> Path:

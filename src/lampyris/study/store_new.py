@@ -116,7 +116,8 @@ def _fill(new: Path, study: str, maps: Mapping[str, str], runs: Iterable[tuple[s
             count += 1
             head = chained(head, record[0])
             connection.execute(ADD, (count, *record))
-        connection.execute("INSERT INTO tally VALUES (1, '', ?, ?)", (count, head))
+        said = (str(count), head)
+        connection.execute("INSERT INTO tally VALUES (1, ?, ?, ?)", (seal("tally", *said), *said))
         connection.execute("COMMIT")
         connection.execute("PRAGMA journal_mode=WAL")
     finally:

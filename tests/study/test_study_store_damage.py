@@ -1,0 +1,464 @@
+"""Damaged stores: exactly the right rows or a typed error, never others; and what repair makes of them."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Collection, Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from store_samples import bytes_of, filled, left_open, names, put, rows, study
+
+from lampyris.errors import LampyrisError
+from lampyris.study import repair as mending
+from lampyris.study import store_lock, store_new
+from lampyris.study.carve import carved
+from lampyris.study.row import Row
+from lampyris.study.store import Repaired, Store, open_for, repair
+from lampyris.study.store_file import PAGE
+
+CODES = {"STORE_DAMAGED", "STORE_FORMAT", "STORE_VERSION", "STUDY_PLAIN", "STUDY_MAP", "PACKED_MAP"}
+FRAME = PAGE + 24
+NIGHTLY = pytest.mark.nightly
+
+
+def refused(error: LampyrisError, codes: Collection[str] = CODES) -> None:
+    """A typed error of one line."""
+    assert error.code in codes, error
+    assert "\n" not in str(error)
+
+
+def read(path: Path, right: list[Row]) -> bool:
+    """Whether a store, opened for reading, gives exactly the right rows; if not, it must refuse."""
+    try:
+        with Store.open(path, writable=False) as store:
+            found = list(store.rows().values())
+            assert len(store.study()) == 4 * 12
+    except LampyrisError as error:
+        refused(error)
+        return False
+    assert found == right
+    return True
+
+
+def written(path: Path, right: list[Row], more: list[Row]) -> bool:
+    """The same of one that is opened for writing, added to, and read again."""
+    try:
+        with open_for(path, study(12)) as store:
+            assert list(store.rows().values()) == right
+            store.add(more)
+            assert list(store.rows().values()) == right + more
+        with Store.open(path, writable=False) as store:
+            assert list(store.rows().values()) == right + more
+    except LampyrisError as error:
+        refused(error)
+        return False
+    return True
+
+
+def after_repair(path: Path, right: list[Row], least: int) -> Repaired:
+    """Repair keeps only right rows, at least so many, and the rest can be added; both then are as new."""
+    told = repair(path, study=study(12))
+    with open_for(path, study(12)) as store:
+        kept = store.rows()
+        of_key = {row.key: row for row in right}
+        assert all(of_key[key] == row for key, row in kept.items())
+        assert len(kept) == told.kept >= least
+        store.add(right)
+        assert store.rows() == of_key
+    assert "-wal" not in bytes_of(path)
+    return told
+
+
+def rows_of(path: Path) -> dict[str, Row]:
+    """All rows; a repaired store has them in an order of its own."""
+    with Store.open(path, writable=False) as store:
+        return store.rows()
+
+
+def clear(folder: Path) -> None:
+    for name in names(folder):
+        (folder / name).unlink()
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, bytes], list[Row]]:
+    """A store of 40 rows, closed, some longer than a page: its files, and the rows."""
+    folder = tmp_path_factory.mktemp("closed")
+    given = rows(study(12), words=2500)[:40]
+    filled(folder / "a", study(12), 7, given)
+    return bytes_of(folder / "a"), given
+
+
+@pytest.fixture(scope="module")
+def open_(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, bytes], list[Row]]:
+    """A store as a killed writer leaves it: 20 rows in the main file, 28 in the log, five a call."""
+    return left_open(tmp_path_factory.mktemp("open") / "a", study(12), 5, closed=20)
+
+
+# ---- cut --------------------
+
+
+def cut_main(path: Path, files: dict[str, bytes], right: list[Row], sizes: Iterable[int]) -> None:
+    whole = files[""]
+    for size in sizes:
+        put(path, {**files, "": whole[:size]})
+        assert not read(path, right), size
+        assert not written(path, right, []), size
+
+
+def test_a_closed_store_cut_at_every_byte_of_its_last_page_and_at_every_page(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = closed
+    size = len(files[""])
+    assert size > 10 * PAGE
+    put(tmp_path / "a", files)
+    assert read(tmp_path / "a", right)
+    some = {*range(0, size, PAGE), *range(size - 1, size - PAGE, -61), *range(0, 120, 7), size - 1}
+    cut_main(tmp_path / "a", files, right, sorted(some))
+
+
+@NIGHTLY
+def test_a_closed_store_cut_at_every_byte(tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]) -> None:
+    cut_main(tmp_path / "a", *closed, range(len(closed[0][""]) - 3 * PAGE, len(closed[0][""])))
+
+
+def cut_log(path: Path, files: dict[str, bytes], right: list[Row], sizes: Iterable[int]) -> None:
+    """A log without its end: SQLite alone would give the rows before the last without a word."""
+    for size in sizes:
+        put(path, {**files, "-wal": files["-wal"][:size]})
+        assert not read(path, right), size
+        assert not written(path, right, []), size
+        assert bytes_of(path).get("-wal", b"") == files["-wal"][:size], "what repair needs was not touched"
+
+
+def test_a_log_cut_anywhere_is_missed_not_forgotten(
+    tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = open_
+    size = len(files["-wal"])
+    put(tmp_path / "a", files)
+    assert read(tmp_path / "a", right)
+    some = {*range(0, size, FRAME // 2), *range(size - 1, size - FRAME, -61), *range(0, 60, 5), size - 1}
+    cut_log(tmp_path / "a", files, right, sorted(some))
+    put(tmp_path / "a", {k: v for k, v in files.items() if k != "-wal"})
+    assert not read(tmp_path / "a", right)
+    # This is what the witness is for: without it the last rows are gone, and nobody knows.
+    put(tmp_path / "a", {k: v for k, v in files.items() if k not in ("-wal", ".lock")})
+    with Store.open(tmp_path / "a", writable=False) as store:
+        assert list(store.rows().values()) == right[:20]
+
+
+@NIGHTLY
+def test_a_log_cut_at_every_byte_of_its_last_calls(
+    tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    size = len(open_[0]["-wal"])
+    cut_log(tmp_path / "a", *open_, range(size - 3 * FRAME, size))
+
+
+def test_a_witness_cut_or_flipped_never_makes_rows_vanish(
+    tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = open_
+    witness = files[".lock"]
+    assert len(witness) == 768
+    for size in range(0, 768, 13):
+        put(tmp_path / "a", {**files, ".lock": witness[:size]})
+        read(tmp_path / "a", right)
+    rng = np.random.Generator(np.random.PCG64(5))
+    for at in rng.integers(256, 768, 100).tolist():
+        changed = bytearray(witness)
+        changed[at] ^= 1 << int(rng.integers(8))
+        put(tmp_path / "a", {**files, ".lock": bytes(changed)})
+        assert read(tmp_path / "a", right), "one of the two lines is whole"
+    put(tmp_path / "a", {**files, ".lock": witness[:256] + b"\0" * 512})
+    assert not read(tmp_path / "a", right)
+    assert after_repair(tmp_path / "a", rows(study(12)), 48).lost == 0
+
+
+# ---- flipped bits --------------------
+
+
+def flip(path: Path, files: dict[str, bytes], right: list[Row], ending: str, times: int, seed: int) -> int:
+    """Flip one to three bits, read, write, and sometimes repair; how often it was noticed."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    data, noticed = files[ending], 0
+    more = [row for row in rows(study(12)) if row.key not in {r.key for r in right}]
+    for k in range(times):
+        changed = bytearray(data)
+        # A third of them where one bit decides most: the heads of the file, of pages and of the log's frames.
+        step = PAGE if ending == "" else FRAME
+        places = rng.integers(0, len(data), int(rng.integers(1, 4)))
+        if k % 3 == 0:
+            places = rng.integers(0, len(data) // step, 1) * step + rng.integers(0, 110 if k % 2 else 30, 1)
+        for at in places.tolist():
+            changed[at] ^= 1 << int(rng.integers(8))
+        put(path, {**files, ending: bytes(changed)})
+        good = read(path, right)
+        noticed += not good
+        if good or k % 4 == 0:
+            assert written(path, right, more) or not good or k % 3 == 0, (k, places)
+        if not good and k % 5 == 0:
+            put(path, {**files, ending: bytes(changed)})
+            try:
+                after_repair(path, right, len(right) - 3 * len(places))
+            except LampyrisError as error:
+                refused(error, {"STORE_STUDY"})
+            clear(path.parent)
+    return noticed
+
+
+@pytest.mark.parametrize("ending", ["", "-wal"])
+def test_flipped_bits_never_give_other_rows(
+    tmp_path: Path, ending: str, closed: tuple[dict[str, bytes], list[Row]],
+    open_: tuple[dict[str, bytes], list[Row]],
+) -> None:  # fmt: skip
+    files, right = open_ if ending else closed
+    assert flip(tmp_path / "a", files, right, ending, 100, 11) > 50
+
+
+@NIGHTLY
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("ending", ["", "-wal"])
+def test_many_flipped_bits_never_give_other_rows(
+    tmp_path: Path, ending: str, seed: int, closed: tuple[dict[str, bytes], list[Row]],
+    open_: tuple[dict[str, bytes], list[Row]],
+) -> None:  # fmt: skip
+    files, right = open_ if ending else closed
+    assert flip(tmp_path / "a", files, right, ending, 1500, 100 + seed) > 700
+
+
+def test_every_bit_of_one_record_counts(tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]) -> None:
+    files, right = closed
+    data = files[""]
+    at = data.index(right[12].key.encode()) - 64
+    end = data.index(b"cpu_s", at) + 30
+    assert at + 150 < end < at + 500
+    for k, place in enumerate(range(at, end)):
+        changed = bytearray(data)
+        changed[place] ^= 1 << k % 8
+        put(tmp_path / "a", {"": bytes(changed)})
+        assert not read(tmp_path / "a", right), place
+
+
+@pytest.mark.parametrize("page", range(12))
+def test_a_page_of_nothing(tmp_path: Path, page: int, closed: tuple[dict[str, bytes], list[Row]]) -> None:
+    files, right = closed
+    data = bytearray(files[""])
+    data[page * PAGE : (page + 1) * PAGE] = bytes(PAGE)
+    put(tmp_path / "a", {"": bytes(data)})
+    assert not read(tmp_path / "a", right)
+    told = after_repair(tmp_path / "a", right, len(right) - 12)
+    assert told.kept + told.lost == len(right) or "may have been more" in " ".join(told.notes)
+
+
+# ---- repair --------------------
+
+
+def test_repair_of_a_sound_store_changes_nothing(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]], open_: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    for files, right in (closed, open_):
+        put(tmp_path / "a", files)
+        told = repair(tmp_path / "a")
+        assert (told.kept, told.lost) == (len(right), 0)
+        assert "nothing is damaged" in told.notes[0]
+        after = bytes_of(tmp_path / "a")
+        assert {k: v for k, v in after.items() if k in ("", "-wal")} == {
+            k: v for k, v in files.items() if k in ("", "-wal")
+        }
+        assert read(tmp_path / "a", right)
+        copied = repair(tmp_path / "a", tmp_path / "b")
+        assert (copied.kept, copied.lost) == (len(right), 0)
+        assert rows_of(tmp_path / "b") == {row.key: row for row in right}
+        assert names(tmp_path) == sorted(["b", *(f"a{e}" for e in after)])
+        clear(tmp_path)
+
+
+def test_repair_keeps_the_damaged_store_and_says_what_is_lost(
+    tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = open_
+    path = tmp_path / "a"
+    hurt = {**files, "-wal": files["-wal"][: -3 * FRAME]}
+    put(path, hurt)
+    told = repair(path)
+    assert told.kept + told.lost == len(right)
+    assert 0 < told.lost <= 5
+    assert f"{told.lost} runs are lost" in told.notes[0]
+    assert "a.damaged" in told.notes[-1]
+    assert names(tmp_path) == ["a", "a.damaged", "a.damaged-wal"]
+    assert (tmp_path / "a.damaged").read_bytes() == files[""]
+    assert (tmp_path / "a.damaged-wal").read_bytes() == hurt["-wal"]
+    with open_for(path, study(12)) as store:
+        assert store.add(right) == told.lost
+    # Once more, with what is kept of the first time in the way.
+    path.write_bytes(path.read_bytes()[: -3 * PAGE])
+    assert repair(path).kept < len(right)
+    assert names(tmp_path) == ["a", "a.damaged", "a.damaged-2", "a.damaged-wal"]
+
+
+def test_repair_elsewhere_leaves_the_damaged_store_alone(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = closed
+    path = tmp_path / "a"
+    hurt = {"": files[""][: -2 * PAGE]}
+    put(path, hurt)
+    told = repair(path, tmp_path / "b")
+    assert told.kept + told.lost == len(right)
+    assert told.lost > 0
+    assert bytes_of(path) == hurt
+    assert names(tmp_path) == ["a", "b"]
+    with pytest.raises(LampyrisError, match="STORE_EXISTS"):
+        repair(path, tmp_path / "b")
+    with pytest.raises(LampyrisError, match=r"STORE_WRITE.*no such folder"):
+        repair(path, tmp_path / "no" / "b")
+
+
+def test_repair_without_the_study_asks_for_it(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = closed
+    path = tmp_path / "a"
+    for word in (b'"worlds"', b'"blocked"'):
+        data = files[""].replace(word, word.upper(), 1)
+        assert data != files[""]
+        put(path, {"": data})
+        with pytest.raises(LampyrisError, match=r"give the study's file too") as caught:
+            repair(path)
+        assert caught.value.code == "STORE_STUDY"
+        assert bytes_of(path) == {"": data}
+        if word == b'"blocked"':
+            with pytest.raises(LampyrisError, match=r"STORE_STUDY.*seeds: 12 values and \[0, 1, 2\]"):
+                repair(path, study=study(3))
+        assert repair(path, study=study(12)).kept == len(right)
+        assert rows_of(path) == {row.key: row for row in right}
+        clear(tmp_path)
+
+
+def test_repair_with_another_study_keeps_its_runs_only(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = closed
+    path = tmp_path / "a"
+    put(path, {"": files[""].replace(b'"worlds"', b'"wOrlds"', 1)})
+    told = repair(path, study=study(3))
+    with Store.open(path) as store:
+        assert store.keys() == {job.key for job in study(3).jobs()} & {row.key for row in right}
+        assert len(store) == told.kept > 0
+    assert any("not of the study that was given" in note for note in told.notes)
+
+
+def test_repair_of_what_is_no_store(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "text").write_text("nothing of the kind")
+    (tmp_path / "empty").touch()
+    for name, code in (("no", "STORE_READ"), ("folder", "STORE_READ"), ("text", "STORE_FORMAT"),
+                       ("empty", "STORE_FORMAT")):  # fmt: skip
+        with pytest.raises(LampyrisError) as caught:
+            repair(tmp_path / name)
+        assert caught.value.code == code
+    assert names(tmp_path) == ["empty", "folder", "text"]
+    with Store.create(tmp_path / "a", study(12)), pytest.raises(LampyrisError, match="STORE_BUSY"):
+        repair(tmp_path / "a")
+
+
+def test_only_a_log_is_left(tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]) -> None:
+    files, right = open_
+    put(tmp_path / "a", {k: v for k, v in files.items() if k})
+    told = repair(tmp_path / "a", study=study(12))
+    assert 20 <= told.kept < len(right)
+    assert told.kept + told.lost == len(right)
+
+
+@pytest.mark.parametrize("point", range(4))
+def test_a_repair_that_is_killed_loses_nothing(
+    tmp_path: Path, point: int, open_: tuple[dict[str, bytes], list[Row]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files, right = open_
+    path = tmp_path / "a"
+    put(path, {**files, "-wal": files["-wal"][:-1]})
+    count = 0
+
+    def counted(name: str, real):  # type: ignore[no-untyped-def]
+        def do(*args: object, **more: object) -> object:
+            nonlocal count
+            count += 1
+            if count == point + 1:
+                raise Killed
+            return real(*args, **more)
+
+        monkeypatch.setattr(name, do)
+
+    class Killed(BaseException):
+        pass
+
+    counted("lampyris.study.repair._set_aside", mending._set_aside)
+    counted("lampyris.study.store_new.os.replace", os.replace)
+    counted(
+        "lampyris.study.store_new.sync_folder",
+        store_new.sync_folder,
+    )
+    counted(
+        "lampyris.study.repair.Hold.start",
+        store_lock.Hold.start,
+    )
+    with pytest.raises(Killed):
+        repair(path)
+    monkeypatch.undo()
+    told = repair(path)
+    assert told.kept == len(right), "only the frame that says how many there are was cut"
+    with open_for(path, study(12)) as store:
+        store.add(right)
+        assert store.rows() == {row.key: row for row in right}
+
+
+# ---- carving --------------------
+
+
+def test_every_record_is_carved_once_from_a_closed_store(closed: tuple[dict[str, bytes], list[Row]]) -> None:
+    files, right = closed
+    found = list(carved(files[""], b""))
+    assert [t for t, _ in found].count("meta") == 1
+    assert [t for t, _ in found].count("maps") == 2
+    assert sorted(texts[1] for table, texts in found if table == "runs") == sorted(r.key for r in right)
+
+
+def test_records_are_found_without_any_head_of_file_or_page(
+    closed: tuple[dict[str, bytes], list[Row]],
+) -> None:
+    files, right = closed
+    data = bytearray(files[""])
+    for at in range(0, len(data), PAGE):
+        if data[at] in (5, 13) or at == 0:
+            data[at : at + (100 if at == 0 else 8)] = bytes(100 if at == 0 else 8)
+    keys = {texts[1] for table, texts in carved(bytes(data), b"") if table == "runs"}
+    assert keys == {row.key for row in right}
+
+
+def test_carving_agrees_with_sqlite_on_stores_of_any_page_count(tmp_path: Path) -> None:
+    of = study(60)
+    for count in (1, 3, 4, 5, 100, 240):
+        path = tmp_path / f"{count}"
+        given = [row for k, row in enumerate(rows(of, words=37 * count)) if k < count]
+        filled(path, of, 50, given)
+        db = sqlite3.connect(path)
+        want = db.execute("SELECT seal, key, ending, error, metrics, timing FROM runs ORDER BY n").fetchall()
+        db.close()
+        found = [texts for table, texts in carved(path.read_bytes(), b"") if table == "runs"]
+        assert sorted(found) == sorted(want)
+        assert len(want) == count
+
+
+def test_noise_is_no_record() -> None:
+    rng = np.random.Generator(np.random.PCG64(1))
+    noise = rng.integers(0, 256, 200_000, dtype=np.uint8).tobytes()
+    heads = b"".join(bytes([k]) + b"\x00\x81\x0d" + noise[k * 50 : k * 50 + 40] for k in range(5, 49))
+    assert list(carved(noise + heads * 5, noise)) == []
+    assert list(carved(b"", b"")) == []
+    assert list(carved(b"\x06\x00\x81\x0d", b"\x06\x00\x81\x0d")) == []
