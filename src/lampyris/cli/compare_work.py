@@ -9,11 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from lampyris.cli import study_show, verbs
+from lampyris.cli import BAD_INPUT, INTERNAL_FAULT, study_show, verbs
 from lampyris.cli.request import Request, about, known, parse_law, parse_settings
 from lampyris.errors import SettingError, UsageError
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.scenario import Scenario
+from lampyris.model.traffic import RandomWalk
 from lampyris.motion import laws
 from lampyris.report.plain import grid_record
 from lampyris.report.style import suffix_of
@@ -69,6 +70,7 @@ class CrowdAsked:
                 "--rate without --live",
                 allowed="--live: a track that is replayed begins at tick 0",
             )
+        RandomWalk(self.count, self.rate, self.radius)  # refuses numbers out of range
         if self.count:
             tracks: Any = "live" if self.live else "replayed"
             return Crowd(self.mobility, self.count, self.rate, self.radius, tracks)
@@ -231,7 +233,17 @@ def compare(asked: Asked, out: Outputs) -> int:
         verbs.print_json(_record(study, lines, metric, out.timing, time.perf_counter() - began))
     else:
         _show(study, lines, metric, out)
-    return 0 if any(line.good(metric) for line in lines) else verbs.NO_ANSWER
+    return _exit_code(lines, metric)
+
+
+def _exit_code(lines: Sequence[Line], metric: str) -> int:
+    """0: somebody found or arrived. Else by what all runs have in common: refused, or a fault."""
+    if any(line.good(metric) for line in lines):
+        return 0
+    for ending, code in (("refused", BAD_INPUT), ("failed", INTERNAL_FAULT)):
+        if all(row.ending == ending for line in lines for row in line.rows):
+            return code
+    return verbs.NO_ANSWER
 
 
 def _lines(study: Study, rows: Mapping[str, Row]) -> list[Line]:
@@ -287,9 +299,12 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
         + tuple((1 if several else None) if c[3] is None else c[3] for c in columns),
     )
     study_show.tab(tab)
+    reasons: dict[str, list[str]] = {}
     for line in lines:
         for why in dict.fromkeys(row.error for row in line.rows if row.error):
-            print(f"{line.planner.called}, {line.law.called}: {why}")
+            reasons.setdefault(why, []).append(line.planner.called)
+    for why, whose in reasons.items():
+        print(f"{', '.join(dict.fromkeys(whose))}: {why}")
     for file in (out.picture, out.csv):
         if file is not None:
             print(f"wrote {file}")

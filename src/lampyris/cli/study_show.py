@@ -182,7 +182,8 @@ def console_for_tables() -> Console:
 def tab(one: Tab, console: Console | None = None) -> None:
     """A table for people."""
     console = console or console_for_tables()
-    table = Table(title=Text(one.title, style="bold"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    console.print(Text(one.title, style="bold"))
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
     for k, (name, side) in enumerate(zip(one.header, one.align, strict=True)):
         table.add_column(name, justify="left" if side == "l" else "right", overflow="fold", no_wrap=k == 0)
     for row in one.texts():

@@ -1,0 +1,127 @@
+"""``lampyris compare``: the same world for all, one table, one picture, and what does not go together."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import lampyris
+from bad_inputs.case import Outcome, inside, run
+
+GUIDE = ("guide", "--start", "0,9", "--goal", "7,0")
+
+
+def compare(folder: Path, *words: str) -> Outcome:
+    """``lampyris compare`` in this process, in a folder."""
+    with inside(folder):
+        return run("compare", *words)
+
+
+def record(folder: Path, *words: str) -> dict[str, Any]:
+    """What ``--json`` prints."""
+    done = compare(folder, *words, "--json")
+    assert done.err == ""
+    told: dict[str, Any] = json.loads(done.out)
+    return told
+
+
+def test_the_planners_meet_the_same_world(tmp_path: Path) -> None:
+    told = record(tmp_path, *GUIDE, "--no-timing")
+    assert [row["planner"] for row in told["rows"]] == [
+        "ad-gso", "astar", "dstar-lite", "theta-star", "dstar-lpso"
+    ]  # fmt: skip
+    assert (told["kind"], told["crowd"], told["timing"]) == ("plan", "none", {})
+    best = lampyris.plan(lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0)), "astar")
+    assert best.cost is not None
+    by = {row["planner"]: row for row in told["rows"]}
+    assert by["astar"]["cost"] == pytest.approx(best.cost)
+    assert by["astar"]["expansions"] == best.expansions
+    assert by["astar"]["gap"] == 0.0
+    assert all(row["found"] == row["runs"] == 1 for row in told["rows"])
+    assert told == record(tmp_path, *GUIDE, "--no-timing")
+
+
+def test_the_table_is_for_people(tmp_path: Path) -> None:
+    done = compare(tmp_path, *GUIDE, "--planners", "astar, ad-gso:choice=exact:gates=ignore")
+    assert (done.exit, done.err) == (0, "")
+    lines = done.out.splitlines()
+    assert lines[0].startswith("guide, (0, 9) to (7, 0), 10 x 10 cells of 1 m, octile moves, obstacles: none")
+    words = next(line for line in lines if "planner" in line).split()
+    assert words[:4] == ["planner", "found", "cost", "gap"]
+    rows = [line.split() for line in lines if " found " in line][1:]
+    assert [row[0] for row in rows] == ["astar", "ad-gso"]
+    assert "ad-gso choice=exact gates=ignore" in done.out
+
+
+def test_seeds_are_averaged_and_failures_stay_in_the_count(tmp_path: Path) -> None:
+    words = (*GUIDE, "--obstacles", "9", "--seeds", "4", "--planners", "ad-gso,sipp")
+    done = compare(tmp_path, *words, "--csv", "runs.csv")
+    assert done.exit == 0, done.err
+    assert " of 4" in done.out
+    assert "of 4 worlds" in done.out
+    with (tmp_path / "runs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    order = [(planner, str(seed)) for seed in range(4) for planner in ("ad-gso", "sipp")]
+    assert [(r["planner"], r["seed"]) for r in rows] == order
+    told = record(tmp_path, *words)
+    for line in told["rows"]:
+        mine = [r for r in rows if r["planner"] == line["planner"]]
+        assert line["arrived"] == sum(r["arrived"] == "true" for r in mine)
+        costs = [float(r["cost"]) for r in mine if r["cost"]]
+        assert line["cost"] == pytest.approx(sum(costs) / len(costs))
+
+
+@pytest.mark.parametrize(
+    ("more", "size"),
+    [
+        ((), 20_000),
+        (("--laws", "physical"), 25_000),
+        (("--laws", "physical,rpp,dissertation", "--obstacles", "3"), 25_000),
+    ],
+)
+def test_the_picture_is_the_same_bytes_twice(tmp_path: Path, more: tuple[str, ...], size: int) -> None:
+    for name in ("a.png", "b.png"):
+        done = compare(tmp_path, *GUIDE, *more, "--planners", "astar,theta-star,ad-gso", "--picture", name)
+        assert done.exit == 0, done.err
+        assert f"wrote {name}" in done.out
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / "a.png").stat().st_size > size
+
+
+def test_no_way_is_an_answer(tmp_path: Path) -> None:
+    (tmp_path / "wall.txt").write_text("..#..\n..#..\n..#..\n")
+    done = compare(tmp_path, "wall.txt", "--start", "0,0", "--goal", "4,0", "--picture", "wall.png")
+    assert (done.exit, done.err) == (4, "")
+    assert done.out.count("no-path") == 5
+    assert (tmp_path / "wall.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--planners", "astr"), ("error[PLANNER]: --planners: ", "astar")),
+        (("--planners", "ad-gso:nope=1"), ("error[SETTING]: --planners: ", "nope")),
+        (("--planners", "astar,astar"), ("error[OPTIONS]: --planners: ", "twice")),
+        (("--planners", ","), ("error[OPTIONS]: --planners: ",)),
+        (("--laws", "fast"), ("error[LAW]: --laws: ", "'fast'")),
+        (("--laws", "physical:creep"), ("error[SET]: --laws: ", "KEY=VALUE")),
+        (("--seeds", "0"), ("error[SEEDS]: --seeds: ", "1 to 2000")),
+        (("--live",), ("--live without --obstacles",)),
+        (("--rate", "0.5", "--obstacles", "3"), ("--rate without --live",)),
+        (("--obstacles", "3", "--mobility", "walk"), ("error[MOBILITY]: --mobility: ",)),
+        (("--obstacles", "-3"), ("error[TRAFFIC_COUNT]", "-3")),
+        (("--picture", "a.jpg"), ("error[SUFFIX]",)),
+    ],
+)
+def test_what_does_not_go_together(tmp_path: Path, words: tuple[str, ...], says: tuple[str, ...]) -> None:
+    done = compare(tmp_path, *GUIDE, *words)
+    assert done.exit in (2, 3), done.err
+    assert done.out == ""
+    assert len(done.err.splitlines()) == 1
+    for part in says:
+        assert part in done.err
+    assert not list(tmp_path.iterdir())
