@@ -201,7 +201,8 @@ def flip(path: Path, files: dict[str, bytes], right: list[Row], ending: str, tim
         good = read(path, right)
         noticed += not good
         if good or k % 4 == 0:
-            assert written(path, right, more) or not good or k % 3 == 0, (k, places)
+            # Pages that do not fit together may be read, but not added to.
+            good = written(path, right, more)
         if not good and k % 5 == 0:
             put(path, {**files, ending: bytes(changed)})
             try:
@@ -254,6 +255,20 @@ def test_a_page_of_nothing(tmp_path: Path, page: int, closed: tuple[dict[str, by
     assert not read(tmp_path / "a", right)
     told = after_repair(tmp_path / "a", right, len(right) - 12)
     assert told.kept + told.lost == len(right) or "may have been more" in " ".join(told.notes)
+
+
+def test_what_may_be_read_but_not_added_to_can_be_repaired(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = closed
+    data = bytearray(files[""])
+    data[3 * PAGE + 2] ^= 1  # where the root page of the runs says that it has room
+    put(tmp_path / "a", {"": bytes(data)})
+    assert read(tmp_path / "a", right)
+    with pytest.raises(LampyrisError, match="STORE_DAMAGED"):
+        open_for(tmp_path / "a", study(12))
+    told = after_repair(tmp_path / "a", right, len(right))
+    assert told.lost == 0
 
 
 # ---- repair --------------------

@@ -15,7 +15,7 @@ from lampyris.study.carve import carved
 from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack
 from lampyris.study.plain import differing, study_plain
-from lampyris.study.store_file import loaded, real, sidecar, speaking
+from lampyris.study.store_file import check_pages, loaded, real, sidecar, snapshot, speaking
 from lampyris.study.store_lock import Hold, Witness, witness_of
 from lampyris.study.store_new import check_folder, write_new
 
@@ -162,6 +162,8 @@ def _is_sound(place: Path, found: _Salvage) -> bool:
     from lampyris.study.store import Store
 
     try:
+        with snapshot(place) as connection:
+            check_pages(connection, place)
         with Store.open(place, writable=False) as store:
             text, maps = _study(place, found, None)
             return (

@@ -30,6 +30,7 @@ from lampyris.study.row import Row
 from lampyris.study.store_file import (
     HEAD,
     chained,
+    check_pages,
     damaged,
     loaded,
     look,
@@ -118,8 +119,7 @@ class Store:
             at, tally = store._read_all()
             with speaking(place, "write", tally.count):
                 store._writer = writer(place)
-                if (said := store._writer.execute("PRAGMA quick_check(1)").fetchone()[0]) != "ok":
-                    raise damaged(place, " ".join(str(said).split()))
+                check_pages(store._writer, place)
                 assert store._hold is not None
                 store._hold.start(tally)
             store._at, store._tally, store._sound = at, tally, True

@@ -286,6 +286,18 @@ def sealed(path: Path, table: str, record: tuple[Any, ...], n: int) -> tuple[str
     return tuple(texts)
 
 
+def check_pages(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a store whose pages do not fit together, though every record may be read: adding would hurt it.
+
+    Raises
+    ------
+    FileError : STORE_DAMAGED.
+    """
+    said = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if said != "ok":
+        raise damaged(path, " ".join(str(said).split()))
+
+
 @contextmanager
 def speaking(path: Path, doing: Literal["read", "write"], kept: int | None = None) -> Iterator[None]:
     """What SQLite and the system refuse within becomes a typed error of one line.
