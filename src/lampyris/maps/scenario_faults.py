@@ -25,6 +25,7 @@ _TYPES = {
     "int_from_float": "is not a whole number",
     "float_type": "is not a number",
     "string_type": "is not text",
+    "bool_type": "is not true or false",
     "list_type": "is not a list",
     "dict_type": "is not a table",
     "model_type": "is not a table",
@@ -130,7 +131,7 @@ def _resolve(loc: Iterable[str | int], file: type[Table]) -> tuple[Where, type[T
         tags = hint.tags()
         if step in tags:
             hint = tags[step]
-            table = hint.table or table
+            rule, table = hint.rule or rule, hint.table or table
             continue
         way.append(step)
         if hint.table is not None:

@@ -65,8 +65,8 @@ class Tried:
         for one, way in made:
             mark = key(one)
             if mark in first:
-                where = spot(self.said, first[mark])
-                self.refuse(way, FileError(code, what, todo=f"take one away; the first is at {where}"))
+                where = "" if first[mark] == way else f"; the first is at {spot(self.said, first[mark])}"
+                self.refuse(way, FileError(code, what, todo=f"take one away{where}"))
             first.setdefault(mark, way)
 
 
