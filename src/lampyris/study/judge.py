@@ -74,6 +74,10 @@ class Judge:
         except LampyrisError as wrong:
             words = str(wrong).removeprefix("error")
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {words}"))
+        except (ArithmeticError, LookupError, TypeError, ValueError) as wrong:
+            # Claims of the right form that no noun was made for, such as a cost of 0 where there is a way.
+            what = f"cannot be judged: {type(wrong).__name__}: {wrong}"
+            return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {what}"))
 
     def _measured(self, job: Job, evidence: Any, ground: Ground) -> Metrics:
         plain = job.plain
@@ -147,10 +151,10 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: World, published: floa
     scene = place.scene
     if plan.schedule is not None and world.replayed:
         scene = world.among(world.last_tick(plain["ticks"]))
-    _demand(referee.check_plan(plan, scene))
     best = place.optimal_exact
     if plan.optimal_exact is not None and plan.optimal_exact != best:
         _refuse(f"claims the optimal cost {plan.optimal_exact}; it is {best}")
+    _demand(referee.check_plan(plan, scene))
     if plan.path is not None and (best is None or plan.path.exact < best):
         _refuse(f"a way of cost {plan.path.exact}; the best costs {best}")
     if plan.status is Status.NO_PATH and best is not None and _settles(plain):
@@ -255,6 +259,8 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: World, published: fl
         if track.radius != max(own.radius, 0.5 * cell) or not track.top_speed <= top * (1 + 1e-9):
             _refuse(f"obstacle {k} is a disc of {track.radius:g} m, {track.top_speed:g} m/s at most")
     _tracks_of_the_world(drive, world, one)
+    if one.on_hit == "end" and any(m.word == "hit" for m in drive.moments) != (drive.outcome is Outcome.HIT):
+        _refuse(f"{drive.outcome.value}, where the first hit is the end")
     _demand(referee.check_drive(drive))
     _no_path_stands(plain, drive.outcome, world)
     return drive_metrics(drive, known(world.place), published)

@@ -1,0 +1,459 @@
+"""The judge: an honest result becomes a row, and every lie that can be seen becomes a refusal."""
+
+from __future__ import annotations
+
+import base64
+import copy
+import json
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.study.one_samples import (
+    ROBOT,
+    grid_of,
+    ground_of,
+    law,
+    planner,
+    results_of,
+    rows_of,
+    study_of,
+)  # fmt: skip
+
+import lampyris
+from lampyris.errors import FileError, LimitError
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+from lampyris.planners import registry
+from lampyris.report.measure import METRICS
+from lampyris.study import drive_evidence, evidence
+from lampyris.study.design import Crowd, Study
+from lampyris.study.judge import Judge
+from lampyris.study.one import Ran, run_job
+from lampyris.study.row import Row
+from lampyris.study.site import world_of
+
+FORMS = {
+    "plan": evidence._PLAN, "profile": evidence._PROFILE, "simulate": evidence._TRACE,
+    "drive": drive_evidence._FORM,
+}  # fmt: skip
+LIVE = Crowd("random-walk", 6, tracks="live")
+REPLAYED = Crowd("random-walk", 6)
+
+
+def judged(study: Study, result: Any) -> Row:
+    (job,) = study.jobs()
+    return Judge().row(job, result, ground_of(study))
+
+
+def honest(study: Study) -> dict[str, Any]:
+    (result,) = results_of(study)
+    assert judged(study, copy.deepcopy(result)).ending == "done"
+    return result
+
+
+def refused(study: Study, result: Any, word: str = "") -> str:
+    row = judged(study, result)
+    assert row.ending == "failed", (row.ending, row.metrics)
+    assert row.error.startswith("REFEREE: ")
+    assert row.error.isprintable()
+    assert (row.metrics, row.timing) == ({}, {})
+    assert word in row.error, row.error
+    return row.error
+
+
+def altered(result: Any, kind: str, change: Callable[[dict[str, Any]], None], *path: str) -> Any:
+    """The result with arrays of its evidence changed."""
+    made = copy.deepcopy(result)
+    told = made["evidence"]
+    for name in path:
+        told = told[name]
+    form = FORMS["profile" if "profile" in path else kind]
+    arrays = {k: np.array(v) for k, v in evidence.unpack_arrays(told["arrays"], form).items()}
+    change(arrays)
+    told["arrays"] = evidence.pack_arrays(arrays, form)
+    return made
+
+
+# ---- the truth --------------------
+
+
+@pytest.mark.parametrize("kind", ["plan", "simulate"])
+@pytest.mark.parametrize("who", sorted(registry.names()))
+def test_what_every_planner_comes_to_stands(kind: str, who: str) -> None:
+    if who.startswith("lampyris-guest"):
+        pytest.skip("a guest")
+    for crowd in (REPLAYED, LIVE):
+        for row in rows_of(study_of(kind, (who,), crowd, seeds=(0, 1), expansions=20_000, patience=10)):
+            assert row.ending == "done", row.error
+            assert tuple(row.metrics) == METRICS
+
+
+@pytest.mark.parametrize("law_", ["physical", "dissertation", "uncertainty", "blind", "rpp", "optimum"])
+def test_what_every_law_comes_to_stands(law_: str) -> None:
+    for kind in ("plan", "drive", *(("simulate",) if law_ in ("physical", "dissertation") else ())):
+        (row,) = rows_of(study_of(kind, ("astar",), Crowd("random-walk", 4), law_of=law_))
+        assert row.ending == "done", (kind, row.error)
+        assert row.metrics["speed_mean"] > 0
+
+
+@pytest.mark.parametrize("moves", ["octile", "dissertation", "four", "sixteen"])
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+def test_other_moves_wide_robots_and_terrain_stand(moves: str, radius: float) -> None:
+    bare = grid_of(2, share=0.04)
+    terrain = np.random.default_rng(1).integers(0, 253, bare.blocked.shape)
+    for grid in (bare, Grid(bare.blocked, terrain=terrain, name="t", resolution=0.5)):
+        for kind in ("plan", "simulate", "drive"):
+            made = study_of(
+                kind, ("astar",), Crowd("mixed", 3, radius=radius), grid=grid, moves=moves,
+                robot={**ROBOT, "radius": radius},
+            )  # fmt: skip
+            for row in rows_of(made):
+                assert row.ending == "done", (kind, row.error)
+
+
+def test_the_judges_noun_is_the_workers() -> None:
+    """Metrics of the row are those of the run itself, through the front door."""
+    study = study_of("plan", ("astar",), Crowd(), law_of="physical", published=21.0)
+    (job,), (row,) = study.jobs(), rows_of(study)
+    scene = Scene(ground_of(study).grid, (0, 0), (18, 15))
+    plan = lampyris.plan(scene, "astar")
+    profile = lampyris.profile(plan, scene)
+    assert row.metrics["cost"] == plan.cost
+    assert row.metrics["optimal"] == plan.optimal_cost
+    assert row.metrics["cost_to_go"] == pytest.approx(plan.sum_cost_to_go)
+    assert row.metrics["time_s"] == profile.duration
+    assert row.metrics["expansions"] == plan.expansions
+    assert row.metrics["reference_ok"] is False
+    ran: Ran = run_job(job.plain, ground_of(study).grid)
+    assert isinstance(ran.noun, Plan)
+    assert ran.profile is not None
+
+
+@pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
+def test_rows_are_made_of_plain_and_finite_values(kind: str) -> None:
+    for row in rows_of(study_of(kind, ("astar", "ad-gso"), REPLAYED)):
+        said = json.loads(json.dumps([dict(row.metrics), dict(row.timing)], allow_nan=False))
+        assert said == [dict(row.metrics), dict(row.timing)]
+        assert {type(v) for v in row.metrics.values()} <= {int, float, bool, str, type(None)}
+
+
+# ---- lies --------------------
+
+
+def test_lies_about_what_a_result_is() -> None:
+    study = study_of("simulate")
+    true = honest(study)
+    for wrong in (None, 7, [], {}, {**true, "key": "0" * 64}, {**true, "ending": "won"},
+                  {**true, "ending": None}, {**true, "evidence": None}, {**true, "evidence": {}},
+                  {**true, "timing": None}, {**true, "timing": {"cpu_s": float("nan")}},
+                  {**true, "timing": {"cpu_s": -1}}, {**true, "timing": {"wall_s": True}},
+                  {**true, "ending": "timeout"}):  # fmt: skip
+        refused(study, wrong)
+    row = judged(study, {**true, "timing": {**true["timing"], "other": "x"}})
+    assert set(row.timing) <= {"cpu_s", "wall_s", "plan_s"}
+    told = judged(study, {**true, "ending": "failed", "error": "a\nb" + "x" * 9999})
+    assert (told.ending, told.error[:3], len(told.error)) == ("failed", "a?b", 500)
+    for name in true["evidence"]:
+        refused(study, {**true, "evidence": {k: v for k, v in true["evidence"].items() if k != name}})
+        for wrong in (None, 3, "x", [], -1.5, {}):
+            row = judged(study, {**true, "evidence": {**true["evidence"], name: wrong}})
+            assert row.ending == "failed" or (name, wrong) in (
+                ("path", None),
+                ("last_tick", None),
+                ("last_tick", 3),
+            )
+
+
+def test_lies_about_a_plan() -> None:
+    study = study_of("plan", ("astar",), Crowd())
+    true = honest(study)
+
+    def shorter(result: Any) -> None:
+        result["evidence"]["path"]["exact"] -= 1
+
+    def steps(result: Any) -> None:
+        result["evidence"]["path"]["steps"][0] += 1
+
+    def optimal(result: Any) -> None:
+        result["evidence"]["optimal"] = result["evidence"]["path"]["exact"] - 1
+
+    def no_way(result: Any) -> None:
+        result["evidence"].update(status="no-path", path=None, profile=None, optimal=None)
+        result["evidence"]["arrays"] = evidence.pack_arrays({}, evidence._PLAN)
+
+    def no_speeds(result: Any) -> None:
+        result["evidence"]["profile"] = None
+
+    def other_law(result: Any) -> None:
+        result["evidence"]["profile"]["law"] = "optimum"
+
+    def negative(result: Any) -> None:
+        result["evidence"]["expansions"] = -1
+
+    for lie, word in (
+        (shorter, "cost"), (steps, "steps"), (optimal, "optimal"), (no_way, "no-path"),
+        (no_speeds, "without speeds"), (other_law, "law"), (negative, "expansions"),
+    ):  # fmt: skip
+        made = copy.deepcopy(true)
+        lie(made)
+        refused(study, made, word)
+
+
+def test_a_way_through_walls_is_refused() -> None:
+    """The straight line from corner to corner, told with its right cost."""
+    size = 12
+    blocked = np.zeros((size, size), dtype=np.bool_)
+    blocked[3:9, 5] = True
+    study = study_of("plan", ("astar",), Crowd(), grid=Grid(blocked, name="w"))
+    true = honest(study)
+    cells = np.stack([np.arange(size)] * 2, axis=1)
+    scene = Scene(Grid(np.zeros_like(blocked)), (0, 0), (size - 1, size - 1))
+    free = lampyris.plan(scene, "astar")
+    assert free.path is not None
+    assert np.array_equal(free.path.cells, cells)
+    profile = lampyris.profile(free, scene)
+    made = {**true, "evidence": {**evidence.plan_evidence(replace(free, optimal_exact=None), profile)}}
+    refused(study, made, "wall")
+    # Round the wall, but over a corner of it.
+    over = np.concatenate((cells[:3], [(3, 2), (4, 2), (5, 2), (6, 3)], [(k, k) for k in range(7, size)]))
+    path = lampyris.Path(over, scene.moves, (2, 10)) if hasattr(lampyris, "Path") else None
+    if path is not None:
+        lie = replace(free, path=path, optimal_exact=None)
+        refused(study, {**true, "evidence": evidence.plan_evidence(lie, profile)})
+
+
+@pytest.mark.parametrize("law_", ["physical", "dissertation"])
+def test_speeds_that_no_robot_could_drive_are_refused(law_: str) -> None:
+    study = study_of("plan", ("astar",), Crowd(), law_of=law_)
+    true = honest(study)
+
+    def faster(a: dict[str, Any]) -> None:
+        a["v"][1:-1] *= 1.5
+
+    def rushed(a: dict[str, Any]) -> None:
+        a["t"] *= 0.5
+
+    def start(a: dict[str, Any]) -> None:
+        a["v"][0] = 0.5
+
+    def short(a: dict[str, Any]) -> None:
+        a["s"] *= 0.9
+
+    for lie in (faster, rushed, start, short):
+        refused(study, altered(true, "plan", lie, "profile"))
+
+
+@pytest.mark.parametrize("crowd", [REPLAYED, LIVE])
+@pytest.mark.parametrize("law_", ["physical", "dissertation"])
+def test_lies_about_a_simulation(crowd: Crowd, law_: str) -> None:
+    study = study_of("simulate", ("ad-gso",), crowd, law_of=law_)
+    true = honest(study)
+
+    def teleport(a: dict[str, Any]) -> None:
+        a["robot"][4] += (3, 0)
+        a["robot"][5] -= (3, 0)
+
+    def elsewhere(a: dict[str, Any]) -> None:
+        a["robot"][0] = (1, 1)
+
+    def stops_short(a: dict[str, Any]) -> None:
+        for name in ("robot", "speed", "cause"):
+            a[name] = a[name][:-1]
+
+    def fast(a: dict[str, Any]) -> None:
+        a["speed"][3] = 81.0
+
+    def backwards(a: dict[str, Any]) -> None:
+        a["speed"][3] = -0.1
+
+    def endless(a: dict[str, Any]) -> None:
+        a["speed"][3] = np.inf
+
+    def no_replans(a: dict[str, Any]) -> None:
+        a["events"] = np.concatenate(([(1, 0, 0, 0)], a["events"]))
+
+    for lie in (teleport, elsewhere, stops_short, fast, backwards, endless, no_replans):
+        if lie is no_replans:
+            made = altered(true, "simulate", lie)
+            made["evidence"]["told"][0] = "replan"
+            refused(study, made, "replans")
+        else:
+            refused(study, altered(true, "simulate", lie))
+    for change in (
+        {"outcome": "blocked"}, {"outcome": "hit"}, {"outcome": "collision"}, {"outcome": "no-path"},
+        {"outcome": "timeout"}, {"outcome": "won"}, {"bodies": 5}, {"bodies": 7}, {"path": None},
+    ):  # fmt: skip
+        refused(study, {**true, "evidence": {**true["evidence"], **change}})
+    path, counts = true["evidence"]["path"], true["evidence"]["counts"]
+    for change in (
+        {"path": {**path, "exact": path["exact"] - 1}}, {"path": {**path, "steps": [0, 0]}},
+        {"counts": [counts[0], counts[1] + 1, *counts[2:]]}, {"counts": [*counts[:3], -1, counts[4]]},
+        {"counts": counts[:4]},
+    ):  # fmt: skip
+        refused(study, {**true, "evidence": {**true["evidence"], **change}})
+
+
+def test_a_robot_that_drives_through_obstacles_is_refused() -> None:
+    """In a replayed world the worker does not say where the obstacles are, so it cannot leave them out."""
+    grid = Grid(np.zeros((3, 14), dtype=np.bool_), name="lane", resolution=0.5)
+    seen = 0
+    for seed in range(12):
+        crowd = Crowd("random-walk", 9)
+        study = study_of("simulate", ("astar",), crowd, grid=grid, start=(0, 1), goal=(13, 1), seeds=(seed,))
+        alone = study_of(
+            "simulate", ("astar",), Crowd(), grid=grid, start=(0, 1), goal=(13, 1), seeds=(seed,)
+        )
+        (true,), (lie,) = results_of(study), results_of(alone)
+        made = {**true, "ending": "done", "evidence": {**lie["evidence"], "bodies": 9}}
+        tracks = world_of(next(study.jobs()).plain, grid).replay.upto(13)
+        meets = any(tuple(c) == (t, 1) for t in range(14) for c in tracks[t].tolist())
+        if meets:
+            refused(study, made, "body")
+            seen += 1
+    assert seen > 3
+
+
+def test_live_obstacles_must_begin_where_this_world_has_them() -> None:
+    study = study_of("simulate", ("ad-gso",), LIVE)
+    true = honest(study)
+
+    def moved(a: dict[str, Any]) -> None:
+        a["tracks"][0] = (16, 0)
+        a["tracks"][1:] = 0
+
+    def late(a: dict[str, Any]) -> None:
+        a["appears"][:] = 1
+
+    def jumps(a: dict[str, Any]) -> None:
+        a["tracks"][3] += (2, 0)
+
+    def in_walls(a: dict[str, Any]) -> None:
+        a["tracks"][1:6] += (0, 1)
+
+    for lie in (moved, late, jumps, in_walls):
+        refused(study, altered(true, "simulate", lie))
+
+
+def test_a_late_end_is_refused() -> None:
+    """More ticks than the world has, told honestly otherwise."""
+    study = study_of("simulate", ("astar",), LIVE, ticks=200)
+    true = honest(study)
+    short = replace(study, ticks=5)
+    (job,) = short.jobs()
+    refused(short, {**true, "key": job.key}, "last is 5")
+    (cut,) = results_of(short)
+    assert judged(short, cut).metrics["outcome"] == "timeout"
+    (long,) = study.jobs()
+    refused(study, {**cut, "key": long.key}, "timeout after 5 ticks")
+
+
+def test_lies_about_a_drive() -> None:
+    study = study_of("drive", ("astar",), REPLAYED, seeds=(4,))
+    true = honest(study)
+    assert true["evidence"]["outcome"] == "arrived"
+
+    def faster(a: dict[str, Any]) -> None:
+        a["v"] *= 1.2
+
+    def quick(a: dict[str, Any]) -> None:
+        a["t"] *= 0.9
+
+    def push(a: dict[str, Any]) -> None:
+        a["a"][0] *= 2
+
+    def jump(a: dict[str, Any]) -> None:
+        a["s"][3:] += 0.5
+
+    def other_way(a: dict[str, Any]) -> None:
+        a["pieces"][:, :2] += 0.3
+
+    def away(a: dict[str, Any]) -> None:
+        a["corners"][:, 1] += 1.0
+
+    def small(a: dict[str, Any]) -> None:
+        a["discs"][:, 0] = 0.01
+
+    def quicker(a: dict[str, Any]) -> None:
+        a["discs"][:, 1] *= 3
+
+    def hit(a: dict[str, Any]) -> None:
+        a["moments"] = np.array([(0.5, 0.0, 0.0)])
+        a["moment_words"], a["moment_bodies"] = np.zeros(1), np.zeros(1)
+
+    for lie in (faster, quick, push, jump, other_way, away, small, quicker):
+        refused(study, altered(true, "drive", lie))
+    made = altered(true, "drive", hit)
+    made["evidence"]["told"] = ["hit"]
+    refused(study, made)
+    for change in (
+        {"outcome": "blocked"}, {"outcome": "hit"}, {"outcome": "collision"}, {"outcome": "no-path"},
+        {"period": 0.2}, {"period": float("nan")}, {"counts": [-1, 0]}, {"error": "x"}, {"kinds": ["patrol"]},
+    ):  # fmt: skip
+        refused(study, {**true, "evidence": {**true["evidence"], **change}})
+
+
+# ---- the form of evidence --------------------
+
+
+def test_blocks_are_not_unpacked_beyond_what_they_say() -> None:
+    form = {"a": ("<i4", 1)}
+    good = evidence.pack_arrays({"a": np.arange(9)}, form)
+    assert np.array_equal(evidence.unpack_arrays(good, form)["a"], np.arange(9))
+    bomb = base64.b64encode(zlib.compress(bytes(50_000_000))).decode()
+    for shapes, block in (
+        ([["a", [9]]], bomb), ([["a", [8]]], good["block"]), ([["a", [10]]], good["block"]),
+        ([["a", [-9]]], good["block"]), ([["a", [3, 3]]], good["block"]), ([["b", [9]]], good["block"]),
+        ([["a", [9.0]]], good["block"]), ([["a", [True]]], good["block"]), ([["a", [9]]], "!"),
+        ([["a", [9]]], base64.b64encode(b"x").decode()), ([["a", [9]]], good["block"][:-4]),
+        ([["a", [9]], ["a", [9]]], good["block"]),
+    ):  # fmt: skip
+        with pytest.raises(FileError):
+            evidence.unpack_arrays({"shapes": shapes, "block": block}, form)
+    with pytest.raises(LimitError):
+        evidence.unpack_arrays({"shapes": [["a", [2**40]]], "block": good["block"]}, form)
+
+
+@pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
+def test_damaged_evidence_never_raises(kind: str) -> None:
+    """Values of every field swapped for others, deep down; rows that still stand say the same as before."""
+    study = study_of(kind, ("astar",), LIVE)
+    true = honest(study)
+    before = dict(judged(study, true).metrics)
+    rng = np.random.default_rng(3)
+    values = [None, -1, 0, 10**30, 2.5, "x", "", [], {}, [[]], True, "found", [1, 2], float("inf")]
+
+    def swap(told: Any) -> None:
+        """One value somewhere in it."""
+        keys = list(told) if isinstance(told, dict) else range(len(told))
+        key = keys[int(rng.integers(len(keys)))]
+        if isinstance(told[key], dict | list) and told[key] and rng.random() < 0.7:
+            swap(told[key])
+        else:
+            told[key] = values[int(rng.integers(len(values)))]
+
+    failed = 0
+    for _ in range(250):
+        made = copy.deepcopy(true)
+        swap(made["evidence"])
+        row = judged(study, made)
+        assert row.ending in ("done", "failed")
+        failed += row.ending == "failed"
+        if row.ending == "done":
+            same = [name for name in before if row.metrics[name] == before[name]]
+            assert len(same) >= len(before) - 2, made["evidence"]
+    assert failed > 100
+
+
+def test_optimal_settings_of_others_are_not_believed() -> None:
+    """A planner that may miss ways may say that there is none; one that never does may not."""
+    study = study_of("plan", (planner("ad-gso"),), Crowd(), law_of=law("physical"))
+    true = honest(study)
+    made = copy.deepcopy(true)
+    made["evidence"].update(status="iteration-limit", path=None, profile=None, optimal=None)
+    made["evidence"]["arrays"] = evidence.pack_arrays({}, evidence._PLAN)
+    assert judged(study, made).metrics["found"] is False
