@@ -53,7 +53,7 @@ td { white-space: nowrap; }
 td.long { white-space: normal; min-width: 16rem; }
 thead th { color: var(--faint); font-weight: 600; vertical-align: bottom;
   border-bottom: 2px solid var(--line); }
-tbody th { font-weight: 500; position: sticky; left: 0; background: var(--paper); }
+tbody th { font-weight: 500; white-space: nowrap; position: sticky; left: 0; background: var(--paper); }
 .right { text-align: right; }
 td small { color: var(--faint); font-size: 0.82em; }
 tr.good > * { background: var(--good); }
@@ -62,8 +62,7 @@ tr.mild > * { background: var(--mild); }
 tr.total > * { border-top: 2px solid var(--line); font-weight: 600; }
 figure { margin-left: 0; margin-right: 0; }
 figcaption { max-width: 60rem; margin-top: 0.4rem; }
-.drawing svg { display: block; width: 100%; height: auto; min-width: 30rem; max-width: 62rem; }
-.drawing.wide svg { min-width: 46rem; }
+.drawing svg { display: block; width: 100%; height: auto; }
 .pair { display: grid; gap: 0 1.5rem;
   grid-template-columns: repeat(auto-fit, minmax(min(100%, 27rem), 1fr)); }
 .pair > * { min-width: 0; }
@@ -80,7 +79,7 @@ summary { cursor: pointer; color: var(--link); padding: 0.25rem 0; }
   th, td { padding: 0.3rem 0.5rem; }
   .facts > div { grid-template-columns: minmax(0, 1fr); }
   .facts dd { margin-bottom: 0.4rem; }
-  tbody th { max-width: 9rem; overflow-wrap: anywhere; }
+  tbody th { max-width: 9rem; white-space: normal; overflow-wrap: anywhere; }
   caption { white-space: normal; }
 }
 @media print {

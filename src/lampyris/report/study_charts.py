@@ -15,6 +15,7 @@ from lampyris.report.svg_page import FAINT, GRID, INK, PAPER, clean, figure_of, 
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a63d2", "#7d8590")
 """Okabe and Ito's without yellow, that cannot be seen on white, and black, that is the ink; a violet and a
@@ -24,6 +25,8 @@ MARKS = ("o", "s", "^", "D", "v", "P", "X", "<")
 DISSERTATION = ("#1f4fd8", "#2f9e44", INK)
 """Blue, green and black, as the dissertation says of its figures' bars; black is the page's ink."""
 BARS = 3
+WIDE = 5.8
+"""Inches of a figure: beside another on a wide screen, its words are as large as those of the page."""
 
 
 class Line(NamedTuple):
@@ -57,8 +60,8 @@ def bars(
     groups : the test runs.
     series : at most three, each with a value a run; NaN has no bar.
     """
-    figure = figure_of(7.4, 3.3)
-    axes = figure.add_axes((0.1, 0.23, 0.88, 0.6))
+    figure = figure_of(WIDE, 3.0)
+    axes = figure.add_axes((0.115, 0.24, 0.875, 0.58))
     wide = 0.8 / len(series)
     tops = [v for _, values in series for v in values if math.isfinite(v)]
     for k, ((_, values), colour) in enumerate(zip(series, DISSERTATION, strict=False)):
@@ -68,23 +71,28 @@ def bars(
             if not math.isfinite(v):
                 axes.text(x, 0, "×", ha="center", va="bottom", fontsize=8, color=FAINT)
         _swatch(axes, k, colour, _with_mean(series[k]))
-    axes.set_xticks(range(len(groups)), [clean(g, 24) for g in groups])
+    # A query goes on two lines: five of them stand side by side.
+    axes.set_xticks(range(len(groups)), [clean(g, 24).replace(" to ", "\nto ") for g in groups])
     axes.set_xlim(-0.6, len(groups) - 0.4)
     axes.set_ylim(0, 1.05 * max(tops, default=1.0) or 1.0)
     _dress(axes, xlabel, label, "y")
+    _short_ticks(axes.yaxis)
+    axes.tick_params(axis="x", labelsize=8 if len(groups) <= 6 else 5.5, length=0)
     return inline(figure, name)
 
 
 def _with_mean(one: tuple[str, Sequence[float]]) -> str:
     there = [v for v in one[1] if math.isfinite(v)]
-    return f"{clean(one[0], 26)}, mean {math.fsum(there) / len(there):.4g}" if there else clean(one[0], 26)
+    mean = math.fsum(there) / len(there) if there else math.nan
+    told = f"{mean:.0f}" if abs(mean) >= 1000 else f"{mean:.4g}"
+    return f"{clean(one[0], 20)}, mean {told}" if there else clean(one[0], 20)
 
 
 def _swatch(axes: Axes, k: int, colour: str, words: str) -> None:
     """An entry of a legend above the axes, three in a row."""
     x, y = k % 3 / 3, 1.08 + 0.09 * (k // 3)
     axes.plot([x], [y], "s", color=colour, markersize=7, transform=axes.transAxes, clip_on=False)
-    axes.text(x + 0.018, y, words, transform=axes.transAxes, va="center", fontsize=8.5, color=INK)
+    axes.text(x + 0.02, y, words, transform=axes.transAxes, va="center", fontsize=8, color=INK)
 
 
 def dots(
@@ -98,7 +106,7 @@ def dots(
     """Values with their intervals, a row for each name and a panel for each crowd; ``share``: 0 to 100 %."""
     rows, n = len(names), len(panels)
     left = _room_for(names)
-    width = max(7.4, left + 1.9 * n)
+    width = max(WIDE, left + 1.75 * n)
     height = 0.95 + 0.24 * rows
     figure = figure_of(width, height)
     finite = [v for _, lines in panels for line in lines for v in line if math.isfinite(v)]
@@ -110,14 +118,14 @@ def dots(
             _dot(axes, line, k, COLOURS[p % len(COLOURS)] if share else look(k)[0])
         axes.set_ylim(rows - 0.5, -0.5)
         axes.set_yticks(range(rows), [clean(w, 30) for w in names] if p == 0 else [])
-        axes.tick_params(axis="y", length=0)
         _limits(axes, finite, share)
-        axes.set_title(clean(title, 30), fontsize=9, color=INK, loc="left", pad=6)
+        axes.set_title(clean(title, 26), fontsize=8.5, color=INK, loc="left", pad=6)
         _dress(axes, label, "", "x")
+        axes.tick_params(axis="y", length=0)
     return inline(figure, name)
 
 
-def _dot(axes: Axes, line: Line, k: int, colour: str) -> None:
+def _dot(axes: Axes, line: Line, k: float, colour: str) -> None:
     if not math.isfinite(line.value):
         axes.text(0.02, k, "none", transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=FAINT)
         return
@@ -144,8 +152,8 @@ def density(
     name: str, counts: Sequence[float], series: Sequence[tuple[str, Sequence[Line]]], label: str
 ) -> Markup:
     """Shares over the number of obstacles, with intervals; the curves stand a little apart to be seen."""
-    figure = figure_of(7.4, 3.6)
-    axes = figure.add_axes((0.1, 0.15, 0.58, 0.78))
+    figure = figure_of(WIDE, 3.0)
+    axes = figure.add_axes((0.11, 0.17, 0.54, 0.78))
     step = 0.012 * ((max(counts) - min(counts)) or 1.0)
     for k, (_, lines) in enumerate(series):
         colour, dash, mark = look(k)
@@ -170,9 +178,9 @@ def density(
 
 def profiles(name: str, series: Sequence[tuple[str, Steps]], label: str) -> Markup:
     """Performance profiles: share of problems within each factor of the best, the factor on a log scale."""
-    figure = figure_of(7.4, max(3.4, 0.75 + 0.19 * len(series)))
+    figure = figure_of(WIDE, max(3.0, 0.72 + 0.185 * len(series)))
     height = figure.get_figheight()
-    axes = figure.add_axes((0.1, 0.52 / height, 0.54, 1 - 0.72 / height))
+    axes = figure.add_axes((0.11, 0.5 / height, 0.54, 1 - 0.6 / height))
     far = max((s.x[-1] for _, s in series if s.x), default=1.0)
     end = max(1.1, far * 1.05)
     order = sorted(range(len(series)), key=lambda k: (-_area(series[k][1], end), k))
@@ -213,17 +221,17 @@ def _plain_log(axes: Axes, end: float) -> None:
             kept.append(v)
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(kept, [f"{v:g}" if v < 1e4 else f"{v:.0e}" for v in kept])
+    axes.set_xticks(kept, [f"{v:g}" if v < 1e6 else f"{v:.0e}" for v in kept])
 
 
 def scatter(
     name: str, series: Sequence[tuple[str, Sequence[float], Sequence[float]]], xlabel: str, ylabel: str
 ) -> Markup:
     """Two measures against each other, a point a query; the large mark is the mean of what both have."""
-    figure = figure_of(7.4, max(3.6, 0.75 + 0.19 * len(series)))
+    figure = figure_of(WIDE, max(3.0, 0.72 + 0.185 * len(series)))
     height = figure.get_figheight()
-    axes = figure.add_axes((0.1, 0.55 / height, 0.54, 1 - 0.75 / height))
-    log = []
+    axes = figure.add_axes((0.11, 0.5 / height, 0.54, 1 - 0.6 / height))
+    log, tall = [], 0.0
     for k, (_, xs, ys) in enumerate(series):
         both = [(x, y) for x, y in zip(xs, ys, strict=True) if math.isfinite(x) and math.isfinite(y)]
         if not both:
@@ -231,38 +239,63 @@ def scatter(
         colour, _, mark = look(k)
         x, y = zip(*both, strict=True)
         log += list(x)
+        tall = max(tall, *y)
         axes.plot(x, y, mark, color=colour, markersize=3, alpha=0.45, linestyle="", markeredgewidth=0)
         mid = (math.fsum(x) / len(x), math.fsum(y) / len(y))
         axes.plot(*([v] for v in mid), mark, color=colour, markersize=8, markeredgecolor=PAPER, zorder=4)
     if log and min(log) > 0 and max(log) / min(log) > 30:
         axes.set_xscale("log")
+    if tall > 50:
+        axes.set_yscale("symlog", linthresh=1.0)
+        ticks = [v for v in (0, 1, 3, 10, 30, 100, 300, 1000, 10000) if v <= tall]
+        axes.set_yticks(ticks, [f"{v}" for v in ticks])
+        axes.tick_params(axis="y", which="minor", length=0)
+        axes.set_ylim(-0.15, tall * 1.2)
     _dress(axes, xlabel, ylabel, "both")
     _legend(axes, [words for words, _, _ in series], marks=True)
     return inline(figure, name)
 
 
-def strips(
-    name: str, names: Sequence[str], differences: Sequence[Sequence[float]], means: Sequence[Line], label: str
-) -> Markup:
-    """Paired differences: a point a query with median and quartiles, above it the mean with its interval."""
+def strips(name: str, rows_of: Sequence[tuple[int, str, Sequence[float], Line]], label: str) -> Markup:
+    """Paired differences: a point a query with median and quartiles, above it the mean with its interval.
+
+    Parameters
+    ----------
+    rows_of : of each row, which of all entrants it is (for its colour), its name, differences and mean.
+    """
+    names = [words for _, words, _, _ in rows_of]
     rows = len(names)
     left, height = _room_for(names), 0.75 + 0.36 * rows
-    figure = figure_of(7.4, height)
-    axes = figure.add_axes((left / 7.4, 0.52 / height, 0.98 - left / 7.4, 0.36 * rows / height))
+    figure = figure_of(WIDE, height)
+    axes = figure.add_axes((left / WIDE, 0.52 / height, 0.97 - left / WIDE, 0.36 * rows / height))
     axes.axvline(0.0, color=FAINT, linewidth=1.0)
-    for k, (values, mean) in enumerate(zip(differences, means, strict=True)):
-        colour = look(k)[0]
+    for k, (number, _, values, mean) in enumerate(rows_of):
+        colour = look(number)[0]
         # Points of one row are spread over its height by their place in it: nothing is drawn by chance.
         spread = [k + 0.14 + 0.09 * ((i * 0.618034) % 1.0 - 0.5) * 2 for i in range(len(values))]
         axes.plot(values, spread, "o", color=colour, markersize=2.6, alpha=0.5, markeredgewidth=0)
         if values:
             _box(axes, sorted(values), k + 0.14, colour)
-        _dot(axes, mean, k - 0.2, colour)  # type: ignore[arg-type]
+        _dot(axes, mean, k - 0.2, colour)
     axes.set_ylim(rows - 0.5, -0.6)
     axes.set_yticks(range(rows), [clean(w, 30) for w in names])
-    axes.tick_params(axis="y", length=0)
     _dress(axes, label, "", "x")
+    axes.tick_params(axis="y", length=0)
+    _short_ticks(axes.xaxis)
     return inline(figure, name)
+
+
+def _short_ticks(axis: Axis) -> None:
+    """At most six ticks; where there are tens of thousands, thousands and millions as such."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    def words(v: float, _: int) -> str:
+        most = max(map(abs, axis.get_view_interval()))
+        unit, sign = (1e6, " M") if most >= 1e6 else (1e3, " k") if most >= 1e4 else (1.0, "")
+        return (f"{v / unit:g}{sign}" if v else "0").replace("-", "−")
+
+    axis.set_major_locator(MaxNLocator(6))
+    axis.set_major_formatter(FuncFormatter(words))
 
 
 def _box(axes: Axes, values: Sequence[float], y: float, colour: str) -> None:
@@ -287,15 +320,15 @@ def critical(
     half = (len(order) + 1) // 2
     bars_high = 0.13 * max(1, len(sets))
     height = 0.75 + bars_high + 0.2 * half
-    figure = figure_of(7.4, height)
+    figure = figure_of(WIDE, height)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
-    axes.set_xlim(0, 7.4)
+    axes.set_xlim(0, WIDE)
     axes.set_ylim(height, 0)
     k = max(2, len(names))
 
     def x(rank: float) -> float:
-        return 2.3 + 2.8 * (rank - 1) / (k - 1)
+        return 1.95 + 1.9 * (rank - 1) / (k - 1)
 
     top = 0.55
     axes.plot([x(1), x(k)], [top, top], color=INK, linewidth=1.2)
@@ -315,10 +348,10 @@ def critical(
     for place, one in enumerate(order):
         left = place < half
         y = below + 0.17 + 0.2 * (place if left else len(order) - 1 - place)
-        side, align = (2.12, "right") if left else (5.28, "left")
+        side, align = (1.8, "right") if left else (4.0, "left")
         colour = look(one)[0]
         axes.plot([x(ranks[one]), x(ranks[one]), side], [top, y, y], color=colour, linewidth=1.1)
-        words = f"{clean(names[one], 26)}  {ranks[one]:.2f}"
+        words = f"{clean(names[one], 20)}  {ranks[one]:.2f}"
         axes.text(side + (-0.06 if left else 0.06), y, words, ha=align, va="center", fontsize=8.5, color=INK)
     return inline(figure, name)
 
@@ -337,7 +370,7 @@ def _legend(
             axes.plot([1.07], [y], mark, markersize=6, linestyle="", **at)
         else:
             axes.plot([1.04, 1.11], [y, y], linestyle=dash, linewidth=1.8, **at)
-        axes.text(1.13, y, clean(text, 26), transform=axes.transAxes, va="center", fontsize=8.5, color=INK)
+        axes.text(1.14, y, clean(text, 22), transform=axes.transAxes, va="center", fontsize=8.5, color=INK)
 
 
 def _room_for(names: Sequence[str]) -> float:

@@ -53,15 +53,17 @@ def inline(figure: Figure, name: str) -> Markup:
         # A name may be in letters that DejaVu Sans has not; the page's font then has them.
         warnings.filterwarnings("ignore", message="Glyph .* missing")
         figure.savefig(out, format="svg", metadata=nothing)
-    return Markup(_smaller(out.getvalue(), name))
+    inches = float(figure.get_figwidth())
+    size = f' style="min-width: {4.9 * inches:.1f}rem; max-width: {6.6 * inches:.1f}rem"'
+    return Markup(_smaller(out.getvalue(), name, size))
 
 
-def _smaller(words: str, name: str) -> str:
-    """Only the element itself, without what nothing in it needs."""
+def _smaller(words: str, name: str, size: str) -> str:
+    """Only the element itself, without what nothing in it needs, as large as its words are to be read."""
     words = words[words.index("<svg") :].rstrip()
     words = re.sub(r"\s*<metadata>.*?</metadata>", "", words, flags=re.DOTALL)
     words = re.sub(r"\s*<!--.*?-->", "", words, flags=re.DOTALL)
-    words = re.sub(r'(<svg[^>]*?) width="[^"]*" height="[^"]*"', r"\1", words, count=1)
+    words = re.sub(r'(<svg[^>]*?) width="[^"]*" height="[^"]*"', rf"\1{size}", words, count=1)
     used = frozenset(re.findall(r'(?:href="#|url\(#)([^")]+)', words))
     words = re.sub(r"<[^>]*>", lambda match: _tag(match[0], name, used), words)
     words = re.sub(r"\n\s*", "\n", words)

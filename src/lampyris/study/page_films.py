@@ -24,6 +24,8 @@ from lampyris.study.runs import Runs
 MOST = 3
 MAX_BYTES = 1_500_000
 """Of all films of a page; one that would go over it is left out, and said to be."""
+SIDE = 360
+"""Pixels of a film's longer side, as far as whole pixels a cell allow."""
 MAX_CELLS = 512 * 512
 """Cells of a map up to which films are drawn."""
 
@@ -120,12 +122,13 @@ def _film(job: Job, runs: Runs) -> bytes | None:
     ground = runs.study.grounds[job.plain["map"]]
     try:
         noun = run_job(job.plain, ground.grid).noun
+        scale = max(1, min(64, SIDE // max(ground.grid.blocked.shape)))
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "film.webp"
             if isinstance(noun, Trace):
-                film(noun, out)
+                film(noun, out, scale=scale)
             elif isinstance(noun, Drive):
-                film_drive(noun, out)
+                film_drive(noun, out, scale=scale)
             else:
                 return None
             return out.read_bytes()

@@ -244,6 +244,6 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
             columns.append(column_texts([e.own[n] for e in some], ALL[n].scale, [e.runs for e in some]))
         rows = tuple(zip(*columns, strict=True))
         title = f"Map by map{'' if crowd == 'none' else f', {crowd}'}"
-        note = f"{sample(summary)} Of each map its own queries. n: the runs behind a mean, where some have none."
+        note = f"{sample(summary)} Of each map its own queries. n: runs behind a mean, where some have none."
         out.append(Tab(f"maps-{k + 1}", title, header, rows, note, "ll" + "r" * (len(header) - 2)))
     return tuple(out)
