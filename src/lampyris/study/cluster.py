@@ -19,6 +19,7 @@ import queue
 import threading
 import time
 from importlib.util import find_spec
+from pkgutil import resolve_name
 from typing import Any, Final
 
 from lampyris import __version__
@@ -59,26 +60,23 @@ class Cluster:
         CLUSTER_GONE: the scheduler went away; WORKER_VERSION: a worker has another lampyris, or none.
     """
 
-    def __init__(
-        self,
-        work: Work,
-        address: str,
-        *,
-        answers_in: float = ANSWERS_IN,
-        gone: float = GONE,
-        empty: float = EMPTY,
-    ) -> None:
+    def __init__(self, work: Work, address: str) -> None:
         self._work, self._address = work, address
-        self._gone, self._empty = gone, empty
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._asked: dict[str, tuple[Batch, Any, float]] = {}
         self._number = 0
         self._there: frozenset[str] = frozenset()
         self._looked = self._seen = self._heard = 0.0
         self.died = 0
-        self._client = _client(address, answers_in)
+        distributed = _distributed()  # Before the hush: it sets the levels of its logs as it is imported.
+        self._hush = _Hush()
         try:
-            self._wait(answers_in)
+            self._client = _client(distributed, address)
+        except BaseException:
+            self._hush.over()
+            raise
+        try:
+            self._wait()
         except BaseException:
             self.stop(True)
             raise
@@ -117,8 +115,10 @@ class Cluster:
 
     def stop(self, now: bool) -> None:
         """Leave. The scheduler drops what nobody waits for any more."""
-        with _Hush():
-            self._client.close(timeout=2)
+        try:
+            self._client.close(timeout=LOOK)
+        finally:
+            self._hush.over()
 
     def _gathered(self, keys: list[str]) -> list[Answer]:
         """The answers of batches that ended."""
@@ -157,9 +157,9 @@ class Cluster:
             raise _other_version(self._address, answer[len(OTHER) :].decode("ascii", "replace")[:100])
         return Answer(batch, "back", answer, (time.perf_counter() - asked) / DEPTH)
 
-    def _wait(self, seconds: float) -> None:
+    def _wait(self) -> None:
         """Wait for the first worker."""
-        until = time.perf_counter() + seconds
+        until = time.perf_counter() + ANSWERS_IN
         self._heard = self._seen = time.perf_counter()
         while True:
             self._looked = 0.0
@@ -167,7 +167,7 @@ class Cluster:
             if self._there:
                 return
             if time.perf_counter() >= until:
-                raise _empty(self._address, seconds)
+                raise _empty(self._address, ANSWERS_IN)
             time.sleep(0.1)
 
     def _look(self) -> None:
@@ -177,7 +177,7 @@ class Cluster:
             return
         self._looked = now
         if self._client.status != "running":
-            if self._client.status == "closed" or now - self._heard > self._gone:
+            if self._client.status == "closed" or now - self._heard > GONE:
                 raise _gone(self._address)
             return
         try:
@@ -191,19 +191,22 @@ class Cluster:
         self._there = there
         if there:
             self._seen = now
-        elif now - self._seen > self._empty:
-            raise _empty(self._address, self._empty)
+        elif now - self._seen > EMPTY:
+            raise _empty(self._address, EMPTY)
 
     def _check_versions(self, workers: list[str]) -> None:
-        """Refuse a worker with another lampyris: the version is part of every key."""
-        said = self._client.run(version, workers=workers, on_error="return")
-        for worker, found in said.items():
-            if found == [__version__, RESULTS]:
-                continue
-            if isinstance(found, ImportError | AttributeError | list):
-                raise _other_version(
-                    worker, told(found) if isinstance(found, Exception) else repr(found)[:100]
-                )
+        """Refuse a worker with another lampyris: the version is part of every key.
+
+        It is asked through a function of Python's own: a worker without lampyris cannot even read a call of
+        one of ours, and Dask's client then waits for ever. :func:`errand` looks once more.
+        """
+        for name, own in (("lampyris:__version__", __version__), ("lampyris.study.design:RESULTS", RESULTS)):
+            said = self._client.run(resolve_name, name, workers=workers, on_error="return")
+            for worker, found in said.items():
+                if isinstance(found, ImportError | AttributeError):
+                    raise _other_version(worker, told(found))
+                if isinstance(found, str | int) and found != own:
+                    raise _other_version(worker, repr(found)[:100])
 
 
 _one_at_a_time = threading.Lock()
@@ -211,20 +214,15 @@ _one_at_a_time = threading.Lock()
 
 def errand(work: Work, expected: list[Any], letter: bytes) -> bytes:
     """The work, done on a worker if it has the version of the one who asks."""
-    own = version()
+    own = [__version__, RESULTS]
     if own != expected:
         return OTHER + repr(own).encode("ascii", "replace")
     with _one_at_a_time:
         return work(letter)
 
 
-def version() -> list[Any]:
-    """What decides the results of a worker."""
-    return [__version__, RESULTS]
-
-
-def _client(address: str, seconds: float) -> Any:
-    """A connection to a scheduler."""
+def _distributed() -> Any:
+    """The package."""
     if find_spec("distributed") is None:
         raise UsageError(
             "CLUSTER_MISSING",
@@ -234,36 +232,35 @@ def _client(address: str, seconds: float) -> Any:
         )
     import distributed
 
-    make: Any = distributed.Client
-    with _Hush():
-        try:
-            return make(address, timeout=seconds, set_as_default=False, name="lampyris-study")
-        except (OSError, ValueError, TypeError) as fault:
-            raise InputError(
-                "CLUSTER_ADDRESS",
-                f"no Dask scheduler answers in {seconds:g} s ({told(fault)})",
-                where=address,
-                todo="start one with `dask scheduler`, or correct the address",
-            ) from None
+    return distributed
+
+
+def _client(distributed: Any, address: str) -> Any:
+    """A connection to a scheduler."""
+    try:
+        return distributed.Client(address, timeout=ANSWERS_IN, set_as_default=False, name="lampyris-study")
+    except (OSError, ValueError, TypeError) as fault:
+        raise InputError(
+            "CLUSTER_ADDRESS",
+            f"no Dask scheduler answers in {ANSWERS_IN:g} s ({told(fault)})",
+            where=address,
+            todo="start one with `dask scheduler`, or correct the address",
+        ) from None
 
 
 class _Hush:
-    """Dask logs what we say ourselves, in our own words."""
+    """Dask logs what we say ourselves, in our own words; quiet until ``over``."""
 
-    NAMES = (
-        "distributed.client",
-        "distributed.comm",
-        "distributed.core",
-        "distributed.utils",
-        "distributed.batched",
-    )
+    NAMES = ("client", "comm", "core", "utils", "utils_comm", "batched")
 
-    def __enter__(self) -> None:
-        self._levels = [(logging.getLogger(name), logging.getLogger(name).level) for name in self.NAMES]
-        for logger, _ in self._levels:
+    def __init__(self) -> None:
+        loggers = [logging.getLogger(f"distributed.{name}") for name in self.NAMES]
+        self._levels = [(logger, logger.level) for logger in loggers]
+        for logger in loggers:
             logger.setLevel(logging.CRITICAL + 1)
 
-    def __exit__(self, *_: object) -> None:
+    def over(self) -> None:
+        """Let them speak again."""
         for logger, level in self._levels:
             logger.setLevel(level)
 

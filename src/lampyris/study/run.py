@@ -20,7 +20,10 @@ from typing import Any, Final, Protocol
 
 from lampyris.errors import LampyrisError
 from lampyris.study.batches import Batch, Batches, Letters
+from lampyris.study.cluster import Cluster
 from lampyris.study.design import Ground, Job, Study
+from lampyris.study.judge import Judge
+from lampyris.study.one import work
 from lampyris.study.pool import Answer, Hands, Here, Processes, Work
 from lampyris.study.row import Row
 from lampyris.study.where import Finished, Pace, Progress, Where
@@ -39,7 +42,7 @@ BEAT: Final = 0.5
 """Seconds between two reports of progress when there is nothing new."""
 
 
-class Judging(Protocol):
+class _Judging(Protocol):
     """See :class:`lampyris.study.judge.Judge`."""
 
     def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
@@ -54,7 +57,7 @@ def run(
     where: Where | None = None,
     progress: Callable[[Progress], None] | None = None,
     _work: Work | None = None,
-    _judge: Judging | None = None,
+    _judge: _Judging | None = None,
 ) -> Finished:
     """Run every job of a study that has no row yet.
 
@@ -77,20 +80,18 @@ def run(
         used; nothing is stored of them. Of a cluster: see :mod:`lampyris.study.cluster`.
     """
     place = where or Where()
-    sitting = _Sitting(study, sink, done, place, progress, _judge or _own_judge())
+    sitting = _Sitting(study, sink, done, place, progress, _judge or Judge())
     with _Calm(at_once=place.here) as calm:
-        return sitting.through(_hands(place, _work or _own_work(), sitting.left), calm)
+        return sitting.through(_hands(place, _work or work, sitting.left), calm)
 
 
-def _hands(where: Where, work: Work, jobs: int) -> Hands:
+def _hands(where: Where, call: Work, jobs: int) -> Hands:
     """Those who do the work; nobody is woken for nothing."""
     if where.here or not jobs:
-        return Here(work)
+        return Here(call)
     if where.dask is None:
-        return Processes(work, min(where.workers, jobs))
-    from lampyris.study.cluster import Cluster
-
-    return Cluster(work, where.dask)
+        return Processes(call, min(where.workers, jobs))
+    return Cluster(call, where.dask)
 
 
 class _Sitting:
@@ -103,7 +104,7 @@ class _Sitting:
         done: Collection[str],
         where: Where,
         progress: Callable[[Progress], None] | None,
-        judge: Judging,
+        judge: _Judging,
     ) -> None:
         self._sink, self._tell, self._judge = sink, progress, judge
         self._grounds = study.grounds
@@ -351,15 +352,3 @@ def _hopeless(words: str) -> LampyrisError:
         where="workers",
         todo="nothing was stored of them; look whether lampyris is the same everywhere and whole",
     )
-
-
-def _own_work() -> Work:
-    from lampyris.study.one import work
-
-    return work
-
-
-def _own_judge() -> Judging:
-    from lampyris.study.judge import Judge
-
-    return Judge()
