@@ -1,0 +1,323 @@
+"""Kill test: a study is killed at random moments, itself or one of its workers, and loses nothing it stored.
+
+``python tools/study_kill.py [--kills 50] [--seed 0] [--workers 2] [--folder DIR]``
+
+The study runs as ``lampyris study`` in a process of its own. Whenever its store has said that rows are there,
+their keys and contents are written to a log beside it and synced: that is what was acknowledged. Then SIGKILL
+hits the process, or a worker, and the study goes on, until it has been killed so often; at last it is left to
+end. No acknowledged row may be missing or changed, no run may have been stored twice, the exported CSV must
+be the bytes of the same study run at once in one process, and no process may be left over. Needs Linux.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+JOBS_A_KILL = 120
+"""Runs of the study for each kill: it must not end before it was killed so often."""
+GONE_IN = 20.0
+"""Seconds in which the workers of a killed study must have ended by themselves."""
+STUCK = 300.0
+"""Seconds without a sign of life that end the test."""
+
+LINE = 132
+"""Bytes of the log for each run."""
+
+STUDY = """
+version: 1
+name: killed
+preset: dissertation
+maps:
+  - {{bundled: guide, limit: 1}}
+  - {{bundled: rooms-20, queries: {{random: 1, least: 12}}}}
+planners:
+  - {{name: ad-gso, grid: {{choice: [greedy, roulette]}}}}
+  - astar
+traffic:
+  - {{kind: random-walk, count: 5, grid: {{tracks: [live, replayed]}}}}
+  - {{kind: random-walk, count: 77}}
+seeds: {seeds}
+"""
+"""18 runs a seed; among 77 walkers they are refused."""
+
+Process = tuple[int, str]
+"""A process and when it began: numbers are given again."""
+
+
+# ---- inside the process that is killed --------------------
+
+
+def digest(row: Any) -> str:
+    """Of what a row says, timing aside."""
+    from lampyris.study.design import canonical
+
+    return hashlib.sha256(canonical([row.key, row.ending, row.metrics, row.error])).hexdigest()
+
+
+def study_that_logs(study: str, store: str, log: str, workers: str) -> None:
+    """``lampyris study``, whose every acknowledgement is logged and synced."""
+    from lampyris.cli import main
+    from lampyris.study.store import Store
+
+    add = Store.add
+    out = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+
+    def add_and_log(self: Store, rows: Sequence[Any]) -> int:
+        fresh = add(self, rows)
+        # Each block begins with an end of line: the last of the block before may have been torn off.
+        lines = "".join(f"{row.key} {digest(row)} .\n" for row in rows)
+        os.write(out, f"\n{lines}".encode("ascii"))
+        os.fsync(out)
+        return fresh
+
+    Store.add = add_and_log  # type: ignore[method-assign]
+    sys.argv = ["lampyris", "study", study, "--store", store, "--workers", workers]
+    main()
+
+
+# ---- outside --------------------
+
+
+@dataclass
+class Found:
+    """What came of it."""
+
+    kills: Counter[str] = field(default_factory=Counter)
+    sittings: int = 0
+    acknowledged: int = 0
+    lost: int = 0
+    twice: int = 0
+    runs: int = 0
+    identical: bool = False
+    left_over: int = 0
+    seconds: float = 0.0
+    words: list[str] = field(default_factory=list)
+
+    @property
+    def failures(self) -> int:
+        """How much is not as it should be."""
+        return self.lost + self.twice + (not self.identical) + self.left_over + len(self.words)
+
+
+def began(pid: int) -> str | None:
+    """When a process began; None: it is not there, or is dead already."""
+    try:
+        words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return None
+    return None if words[0] in "ZX" else words[19]
+
+
+def below(pid: int) -> list[Process]:
+    """All processes that a process began, and those that they did."""
+    found: list[Process] = []
+    ahead = [pid]
+    while ahead:
+        parent = ahead.pop()
+        for task in Path(f"/proc/{parent}/task").glob("*/children"):
+            try:
+                children = [int(word) for word in task.read_text().split()]
+            except OSError:
+                continue
+            ahead += children
+            found += [(child, at) for child in children if (at := began(child)) is not None]
+    return sorted(set(found))
+
+
+def is_worker(pid: int) -> bool:
+    """Whether a process does jobs; the others look after what processes share."""
+    try:
+        return b"popen_loky" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
+
+
+def acknowledged(log: Path) -> tuple[dict[str, str], int]:
+    """What was logged by key, and how many keys were logged more than once."""
+    found: dict[str, str] = {}
+    twice = 0
+    for line in log.read_text().split("\n") if log.exists() else ():
+        words = line.split(" ")
+        if len(words) == 3 and words[2] == ".":
+            twice += words[0] in found
+            found[words[0]] = words[1]
+    return found, twice
+
+
+class Hunt:
+    """One study that is killed ``kills`` times.
+
+    Parameters
+    ----------
+    folder : where its files go.
+    kills, seed, workers : see the command.
+    """
+
+    def __init__(self, folder: Path, kills: int, seed: int, workers: int) -> None:
+        self.file, self.store, self.log = (folder / f"killed.{end}" for end in ("yaml", "db", "log"))
+        seeds = max(-(-kills * JOBS_A_KILL // 18), 1)
+        self.file.write_text(STUDY.format(seeds=seeds))
+        self.wanted, self.workers, self.total = kills, workers, 18 * seeds
+        self.rng = np.random.default_rng(seed)
+        self.found = Found()
+        self._alone: list[Process] = []
+
+    def sitting(self) -> bool:
+        """Start the study and kill it, and workers of it, as often as wanted; whether it came to its end."""
+        command = [
+            sys.executable,
+            __file__,
+            "--logged",
+            *map(str, (self.file, self.store, self.log, self.workers)),
+        ]
+        self.found.sittings += 1
+        with open(self.log.with_suffix(".err"), "ab") as errors:
+            process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, cwd=self.log.parent)
+        try:
+            while self.found.kills.total() < self.wanted:
+                if self._wait(process) is not None:
+                    break
+                workers = self._workers(process)
+                if workers:
+                    os.kill(workers[int(self.rng.integers(len(workers)))][0], signal.SIGKILL)
+                    self.found.kills["worker"] += 1
+                    continue
+                self._alone += below(process.pid)
+                process.kill()
+                process.wait()
+                self.found.kills["study"] += 1
+                return False
+            code = process.wait(timeout=STUCK)
+        finally:
+            process.kill()
+            process.wait()
+        if code != 0:
+            self.found.words.append(f"sitting {self.found.sittings} ended with {code}")
+        return True
+
+    def _workers(self, process: subprocess.Popen[bytes]) -> list[Process]:
+        """Workers of which one is to be killed; none: the study itself is."""
+        found: list[Process] = []
+        if self.workers > 1 and self.rng.random() < 0.5:
+            until = time.monotonic() + STUCK
+            while not found and process.poll() is None and time.monotonic() < until:
+                found = [p for p in below(process.pid) if is_worker(p[0])]
+        return found
+
+    def _wait(self, process: subprocess.Popen[bytes]) -> int | None:
+        """Until the next kill: mostly a random while after rows were stored, sometimes after anything."""
+        size = self._logged()
+        if self.rng.random() < 0.8:
+            until = time.monotonic() + STUCK
+            while self._logged() == size and process.poll() is None and time.monotonic() < until:
+                time.sleep(0.002)
+            # The nearer the end, the sooner: it must not come before the last kill.
+            left = self.total - self._logged() / LINE
+            share = left / (JOBS_A_KILL * (self.wanted - self.found.kills.total()))
+            pause = float(self.rng.random()) * 0.5 * min(max(share, 0.0), 1.0) ** 2
+        else:
+            pause = float(self.rng.random()) * 3.0
+        try:
+            return process.wait(timeout=pause)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def _logged(self) -> int:
+        return self.log.stat().st_size if self.log.exists() else 0
+
+    def all(self) -> Found:
+        """The whole test."""
+        began_at = time.perf_counter()
+        while not self.sitting():
+            pass
+        found = self.found
+        if found.kills.total() < self.wanted:
+            found.words.append(f"it ended after {found.kills.total()} kills")
+        if not found.words:
+            self._compare()
+        until = time.monotonic() + GONE_IN
+        while (left := [p for p, at in self._alone if began(p) == at]) and time.monotonic() < until:
+            time.sleep(0.1)
+        found.left_over = len(left)
+        found.seconds = time.perf_counter() - began_at
+        return found
+
+    def _compare(self) -> None:
+        """The store beside the log and beside the same study run at once."""
+        from lampyris.study.export import write_csv
+        from lampyris.study.file import load_study
+        from lampyris.study.run import run
+        from lampyris.study.store import Store
+        from lampyris.study.table import table_of
+
+        found, study = self.found, load_study(self.file)
+        with Store.open(self.store, writable=False) as store:
+            rows = store.rows()
+        logged, again = acknowledged(self.log)
+        found.acknowledged = len(logged)
+        found.lost = sum(key not in rows or digest(rows[key]) != said for key, said in logged.items())
+        connection = sqlite3.connect(self.store)
+        try:
+            stored, keys = connection.execute("SELECT COUNT(key), COUNT(DISTINCT key) FROM runs").fetchone()
+        finally:
+            connection.close()
+        found.runs, found.twice = stored, again + stored - keys
+        fresh: list[Any] = []
+        run(study, fresh.extend)
+        files = [self.log.with_suffix(f".{name}.csv") for name in ("killed", "whole")]
+        write_csv(files[0], table_of(study, rows))
+        write_csv(files[1], table_of(study, {row.key: row for row in fresh}))
+        found.identical = files[0].read_bytes() == files[1].read_bytes() and stored == len(study)
+
+
+def told(found: Found, seed: int) -> str:
+    """What came of it, for people."""
+    kills = found.kills
+    who = f"the study {kills['study']}, a worker {kills['worker']}"
+    lines = [
+        f"kills: {kills.total()} ({who}) in {found.sittings} sittings of {found.runs} runs",
+        f"acknowledged: {found.acknowledged}, lost or changed: {found.lost}, stored twice: {found.twice}",
+        f"export identical to the uninterrupted one: {'yes' if found.identical else 'NO'}",
+        f"processes left over: {found.left_over}",
+        *found.words,
+        f"cases {kills.total()}, failures {found.failures}, seconds {found.seconds:.1f}, seed {seed}",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Exit code 1 if anything is lost, doubled, different or left over."""
+    if sys.argv[1:2] == ["--logged"]:
+        study_that_logs(*sys.argv[2:])
+        return 0
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--folder", type=Path, help="keep the files there")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as aside:
+        folder = args.folder or Path(aside)
+        folder.mkdir(parents=True, exist_ok=True)
+        found = Hunt(folder, args.kills, args.seed, args.workers).all()
+    print(told(found, args.seed))
+    return 1 if found.failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
