@@ -111,7 +111,7 @@ class Cluster:
             while True:
                 keys.append(self._ended.get_nowait())
         except queue.Empty:
-            return self._gathered([key for key in dict.fromkeys(keys) if key in self._asked])
+            return [self._answer(*self._asked.pop(key)) for key in dict.fromkeys(keys) if key in self._asked]
 
     def stop(self, now: bool) -> None:
         """Leave. The scheduler drops what nobody waits for any more."""
@@ -120,37 +120,21 @@ class Cluster:
         finally:
             self._hush.over()
 
-    def _gathered(self, keys: list[str]) -> list[Answer]:
-        """The answers of batches that ended."""
-        ended = {key: self._asked.pop(key) for key in keys}
-        good = [future for _, future, _ in ended.values() if future.status == "finished"]
-        data: dict[str, Any] = {}
-        if good:
-            try:
-                found = self._client.gather(
-                    dict(zip((f.key for f in good), good, strict=True)), errors="skip"
-                )
-            except Exception:  # The scheduler, or the worker that held them, went away meanwhile: ask again.
-                found = {}
-            data = dict(found)
-        return [self._answer(batch, future, asked, data) for batch, future, asked in ended.values()]
-
-    def _answer(self, batch: Batch, future: Any, asked: float, data: dict[str, Any]) -> Answer:
-        """What became of one batch."""
+    def _answer(self, batch: Batch, future: Any, asked: float) -> Answer:
+        """What became of one batch that ended."""
         from distributed.scheduler import KilledWorker
 
         status = future.status
-        if status == "error":
-            try:
-                fault = future.exception(timeout=ANSWERS_IN)
-            except Exception as unknown:  # Its scheduler went away, or the error cannot be read.
-                fault = unknown
-            if isinstance(fault, KilledWorker):
-                return Answer(batch, "died")
-            return Answer(batch, "fault", words=told(fault))
-        answer = data.get(future.key)
-        if status != "finished" or answer is None:
-            return Answer(batch, "lost")
+        if status not in ("finished", "error"):
+            return Answer(batch, "lost")  # The connection to the scheduler broke: that cancels everything.
+        try:
+            answer = future.result(timeout=GONE)
+        except KilledWorker:  # So many workers died of it as the scheduler allows, 3 by Dask's default.
+            return Answer(batch, "died")
+        except Exception as fault:
+            if status == "error":
+                return Answer(batch, "fault", words=told(fault))
+            return Answer(batch, "lost")  # The worker that held the answer is gone, and nobody redid it.
         if not isinstance(answer, bytes):
             return Answer(batch, "fault", words=f"an answer that is a {type(answer).__name__}, not bytes")
         if answer.startswith(OTHER):
