@@ -273,3 +273,22 @@ def test_without_a_terminal_a_line_for_every_tenth(capsys: pytest.CaptureFixture
     assert len(lines) == 10
     assert lines[0] == "10 of 100 runs, 1 failed, about 1:30 left"
     assert lines[-1] == "100 of 100 runs, 1 failed"
+
+
+def test_at_a_terminal_a_bar_and_a_live_table(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from lampyris.study.where import Progress
+
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("TERM", "xterm")
+    one = _study()
+    tally = study_show.Tally(one)
+    with study_show.Board(one, tally, quiet=True) as board:
+        tally.add([Row(next(one.jobs()).key, "done", {"found": True, "gap": 0.25})])
+        board.show(Progress(done=1, total=6, failed=0, seconds_left=75.0))
+    out, err = capsys.readouterr()
+    assert out == ""
+    for part in ("1 of 6 runs, 0 failed", "1:15 left", "1 of 3", "25.00%", "gso, slow"):
+        assert part in err

@@ -11,54 +11,49 @@ from lampyris.cli import verbs
 from lampyris.errors import UsageError
 from lampyris.report.style import suffix_of
 from lampyris.study.design import Study
-from lampyris.study.row import Row
+from lampyris.study.table import Table
 
 
-def _stored(path: Path) -> tuple[Study, dict[str, Row]]:
+def _stored(path: Path) -> tuple[Study, Table]:
     """What a store holds; it is not written to."""
     from lampyris.study.store import Store
+    from lampyris.study.table import table_of
 
-    store = Store.open(path, writable=False)
-    try:
-        return store.study(), dict(store.rows())
-    finally:
-        store.close()
+    with Store.open(path, writable=False) as store:
+        study = store.study()
+        return study, table_of(study, store.scan())
 
 
 def show(path: Path, as_json: bool) -> int:
     """``lampyris study show``. Returns the exit code."""
     from lampyris.cli import study_show
-    from lampyris.study.table import table_of
 
-    study, rows = _stored(path)
-    summary = work.summary_of(study, table_of(study, rows))
-    counts = study_show.endings(rows.values())
+    study, table = _stored(path)
+    summary = work.summary_of(study, table)
+    counts = study_show.endings(table["ending"])
     if as_json:
-        record = {**work.record(study, path), "done": len(rows), "endings": counts}
+        record = {**work.record(study, path), "done": len(table), "endings": counts}
         verbs.print_json({**record, "summary": summary.as_json()})
         return 0
-    there = f"{len(rows):,} of {len(study):,}: {study_show.told(counts)}"
+    there = f"{len(table):,} of {len(study):,}: {study_show.told(counts)}"
     study_show.facts([*work.facts(study), ("there", there)])
     study_show.summary(summary)
     return 0
 
 
 def export(path: Path, out: work.Outputs) -> int:
-    """``lampyris study export``. Returns the exit code."""
-    from lampyris.study.table import table_of
-
+    """``lampyris study export`` and ``study report``. Returns the exit code."""
     if not out.files:
         raise UsageError("OPTIONS", "nothing to write", allowed="--csv, --parquet or --latex FILE")
     out.check(path)
-    study, rows = _stored(path)
-    work.write(study, table_of(study, rows), out)
+    study, table = _stored(path)
+    work.write(study, table, out)
     if out.json:
-        verbs.print_json(
-            {**work.record(study, path), "done": len(rows), "files": [str(f) for f in out.files]}
-        )
+        files = [str(f) for f in out.files]
+        verbs.print_json({**work.record(study, path), "done": len(table), "files": files})
         return 0
-    if len(rows) < len(study):
-        verbs.remarks((f"{len(rows):,} of {len(study):,} runs are there; the others are left out",))
+    if table.missing:
+        verbs.remarks((f"{len(table):,} of {len(study):,} runs are there; the others are left out",))
     for file in out.files:
         print(f"wrote {file}")
     return 0

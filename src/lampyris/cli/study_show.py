@@ -27,6 +27,8 @@ from lampyris.study.row import Row
 ENDINGS = ("done", "refused", "timeout", "failed")
 QUIET_S = 30.0
 """Where nobody looks on, a line comes with every tenth of the runs, or after so many seconds."""
+MANY = 200_000
+"""Runs of a study that is too large for a live table: whose run is whose would fill the memory."""
 WIDTH = 120
 """Columns of tables that go into a file or a pipe."""
 
@@ -49,10 +51,10 @@ def sizes(study: Study) -> str:
     return f"{' x '.join(parts)} = {plural(len(study), 'run')} ({study.kind})"
 
 
-def endings(rows: Iterable[Row]) -> dict[str, int]:
+def endings(words: Iterable[str]) -> dict[str, int]:
     """How many runs ended how; every ending there is, also those of nobody."""
-    counts = Counter(row.ending for row in rows)
-    return {word: counts[word] for word in ENDINGS}  # type: ignore[index]
+    counts = Counter(words)
+    return {word: counts[word] for word in ENDINGS}
 
 
 def told(counts: Mapping[str, int]) -> str:
@@ -88,7 +90,8 @@ class Tally:
     counts: dict[tuple[str, str], _Count] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._whose = {job.key: (job.labels["planner"], job.labels["law"]) for job in self.study.jobs()}
+        jobs = self.study.jobs() if len(self.study) <= MANY else ()
+        self._whose = {job.key: (job.labels["planner"], job.labels["law"]) for job in jobs}
         for planner in self.study.planners:
             for law in self.study.laws:
                 self.counts[planner.called, law.called] = _Count()
@@ -159,7 +162,7 @@ class Board:
             bar = ProgressBar(total=max(1, total), completed=done, width=40)
             line = Table.grid(padding=(0, 2))
             line.add_row(Text(self._study.name), bar, Text(rest), Text(f"{clock(left)} left"))
-            self._live.update(Group(line, self._tally.table()))
+            self._live.update(Group(line, self._tally.table()) if self._total <= MANY else line)
             return
         tenth, now = 10 * done // max(1, total), time.monotonic()
         if self._tenth < 0:
@@ -195,8 +198,8 @@ def tab(one: Tab, console: Console | None = None) -> None:
 
 SHORT = {
     "plan": ("found", "cost", "gap", "time_s", "expansions"),
-    "simulate": ("arrived", "collisions", "cost", "ticks", "replans", "expansions"),
-    "drive": ("arrived", "collisions", "near_m", "length_m", "time_s", "replans"),
+    "simulate": ("arrived", "collisions", "cost", "ticks", "expansions"),
+    "drive": ("arrived", "collisions", "near_m", "length_m", "time_s"),
 }
 """What the terminal shows of a study of each kind; the page has all of it."""
 
@@ -214,6 +217,8 @@ def summary(told: Summary) -> None:
             console.print(Text(f"{title}: nothing yet\n"))
             continue
         names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]
+        if not any(e.own["collisions"].value > 0 for e in some if "collisions" in e.own):
+            names = [n for n in names if n != "collisions"]
         header = ("", "runs", *(ALL[n].title for n in names))
         rows: list[tuple[Value, ...]] = []
         for e in some:

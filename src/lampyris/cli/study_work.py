@@ -150,9 +150,9 @@ def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
     began = time.monotonic()
     store = open_for(path, study)
     try:
-        before = store.rows()
+        before = store.keys()
         tally = show.Tally(study)
-        tally.add(before.values())
+        tally.add(store.scan())
         if not out.json:
             _announce(study, path, where, len(before))
 
@@ -162,7 +162,7 @@ def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
 
         try:
             with show.Board(study, tally, quiet=out.json) as board:
-                running.run(study, keep, done=frozenset(before), where=where, progress=board.show)
+                running.run(study, keep, done=before, where=where, progress=board.show)
         except KeyboardInterrupt:
             _interrupted(study, store, path)
         return _tell(
@@ -286,16 +286,15 @@ def _tell(study: Study, store: Store, path: Path, out: Outputs, *, new: int, sec
     from lampyris.cli import study_show as show
     from lampyris.study.table import table_of
 
-    rows = store.rows()
-    table = table_of(study, rows)
+    table = table_of(study, store.scan())
     summary = write(study, table, out)
-    counts = show.endings(rows.values())
+    counts = show.endings(table["ending"])
     if out.json:
-        told = {**record(study, path), "done": len(rows), "new": new, "endings": counts}
+        told = {**record(study, path), "done": len(table), "new": new, "endings": counts}
         told |= {"summary": summary.as_json(), "files": [str(f) for f in out.files]}
         verbs.print_json({**told, "timing": {"wall_s": seconds}})
         return 0
-    print(f"{len(rows):,} of {len(study):,} runs: {show.told(counts)}; {new:,} new, {show.clock(seconds)}")
+    print(f"{len(table):,} of {len(study):,} runs: {show.told(counts)}; {new:,} new, {show.clock(seconds)}")
     show.summary(summary)
     for file in out.files:
         print(f"wrote {file}")
