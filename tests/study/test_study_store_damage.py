@@ -160,6 +160,55 @@ def test_a_log_cut_at_every_byte_of_its_last_calls(
     cut_log(tmp_path / "a", *open_, range(size - 3 * FRAME, size))
 
 
+def test_a_store_that_is_not_the_one_witnessed_is_refused(
+    tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = open_
+    filled(tmp_path / "a", study(12), 5, right[::-1])
+    other = bytes_of(tmp_path / "a")
+    put(tmp_path / "a", {**other, ".lock": files[".lock"]})
+    assert not read(tmp_path / "a", right[::-1])
+    put(tmp_path / "a", other)
+    assert read(tmp_path / "a", right[::-1])
+
+
+def test_a_log_that_a_reader_kept_from_being_emptied_is_still_vouched_for(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    right = rows(study(12))
+    store = Store.create(path, study(12))
+    store.add(right[:10])
+    with Store.open(path, writable=False) as reader:
+        scan = reader.scan()
+        next(scan)
+        store.add(right[10:])
+        store.close()
+        assert len(list(scan)) == 9
+    files = bytes_of(path)
+    assert files["-wal"]
+    assert ".lock" in files
+    assert read(path, right)
+    put(path, {**files, "-wal": files["-wal"][:-1]})
+    assert not read(path, right)
+    put(path, files)
+    assert written(path, right, [])
+    assert set(bytes_of(path)) == {""}
+
+
+def test_a_head_that_says_another_journal_is_damage_and_not_a_file_that_may_only_be_read(
+    tmp_path: Path, closed: tuple[dict[str, bytes], list[Row]]
+) -> None:
+    files, right = closed
+    for at, value in ((16, 0x20), (18, 1), (18, 3), (19, 1), (21, 0x41), (47, 3), (59, 2)):
+        data = bytearray(files[""])
+        data[at] = value
+        put(tmp_path / "a", {"": bytes(data)})
+        for writable in (True, False):
+            with pytest.raises(LampyrisError, match="STORE_DAMAGED"):
+                Store.open(tmp_path / "a", writable=writable)
+        assert after_repair(tmp_path / "a", right, len(right)).lost == 0
+        clear(tmp_path)
+
+
 def test_a_witness_cut_or_flipped_never_makes_rows_vanish(
     tmp_path: Path, open_: tuple[dict[str, bytes], list[Row]]
 ) -> None:
@@ -468,6 +517,21 @@ def test_carving_agrees_with_sqlite_on_stores_of_any_page_count(tmp_path: Path) 
         found = [texts for table, texts in carved(path.read_bytes(), b"") if table == "runs"]
         assert sorted(found) == sorted(want)
         assert len(want) == count
+
+
+def test_long_records_are_followed_wherever_they_go_on(tmp_path: Path) -> None:
+    """Of many lengths up to four pages, in the log and in the main file."""
+    of = study(40)
+    given = [Row(job.key, "failed", {}, {}, "x" * (89 * job.index)) for job in of.jobs()]
+    with Store.create(tmp_path / "a", of) as store:
+        for k in range(0, len(given), 16):
+            store.add(given[k : k + 16])
+        files = bytes_of(tmp_path / "a")
+        assert len(files["-wal"]) > 100 * FRAME
+        inlog = [texts for table, texts in carved(b"", files["-wal"]) if table == "runs"]
+    found = [texts for table, texts in carved((tmp_path / "a").read_bytes(), b"") if table == "runs"]
+    for some in (inlog, found):
+        assert {texts[1]: len(texts[3]) for texts in some} == {row.key: len(row.error) for row in given}
 
 
 def test_noise_is_no_record() -> None:

@@ -50,6 +50,8 @@ from lampyris.study.store_new import ADD, check_folder, write_new
 
 __all__ = ["Repaired", "Store", "open_for", "repair"]
 
+_PATIENCE_MS = 200
+"""How long closing waits for readers; the log may stay."""
 _RUNS = "SELECT n, seal, key, ending, error, metrics, timing FROM runs ORDER BY n"
 
 
@@ -252,6 +254,7 @@ class Store:
             return
         if self._writer is not None:
             with suppress(sqlite3.Error):  # All runs are in the log then, until the next writer tries again.
+                self._writer.execute(f"PRAGMA busy_timeout={_PATIENCE_MS}")
                 self._writer.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         self._abandon()
 
