@@ -214,8 +214,10 @@ def _draw_speeds(figure: Figure, frame: Frame, speeds: Sequence[Speeds], title: 
     width = frame.width - frame.left - room - 0.1
     axes = figure.add_axes(frame.box(frame.left, 0.78, width, _CHART - 0.45))
     handles = []
-    for one in shown:
-        colour, dash = style.law_look(one.name) if one.way is None else look_of(one.way)
+    for k, one in enumerate(shown):
+        # A law with other settings than its own looks like no law's own line, and like no other's.
+        own = one.way is None and one.name in style.LAWS
+        colour, dash = style.law_look(one.name) if own else look_of(k if one.way is None else one.way)
         label = f"{one.name}: {one.told}" if one.told else one.name
         handles += axes.plot(one.s, one.v, color=colour, linestyle=dash, linewidth=1.5, label=label)
     axes.set_xlabel("distance along the way (m)" if units == "m/s" else "distance along the way (cells)")
