@@ -166,7 +166,9 @@ def table(tab: Tab, *, classes: Sequence[str] = ()) -> Markup:
             for t, s in zip(texts[1:], sides[1:], strict=True)
         )
         rows.append(tag("tr", first, *rest, class_=(classes[k] or None) if classes else None))
-    whole = tag("table", tag("caption", tab.title), tag("thead", head), tag("tbody", *join_lines(rows)))
+    whole = tag(
+        "table", tag("caption", tag("span", tab.title)), tag("thead", head), tag("tbody", *join_lines(rows))
+    )
     note = tag("p", tab.note, class_="note") if tab.note else ""
     return tag(
         "div",

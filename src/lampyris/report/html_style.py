@@ -47,7 +47,7 @@ nav ul { list-style: none; padding: 0; display: flex; flex-wrap: wrap; gap: 0.25
 .scroll:focus-visible { outline: 2px solid var(--link); outline-offset: 2px; }
 table { border-collapse: collapse; font-size: 0.9rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
 caption { text-align: left; font-weight: 600; padding: 0 0 0.5rem; white-space: nowrap; }
-th, td { text-align: left; padding: 0.32rem 0.75rem; vertical-align: top;
+th, td { text-align: left; padding: 0.32rem 0.7rem; vertical-align: top;
   border-bottom: 1px solid var(--line); }
 td { white-space: nowrap; }
 td.long { white-space: normal; min-width: 16rem; }
@@ -79,8 +79,8 @@ summary { cursor: pointer; color: var(--link); padding: 0.25rem 0; }
   th, td { padding: 0.3rem 0.5rem; }
   .facts > div { grid-template-columns: minmax(0, 1fr); }
   .facts dd { margin-bottom: 0.4rem; }
-  tbody th { max-width: 9rem; white-space: normal; overflow-wrap: anywhere; }
-  caption { white-space: normal; }
+  tbody th { white-space: normal; min-width: 6.5rem; max-width: 10rem; overflow-wrap: break-word; }
+  caption span { display: inline-block; white-space: normal; max-width: calc(100vw - 2rem); }
 }
 @media print {
   body { font-size: 10pt; }

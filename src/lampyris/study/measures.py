@@ -48,8 +48,6 @@ WAY = (
         "cost_to_go", "sum of cost-to-go", "", "the cost that remains, summed over the cells visited: "
         "what the dissertation prints as path cost of the methods it compares with; no length",
     ),
-    Measure("turn_deg", "turning (deg)", "less", "sum of all changes of direction"),
-    Measure("clearance_least_m", "least clearance (m)", "more", "least distance to a wall"),
 )  # fmt: skip
 TIME = (
     Measure("ticks", "ticks", "less", "ticks until the end of the simulation"),
@@ -57,6 +55,8 @@ TIME = (
     Measure("speed_mean", "mean speed", "more", "mean speed while under way"),
     Measure("speed_least", "least speed", "more", "least speed while under way"),
     Measure("waits", "waits", "less", "ticks on which the robot stood; of a drive, seconds"),
+    Measure("turn_deg", "turning (deg)", "less", "sum of all changes of direction"),
+    Measure("clearance_least_m", "least clearance (m)", "more", "least distance to a wall"),
 )
 WORK = (
     Measure("iterations", "iterations", "less", "rounds of the planner, whatever it calls one"),

@@ -25,7 +25,11 @@ def crowd_tabs(summary: Summary, k: int, crowd: str) -> tuple[Tab, ...]:
     others = "" if crowd == "none" else f", {crowd}"
     place = "without moving obstacles" if crowd == "none" else f"among {crowd}"
     out = [_ending_tab(summary, f"endings-{k + 1}", f"What became of the runs {place}", some)]
-    sets = (("way", "Ways", WAY), ("time", "Time and speed", TIME), ("work", "Work of the planner", WORK))
+    sets = (
+        ("way", "Ways", WAY),
+        ("time", "Time, speed and shape", TIME),
+        ("work", "Work of the planner", WORK),
+    )
     for word, title, measures in (*sets, ("timing", "Seconds and memory, of this machine", TIMING)):
         tab = _measure_tab(summary, f"{word}-{k + 1}", f"{title}{others}", some, measures, False)
         out += [] if tab is None else [tab]
@@ -98,7 +102,7 @@ def _measure_tab(
         True: "Worlds in which every planner came to the goal"
         + (f" ({', '.join(left_out)} never did and are left out)." if left_out else "."),
     }[common]
-    if not common and not _differs(some):
+    if not common and all(e.own[there[0].name].runs == e.runs for e in some):
         which = "Means over all runs."
     note = f"{which} {sample(summary)} {_n_note(there[1:])}".rstrip()
     return Tab(name, title, header, rows, note, _align(header))
