@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from lampyris.errors import SettingError
 from lampyris.study import run as running
@@ -38,22 +39,25 @@ def run_study(
     """
     from lampyris.study.file import load_study
 
-    if isinstance(study, str | os.PathLike):
-        study = load_study(study)
-    if not isinstance(study, Study):
-        what = f"a {type(study).__name__}"
+    asked: Any = load_study(study) if isinstance(study, str | os.PathLike) else study
+    if not isinstance(asked, Study):
+        what = f"a {type(asked).__name__}"
         raise SettingError("TYPE", what, where="study", allowed="a Study, a file or a ready study's name")
     where = Where(workers=workers, dask=dask)
     if store is None:
         rows: dict[str, Row] = {}
 
-        def keep(some: Sequence[Row]) -> None:
+        def remember(some: Sequence[Row]) -> None:
             rows.update((row.key, row) for row in some)
 
-        running.run(study, keep, where=where, progress=progress)
-        return table_of(study, rows)
+        running.run(asked, remember, where=where, progress=progress)
+        return table_of(asked, rows)
     from lampyris.study.store import open_for
 
-    with open_for(store, study) as kept:
-        running.run(study, kept.add, done=kept.keys(), where=where, progress=progress)
-        return table_of(study, kept.rows())
+    with open_for(store, asked) as kept:
+
+        def keep(some: Sequence[Row]) -> None:
+            kept.add(some)
+
+        running.run(asked, keep, done=kept.keys(), where=where, progress=progress)
+        return table_of(asked, kept.scan())
