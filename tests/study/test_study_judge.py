@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import copy
 import json
+import tracemalloc
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
@@ -28,6 +29,7 @@ from lampyris.errors import FileError, LimitError
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
 from lampyris.planners import registry
 from lampyris.report.measure import METRICS
 from lampyris.study import drive_evidence, evidence
@@ -322,9 +324,20 @@ def test_live_obstacles_must_begin_where_this_world_has_them() -> None:
     study = study_of("simulate", ("ad-gso",), LIVE)
     true = honest(study)
 
+    (job,) = study.jobs()
+    noun = run_job(job.plain, ground_of(study).grid).noun
+    assert isinstance(noun, Trace)
+    visited = {tuple(c) for t in (noun.robot, *noun.tracks) for c in t.tolist()}
+    away = next(
+        (0, y) for y in range(15, 0, -1) if (0, y) not in visited and not noun.scene.grid.blocked[y, 0]
+    )
+    ticks = len(noun.robot)
+
     def moved(a: dict[str, Any]) -> None:
-        a["tracks"][0] = (16, 0)
-        a["tracks"][1:] = 0
+        """The first one stands for ever where nobody comes by."""
+        cells = np.cumsum(a["tracks"], axis=0)
+        cells[:ticks] = away
+        a["tracks"] = np.diff(cells, axis=0, prepend=cells[:1] * 0)
 
     def late(a: dict[str, Any]) -> None:
         a["appears"][:] = 1
@@ -335,7 +348,8 @@ def test_live_obstacles_must_begin_where_this_world_has_them() -> None:
     def in_walls(a: dict[str, Any]) -> None:
         a["tracks"][1:6] += (0, 1)
 
-    for lie in (moved, late, jumps, in_walls):
+    refused(study, altered(true, "simulate", moved), "obstacle 0 does not begin at")
+    for lie in (late, jumps, in_walls):
         refused(study, altered(true, "simulate", lie))
 
 
@@ -405,10 +419,17 @@ def test_blocks_are_not_unpacked_beyond_what_they_say() -> None:
     good = evidence.pack_arrays({"a": np.arange(9)}, form)
     assert np.array_equal(evidence.unpack_arrays(good, form)["a"], np.arange(9))
     bomb = base64.b64encode(zlib.compress(bytes(50_000_000))).decode()
+    more = base64.b64encode(base64.b64decode(good["block"]) + b"more").decode()
+    tracemalloc.start()
+    with pytest.raises(FileError):
+        evidence.unpack_arrays({"shapes": [["a", [9]]], "block": bomb}, form)
+    assert tracemalloc.get_traced_memory()[1] < 2_000_000
+    tracemalloc.stop()
     for shapes, block in (
         ([["a", [9]]], bomb), ([["a", [8]]], good["block"]), ([["a", [10]]], good["block"]),
         ([["a", [-9]]], good["block"]), ([["a", [3, 3]]], good["block"]), ([["b", [9]]], good["block"]),
         ([["a", [9.0]]], good["block"]), ([["a", [True]]], good["block"]), ([["a", [9]]], "!"),
+        ([["a", [9]]], more),
         ([["a", [9]]], base64.b64encode(b"x").decode()), ([["a", [9]]], good["block"][:-4]),
         ([["a", [9]], ["a", [9]]], good["block"]),
     ):  # fmt: skip

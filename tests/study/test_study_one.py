@@ -23,7 +23,7 @@ from lampyris.planners.base import Budget, Traits
 from lampyris.sim import loop
 from lampyris.sim.mobility import crowd
 from lampyris.study import one, site
-from lampyris.study.design import Crowd, Who, canonical
+from lampyris.study.design import Crowd, Study, Who, canonical
 from lampyris.study.one import run_job, work
 
 LIVE = Crowd("random-walk", 6, tracks="live")
@@ -47,7 +47,15 @@ def test_a_result_is_told_under_the_key_of_its_job() -> None:
 def test_what_is_kept_changes_nothing(kind: str) -> None:
     """The same bytes from a worker that has run nothing, that has run it before, and in another order."""
     crowd_ = LIVE if kind == "drive" else Crowd("random-walk", 6)
-    study = study_of(kind, ("astar", "ad-gso"), crowd_, seeds=(0, 1))
+    _same_whatever_was_kept(study_of(kind, ("astar", "ad-gso"), crowd_, seeds=(0, 1)))
+
+
+def test_rooms_of_fast_runs_are_of_one_planner_and_one_crowd() -> None:
+    who = (planner("ad-gso"), planner("ad-gso", nt=3), planner("ad-gso", choice="exact"))
+    _same_whatever_was_kept(study_of("simulate", who, LIVE, law_of="dissertation", seeds=(0, 1)))
+
+
+def _same_whatever_was_kept(study: Study) -> None:
     jobs = list(study.jobs())
 
     def evidence(some: list[Any]) -> dict[str, bytes]:
