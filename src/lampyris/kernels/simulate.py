@@ -10,7 +10,7 @@ width + 2``.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel
+from lampyris.kernels._jit import kernel, lowest, u64
 from lampyris.kernels.ahead import walk_known
 from lampyris.kernels.pace import OF_GOAL, OF_WAITING, pace
 from lampyris.kernels.window import ARRIVED, AT, BODY, FIRST, HEMMED, LENGTH, LOOKED, STOP, WALL
@@ -45,8 +45,8 @@ def crosses(cell, dx, dy, stride, left, step_x, step_y):
     return body >= 0 and step_x[body] == dx and step_y[body] == -dy
 
 
-@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone", "options"))
-def stroll(state, where, step_x, step_y, taken, left, gone, options, ways, stride, draws, first):
+@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone"))
+def stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws, first):
     """Every walker steps to the option that its draw means, or stays: one tick of the obstacles.
 
     ``draws[first + k]`` is walker k's. ``gone`` lists the cells of ``left`` so that they can be cleared.
@@ -62,24 +62,34 @@ def stroll(state, where, step_x, step_y, taken, left, gone, options, ways, strid
     taken[state[ROBOT]] = -1
     for body in range(state[BODIES]):
         at = where[body]
-        open_ways = ways[at]
-        count = 0
-        for k in range(8):
-            j = k + (k > 3)
-            dy = j // 3 - 1
-            dx = j - 3 * dy - 4
-            row = dy * stride
-            # Written always, kept if it is an option: walls and bodies come as they like, and a branch on
-            # them would be guessed wrong every other time.
-            options[count] = k
-            legal = (open_ways >> k) & (taken[at + row + dx] == 0)
-            if dx != 0 and dy != 0 and left[at + dx] + left[at + row] != 0:
-                legal &= not crosses(at, dx, dy, stride, left, step_x, step_y)
-            count += legal & 1
+        up = at - stride
+        down = at + stride
+        # No branches: walls and bodies come as they like, and would be guessed wrong every other time.
+        may = ways[at] & (
+            (taken[up - 1] == 0)
+            | (taken[up] == 0) << 1
+            | (taken[up + 1] == 0) << 2
+            | (taken[at - 1] == 0) << 3
+            | (taken[at + 1] == 0) << 4
+            | (taken[down - 1] == 0) << 5
+            | (taken[down] == 0) << 6
+            | (taken[down + 1] == 0) << 7
+        )
+        if left[at - 1] + left[at + 1] + left[up] + left[down] != 0:
+            for k in range(4):
+                dx = 2 * (k % 2) - 1
+                dy = 2 * (k // 2) - 1
+                if crosses(at, dx, dy, stride, left, step_x, step_y):
+                    may &= ~(1 << (2 * (k % 2) + 5 * (k // 2)))
+        count = may - ((may >> 1) & 85)
+        count = (count & 51) + ((count >> 2) & 51)
+        count = (count + (count >> 4)) & 15
         pick = int(draws[first + body] * (count + 1))
         if pick == 0:
             continue
-        k = options[pick - 1]
+        for _ in range(pick - 1):
+            may &= may - 1
+        k = lowest(u64(may))
         j = k + (k > 3)
         dy = j // 3 - 1
         dx = j - 3 * dy - 4
@@ -223,13 +233,13 @@ def ask(
 
 @kernel(
     out=(
-        "state", "where", "step_x", "step_y", "taken", "left", "gone", "options", "robots", "tracks", "told",
+        "state", "where", "step_x", "step_y", "taken", "left", "gone", "robots", "tracks", "told",
         "aims", "speeds", "causes", "nodes", "why", "shut", "tally", "path", "wall", "toll", "room", "dist",
         "queue", "queued", "way", "known", "marks",
     )
 )  # fmt: skip
 def drive_ticks(
-    state, where, step_x, step_y, taken, left, gone, options, robots, tracks, told, aims, speeds, causes,
+    state, where, step_x, step_y, taken, left, gone, robots, tracks, told, aims, speeds, causes,
     draws, count, opened, ways, rate,
     free, stride, robot_cuts, offsets, goal, horizon, law, counted, blocked, height, nodes, why,
     cost, luc, step, shut, terrain, setup, tally, path,
@@ -242,7 +252,7 @@ def drive_ticks(
 
     Parameters
     ----------
-    where .. options : bodies and room to move them in. ``taken`` and ``left``: by cell number, body + 1.
+    where .. gone : bodies and room to move them in. ``taken`` and ``left``: by cell number, body + 1.
     robots, told, aims : out, by tick: the robot's cell, bits of TOLD, the cell that could not be entered.
     tracks : out, ``count`` a tick: each body's cell, 0 before it appeared.
     speeds, causes : out, by tick, of the dissertation's law.
@@ -273,7 +283,7 @@ def drive_ticks(
         told[now] = 0
         speeds[now] = 0.0
         first = tick * (count + 2)
-        stroll(state, where, step_x, step_y, taken, left, gone, options, ways, stride, draws, first)
+        stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws, first)
         if rate <= 1.0:
             appear(state, where, taken, opened, count, rate, draws[first + count], draws[first + count + 1])
         for body in range(count):

@@ -6,13 +6,11 @@ from lampyris.kernels._jit import kernel
 from lampyris.kernels.simulate import BODIES, stroll
 
 
-@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone", "options", "tracks"))
-def stroll_on(
-    state, where, step_x, step_y, taken, left, gone, options, ways, stride, draws, per_tick, tracks
-):
+@kernel(out=("state", "where", "step_x", "step_y", "taken", "left", "gone", "tracks"))
+def stroll_on(state, where, step_x, step_y, taken, left, gone, ways, stride, draws, per_tick, tracks):
     """As many ticks as there are draws for, ``per_tick`` each; ``tracks``: everybody's cell after each."""
     count = state[BODIES]
     for tick in range(len(draws) // per_tick):
-        stroll(state, where, step_x, step_y, taken, left, gone, options, ways, stride, draws, tick * per_tick)
+        stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws, tick * per_tick)
         for body in range(count):
             tracks[tick * count + body] = where[body]

@@ -185,7 +185,7 @@ class FastRuns:
         taken, left = np.zeros((2, self._room), dtype=np.int64)
         where[: len(there)] = there
         taken[there] = np.arange(1, len(there) + 1)
-        bodies = (state, where, step_x, step_y, taken, left, gone, np.zeros(9, dtype=np.int64))
+        bodies = (state, where, step_x, step_y, taken, left, gone)
         rest = (
             *self._given,
             *self._field,

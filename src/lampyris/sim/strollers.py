@@ -46,14 +46,13 @@ class Strollers:
         self._step_x, self._step_y, self._gone = np.zeros((3, count), dtype=np.int64)
         self._taken, self._left = np.zeros((2, len(free)), dtype=np.int64)
         self._taken[self._where] = np.arange(1, count + 1)
-        self._options = np.zeros(9, dtype=np.int64)
 
     def go(self, ticks: int) -> NDArray[np.int64]:
         """So many ticks more: the number of each walker's cell after each; (ticks, walkers)."""
         tracks = np.zeros(ticks * len(self._where), dtype=np.int64)
         stroll_on(
             self._state, self._where, self._step_x, self._step_y, self._taken, self._left, self._gone,
-            self._options, self._ways, self._stride, self._rng.random(ticks * self._per_tick), self._per_tick,
+            self._ways, self._stride, self._rng.random(ticks * self._per_tick), self._per_tick,
             tracks,
         )  # fmt: skip
         return tracks.reshape(ticks, -1)
