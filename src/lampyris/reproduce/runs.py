@@ -89,7 +89,7 @@ def studies(quick: bool = False) -> dict[str, Study]:
         "nt": _study("nt", "plan", drawn, greedy, 1, "Is nt = 10 best?"),
         "static": _study("static", "plan", stored, methods, 2 if quick else 10, "Table 4.11 on our maps"),
         "moving": _study(
-            "moving", "simulate", stored, methods[:4], 1 if quick else 3,
+            "moving", "simulate", stored, methods[:4], 1 if quick else 5,
             f"Table 4.11 on our maps among {WALKERS} random walkers", walkers,
         ),
     }  # fmt: skip

@@ -1,0 +1,138 @@
+"""Grid: a printed table as HTML, cell by cell, each with its verdict and what it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
+
+from lampyris.report.html import Markup, fold, items, join, tag
+from lampyris.reproduce import data
+from lampyris.reproduce.verdict import (
+    EXACT,
+    GIVEN,
+    IMPOSSIBLE,
+    KINDS,
+    MISPRINT,
+    NOT_REPRODUCIBLE,
+    ROUNDED,
+    Verdict,
+)
+
+SIGNS: Mapping[str, str] = MappingProxyType(
+    {EXACT: "✓", ROUNDED: "≈", GIVEN: "·", MISPRINT: "✗", NOT_REPRODUCIBLE: "?", IMPOSSIBLE: "⊘"}
+)
+"""A sign of each verdict: colour alone is not for everybody, nor for paper."""
+
+_COLOURS = {MISPRINT: "--bad", IMPOSSIBLE: "--bad", ROUNDED: "--mild", NOT_REPRODUCIBLE: "--mild"}
+_SHOWN = 4
+"""Places that a reason names before it counts the rest."""
+LONG = ("4.3", "4.4", "4.5", "4.6")
+"""Tables that are carried in long form: a part, a number in it and a name."""
+
+
+def grid(table: str, verdicts: Sequence[Verdict]) -> Markup:
+    """The table as printed, with signs; every cell tells its reason when it is pointed at."""
+    if table == "4.2":
+        return _square(verdicts)
+    if table in LONG:
+        return _long(table, verdicts)
+    return _plain(table, verdicts)
+
+
+def cell(v: Verdict) -> Markup:
+    """What is printed, the sign of its verdict, and what it should be or ours, if that is told."""
+    what = [v.printed, " ", tag("b", SIGNS[v.verdict])]
+    if v.ours and v.verdict in (MISPRINT, IMPOSSIBLE, ROUNDED):
+        what += [" ", v.ours]
+    elif v.ours and v.verdict == NOT_REPRODUCIBLE:
+        what += [tag("br"), tag("small", v.ours)]
+    return tag("span", *what, title=f"{v.verdict}: {v.why}")
+
+
+def _style(some: Iterable[Verdict]) -> str | None:
+    """The colour of the gravest verdict in a cell."""
+    kinds = {v.verdict for v in some}
+    kind = next((k for k in (IMPOSSIBLE, MISPRINT, NOT_REPRODUCIBLE, ROUNDED) if k in kinds), None)
+    return None if kind is None else f"background: var({_COLOURS[kind]})"
+
+
+def _plain(table: str, verdicts: Sequence[Verdict]) -> Markup:
+    info = data.about(table)
+    found = {(f.index, f.column): v for f, v in zip(data.figures(table), verdicts, strict=True)}
+    heads = [info["names"].get(c, c.replace("_", " ")) or "printed" for c in info["figures"]]
+    rows = []
+    for k, row in enumerate(data.rows(table)):
+        label = ", ".join(row[key] for key in info["keys"] if row[key] and key not in info["figures"])
+        cells = [found.get((k, c)) for c in info["figures"]]
+        rows.append((label or str(k), [[v] if v is not None else [] for v in cells]))
+    keys = [key.replace("_", " ") for key in info["keys"] if key not in info["figures"]]
+    return _table(info["title"], [", ".join(keys) or "row", *heads], rows, info["note"])
+
+
+def _long(table: str, verdicts: Sequence[Verdict]) -> Markup:
+    """One row for each part and number, one column for each name."""
+    info = data.about(table)
+    by: dict[tuple[str, str], dict[str, Verdict]] = {}
+    for f, v in zip(data.figures(table), verdicts, strict=True):
+        by.setdefault((f.row["part"], f.row["index"]), {})[f.row["name"]] = v
+    head = by.pop(("header", ""))
+    top = _table(info["title"], ["", "printed"], [(name, [[v]]) for name, v in head.items()], "")
+    names = ["luciferin", "probability", "cell"]
+    names = [n for n in names if any(n in row for row in by.values())]
+    rows = [
+        (f"{part} {number}", [[row[n]] if n in row else [] for n in names])
+        for (part, number), row in by.items()
+    ]
+    return join((top, _table("", ["", *names], rows, info["note"])))
+
+
+def _square(verdicts: Sequence[Verdict]) -> Markup:
+    """Table 4.2 as a map: luciferin above, back pointer below."""
+    info = data.about("4.2")
+    by: dict[tuple[int, int], list[Verdict]] = {}
+    for f, v in zip(data.figures("4.2"), verdicts, strict=True):
+        by.setdefault(data.cell(f.row["cell"]), []).append(v)
+    rows = [(str(y), [by[x, y] for x in range(10)]) for y in range(10)]
+    return _table(info["title"], ["y, x", *map(str, range(10))], rows, info["note"])
+
+
+def _table(
+    title: str, head: Sequence[str], rows: Sequence[tuple[str, Sequence[Sequence[Verdict]]]], note: str
+) -> Markup:
+    top = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in head)))
+    body = []
+    for label, cells in rows:
+        shown = (
+            tag("td", join((cell(v) for v in some), Markup("<br>")), style=_style(some)) for some in cells
+        )
+        body.append(join((Markup("\n"), tag("tr", tag("th", label, scope="row"), *shown))))
+    caption = tag("caption", title) if title else Markup("")
+    whole = tag("table", caption, top, tag("tbody", *body))
+    beneath = tag("p", note, class_="note") if note else Markup("")
+    return tag("div", tag("div", whole, class_="scroll", tabindex=0), beneath, class_="tab")
+
+
+def reasons(verdicts: Iterable[Verdict]) -> Markup:
+    """Every reason once, with the figures that it is the reason of; those that are in order are folded."""
+    grouped: dict[tuple[str, str], list[Verdict]] = {}
+    for v in verdicts:
+        grouped.setdefault((v.verdict, v.why), []).append(v)
+    order = sorted(grouped, key=lambda key: (-list(KINDS).index(key[0]), -len(grouped[key])))
+    loud = [_reason(key, grouped[key]) for key in order if key[0] not in (EXACT, GIVEN)]
+    quiet = [_reason(key, grouped[key]) for key in order if key[0] in (EXACT, GIVEN)]
+    parts = [items(loud)] if loud else []
+    if quiet:
+        many = sum(len(grouped[key]) for key in order if key[0] in (EXACT, GIVEN))
+        parts.append(fold(f"{many} figures that are exact or given", items(quiet)))
+    return join(parts)
+
+
+def _reason(key: tuple[str, str], some: Sequence[Verdict]) -> Markup:
+    kind, why = key
+    places = [f"{v.where} ({v.printed}{_ours(v)})" for v in some[:_SHOWN]]
+    rest = f" and {len(some) - _SHOWN} more" if len(some) > _SHOWN else ""
+    return join((tag("b", f"{SIGNS[kind]} {kind}"), f": {'; '.join(places)}{rest}. ", tag("em", f"{why}.")))
+
+
+def _ours(v: Verdict) -> str:
+    return f" → {v.ours}" if v.ours and v.verdict in (MISPRINT, IMPOSSIBLE, ROUNDED) else ""
