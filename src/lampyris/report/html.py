@@ -63,7 +63,7 @@ _NAME = re.compile(r"[a-z][a-z0-9-]*")
 _KINDS = ("image/webp", "image/png", "image/gif")
 _LONG = 44
 """Characters from which on a cell's words may be broken into lines."""
-_INTERVAL = re.compile(r"(.+) (\[[^\[\]]*\])")
+_INTERVAL = re.compile(r"(.+?) (\[[^\[\]]*\](?: n \d+)?)")
 
 
 class Markup(str):

@@ -379,8 +379,8 @@ def _room_for(names: Sequence[str]) -> float:
 
 
 def _dress(axes: Axes, xlabel: str, ylabel: str, grid: str) -> None:
-    axes.set_xlabel(xlabel, fontsize=9, color=INK)
-    axes.set_ylabel(ylabel, fontsize=9, color=INK)
+    axes.set_xlabel(clean(xlabel, 60), fontsize=9, color=INK)
+    axes.set_ylabel(clean(ylabel, 40), fontsize=9, color=INK)
     axes.tick_params(labelsize=8.5, colors=INK, length=3, width=0.6)
     axes.tick_params(axis="x", which="minor", length=2, width=0.5, colors=INK, labelsize=7)
     axes.grid(axis=grid, color=GRID, linewidth=0.8)  # type: ignore[arg-type]

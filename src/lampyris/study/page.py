@@ -18,7 +18,7 @@ from lampyris.report.tab import Tab, Value
 from lampyris.study import page_figures as figures
 from lampyris.study.design import RESULTS, Study, Who, canonical
 from lampyris.study.findings import Summary
-from lampyris.study.measures import ALL
+from lampyris.study.measures import ALL, TIMING
 from lampyris.study.page_films import films as films_of
 from lampyris.study.page_words import found, many
 from lampyris.study.plain import study_plain
@@ -67,7 +67,6 @@ def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = 
     """The page as text."""
     study = runs.study
     parts = [
-        _lead(study, summary, runs),
         _asked(study),
         *_results(summary),
         _figures("quality", "Success, cost and work", _quality(summary, runs)),
@@ -77,12 +76,13 @@ def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = 
         films_of(summary, runs) if films else Markup(""),
         _maps(summary),
         _failures(summary),
-        _glossary(runs),
+        _glossary(runs, timing),
         _again(study),
     ]
+    there = [part for part in parts if part]
     title = study.name or "a study"
     foot = f"lampyris {__version__}, results {RESULTS}, study {key_of(study)[:16]}"
-    return html.page(title, *(p for p in parts if p), foot=foot)
+    return html.page(title, _lead(study, summary, runs, there), *there, foot=foot)
 
 
 def key_of(study: Study) -> str:
@@ -90,11 +90,16 @@ def key_of(study: Study) -> str:
     return hashlib.sha256(canonical(study_plain(study))).hexdigest()
 
 
-def _lead(study: Study, summary: Summary, runs: Runs) -> Markup:
-    links = (
-        ("asked", "What was asked"), ("results-1", "Results"), ("quality", "Figures"),
-        ("differences", "Differences"), ("again", "Run it again"),
-    )  # fmt: skip
+_LINKS = (
+    ("asked", "What was asked"), ("results-1", "Results"), ("quality", "Figures"),
+    ("differences", "Differences"), ("ranks", "Ranks"), ("form", "The dissertation's form"),
+    ("films", "Films"), ("maps", "Map by map"), ("again", "Run it again"),
+)  # fmt: skip
+
+
+def _lead(study: Study, summary: Summary, runs: Runs, there: Sequence[Markup]) -> Markup:
+    """What the study asks, links to the sections that there are, and what came of it."""
+    links = [(a, words) for a, words in _LINKS if any(p.startswith(f'<section id="{a}"') for p in there)]
     nav = html.items(html.tag("a", words, href=f"#{anchor}") for anchor, words in links)
     about = html.tag("p", study.about, class_="lead") if study.about else None
     told = [html.paragraph(sentence) for sentence in found(summary, runs)]
@@ -247,8 +252,8 @@ def _failures(summary: Summary) -> Markup:
     return html.section("outcomes", "Endings", _table(tab))
 
 
-def _glossary(runs: Runs) -> Markup:
-    some = [(m.title, m.about) for m in ALL.values() if runs.has(m.name)]
+def _glossary(runs: Runs, timing: bool) -> Markup:
+    some = [(m.title, m.about) for m in ALL.values() if runs.has(m.name) and (timing or m not in TIMING)]
     return html.section("glossary", "What the columns are", html.facts(some))
 
 

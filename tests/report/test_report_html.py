@@ -1,0 +1,176 @@
+"""Pages: whatever a name holds, a page shows it and obeys none of it."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+from html_reader import read
+
+from lampyris.errors import InternalFault
+from lampyris.report import html, study_charts
+from lampyris.report.html import Markup
+from lampyris.report.study_charts import Line, Steps
+from lampyris.report.svg_page import clean
+from lampyris.report.tab import Tab
+
+HOSTILE = (
+    "<script>alert(1)</script>", '"><img src=x onerror=alert(1)>', "' onmouseover='x", "a & b < c > d",
+    "</td></table>", "<!-- ", "]]>", "$\\frac{1}{2}$", "$x", "\u202eevil\u202c", "\x00\x1b[31m", "a\nb",
+    "_hidden", "日本語 経路", "\ud800", "", " ", "url(http://a)", "--ink: red", "x" * 300,
+)  # fmt: skip
+NAN = math.nan
+
+
+def test_every_word_is_escaped_and_shown() -> None:
+    for words in HOSTILE:
+        page = html.page(
+            words, html.paragraph(words), html.tag("a", "x", href="#a", title=words), html.tag("p", id="a")
+        )
+        reader = read(page)
+        told = "".join(reader.words)
+        if words.isprintable():
+            assert told.count(words) >= 2
+        assert "script" not in reader.seen
+        page.encode("utf-8")
+
+
+def test_signs_that_turn_or_hide_text_are_spelled_out() -> None:
+    assert html.text("a\u202eb\x00") == "a\\u202eb\\x00"
+    assert html.text("\ud800") == "\\ud800"
+    assert html.text(None) == ""
+    assert html.text(3.5) == "3.5"
+    assert html.text(Markup("<b>x</b>")) == "<b>x</b>"
+
+
+@pytest.mark.parametrize("name", ["script", "iframe", "form", "object", "style", "link", "p onclick=x"])
+def test_no_page_has_what_runs_or_loads(name: str) -> None:
+    with pytest.raises(InternalFault):
+        html.tag(name)
+
+
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        {"onclick": "x"}, {"href": "http://a"}, {"src": "//a"}, {"href": "javascript:x"}, {"a b": "c"},
+        {"src": "data:text/html,x"}, {'x"': "y"},
+    ],
+)  # fmt: skip
+def test_no_element_runs_or_loads(attributes: dict[str, str]) -> None:
+    with pytest.raises(InternalFault):
+        html.tag("a", **attributes)
+
+
+def test_the_policy_forbids_the_rest() -> None:
+    assert html.POLICY.startswith("default-src 'none'")
+    assert "script" not in html.POLICY
+    assert "http" not in html.POLICY
+
+
+def test_a_table_has_its_title_heads_rows_and_note() -> None:
+    tab = Tab(
+        "t", "Title", ("", "a", "b"), (("<x>", 1.5, "12.3 [11.9, 12.8] n 4"), ("y", None, "z" * 60)), "Note."
+    )
+    drawn = html.table(tab, classes=("good", ""))
+    reader = read(html.page("p", drawn))
+    assert "".join(reader.words).count("Title") == 1
+    assert "<caption><span>Title</span></caption>" in drawn
+    assert '<th scope="row">&lt;x&gt;</th>' in drawn
+    assert "12.3 <small>[11.9, 12.8] n 4</small>" in drawn
+    assert '<td class="long">' in drawn
+    assert '<tr class="good">' in drawn
+    assert '<td class="right">-</td>' in drawn
+    assert '<p class="note">Note.</p>' in drawn
+    assert 'id="tab-t"' in drawn
+
+
+def test_pictures_are_held_in_the_page() -> None:
+    drawn = html.image(b"\x00\x01", "image/webp", 'a "film"', width=3)
+    assert drawn == '<img src="data:image/webp;base64,AAE=" alt="a &quot;film&quot;" width="3">'
+    with pytest.raises(InternalFault):
+        html.image(b"", "image/svg+xml", "x")
+
+
+def charts(names: list[str]) -> list[Markup]:
+    """One of each kind of figure."""
+    n = len(names)
+    rng = np.random.default_rng(n)
+    lines = [Line(v, v - 1, v + 1) for v in rng.uniform(5, 90, n)]
+    gone = [Line(NAN, NAN, NAN) for _ in names]
+    alone = [Line(3.0, NAN, NAN) for _ in names]
+    values = [rng.uniform(1, 9, 6).tolist() for _ in names]
+    values[0][0] = NAN
+    steps = [Steps((1.0, 1.5, 3.0), (0.2, 0.5, 0.9)) for _ in names]
+    steps[-1] = Steps((), ())
+    both = list(zip(names, values, strict=True))
+    few = both[:3]
+    return [
+        study_charts.bars("bars", ["(0, 0) to (1, 1)"] * 6, few, "y", "x"),
+        study_charts.dots("dots", names, [("no obstacles", lines), (names[0], gone), ("c", alone)], "x"),
+        study_charts.dots("share", names, [("a", lines)], "x", share=True),
+        study_charts.density("density", [0.0, 5.0], [(w, lines[:1] * 2) for w in names], "y"),
+        study_charts.profiles("profiles", list(zip(names, steps, strict=True)), "x"),
+        study_charts.scatter("scatter", [(w, v, v[::-1]) for w, v in both], "x", "y"),
+        study_charts.strips("strips", [(k, w, values[k][1:], lines[k]) for k, w in enumerate(names)], "x"),
+        study_charts.critical("critical", names, list(range(1, n + 1)), 1.5, [(0, min(1, n - 1))]),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("n", [1, 3, 24])
+def test_figures_are_sound_small_and_the_same_bytes(n: int) -> None:
+    names = [f"planner {k}" for k in range(n)]
+    first, again = charts(names), charts(names)
+    assert first == again
+    reader = read(html.page("p", *(html.figure(drawn, "what it shows") for drawn in first)))
+    assert reader.seen.count("svg") == len(first)
+    told = " ".join(reader.words)
+    assert all(told.count(name) >= 6 for name in names)
+    assert sum(map(len, first)) < 60_000 + 25_000 * n
+    assert not re.search(r"\bnan\b|\binf\b", told)
+
+
+def test_figures_take_the_colours_and_the_font_of_the_page() -> None:
+    for drawn in charts(["a", "b"]):
+        assert "var(--ink" in drawn
+        assert "sans-serif" in drawn
+        assert "20242c" not in drawn.replace("var(--ink, #20242c)", "")
+        assert "<svg" in drawn
+        assert "max-width" in drawn.partition(">")[0]
+
+
+@pytest.mark.parametrize("words", HOSTILE)
+def test_figures_show_any_name(words: str) -> None:
+    drawn = charts([words, "b"])
+    read(html.page("p", *drawn))
+    if words == "$x":
+        assert "$x" in "".join(drawn)
+        assert "\\$" not in "".join(drawn)
+
+
+def test_names_are_cut_where_there_is_no_room() -> None:
+    assert clean("abcdef", 6) == "abcdef"
+    assert clean("abcdefg", 6) == "abc..."
+    assert clean("a\nb", 9) == "a\\nb"
+
+
+def test_twenty_four_lines_can_be_told_apart() -> None:
+    looks = {(colour, str(dash)) for colour, dash, _ in map(study_charts.look, range(24))}
+    marks = {(colour, mark) for colour, _, mark in map(study_charts.look, range(24))}
+    assert len(looks) == len(marks) == 24
+
+
+def test_figures_of_nothing_are_drawn() -> None:
+    nothing = Line(NAN, NAN, NAN)
+    read(
+        html.page(
+            "p",
+            study_charts.dots("a", ["x"], [("p", [nothing])], "y"),
+            study_charts.profiles("b", [("x", Steps((), ()))], "y"),
+            study_charts.scatter("c", [("x", [NAN], [1.0])], "x", "y"),
+            study_charts.strips("d", [(0, "x", [], nothing)], "x"),
+            study_charts.bars("e", ["g"], [("x", [NAN])], "y", "x"),
+            study_charts.critical("f", ["x", "y"], [1.5, 1.5], NAN, []),
+        )
+    )

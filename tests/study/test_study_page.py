@@ -1,0 +1,186 @@
+"""The page of a study: the same bytes for the same results, and nothing that loads, runs or misleads."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from summary_samples import by_chance, metrics, rows, study
+
+from lampyris.errors import FileError, UsageError
+from lampyris.study.design import Crowd, Study, Who
+from lampyris.study.file import load_study
+from lampyris.study.one import run_job
+from lampyris.study.page import key_of, page_of, write_page
+from lampyris.study.page_films import choose
+from lampyris.study.runs import runs_of
+from lampyris.study.summary import summarise
+from lampyris.study.table import table_of
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+from html_reader import Reader, read
+from test_report_html import HOSTILE
+
+ONE_CROWD = (Crowd(),)
+
+
+def page(one: Study, make: object, tmp_path: Path, **more: object) -> str:
+    """The page of made-up results, without films."""
+    out = tmp_path / "page.html"
+    write_page(out, one, table_of(one, rows(one, make)), films=False, **more)
+    return out.read_text("utf-8")
+
+
+def told(words: str) -> str:
+    return " ".join(" ".join(read(words).words).split())
+
+
+def test_the_same_results_are_the_same_bytes(tmp_path: Path) -> None:
+    one, make = study(maps=1), by_chance(1)
+    all_rows = rows(one, make)
+    keys = list(all_rows)
+    mixed = {keys[k]: all_rows[keys[k]] for k in np.random.default_rng(2).permutation(len(keys))}
+    write_page(tmp_path / "a.html", one, table_of(one, all_rows), films=False)
+    write_page(tmp_path / "b.html", one, table_of(one, mixed), films=False)
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
+
+
+def test_seconds_and_memory_are_left_out_unless_asked_for(tmp_path: Path) -> None:
+    one, make = study(), by_chance(1)
+    assert "CPU (s)" not in page(one, make, tmp_path)
+    assert "0.25" in page(one, make, tmp_path, timing=True)
+
+
+def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
+    one = study(about="Which is shorter?", crowds=(Crowd(), Crowd("random-walk", 5, tracks="live")))
+    words = told(page(one, by_chance(4), tmp_path))
+    for wanted in (
+        "made up", "Which is shorter?", "72 runs: 3 methods on 6 queries of 2 maps", "map 0", "5 random-walk",
+        "obstacles yield to the robot", key_of(one), "refused", "timeout", "Wilcoxon", "BCa", "seed 0",
+        "6 queries, the 2 seeds of each averaged", "What the columns are", "Run it again",
+    ):  # fmt: skip
+        assert wanted in words, wanted
+
+
+def test_the_sample_size_stands_beside_every_mean(tmp_path: Path) -> None:
+    """A cell with an interval is in a table that says how many; one of other runs says so itself."""
+    text = page(study(queries=4), by_chance(5, 0.5), tmp_path)
+    tables = re.findall(
+        r'<div class="tab".*?</table></div>(?:<p class="note">.*?</p>)?</div>', text, re.DOTALL
+    )
+    with_means = [t for t in tables if "[" in t]
+    assert len(with_means) > 6
+    for one in with_means:
+        assert "resamples, seed 0" in one
+        assert ">runs<" in one
+
+
+def test_hostile_names_are_shown_and_not_obeyed(tmp_path: Path) -> None:
+    for k in range(0, len(HOSTILE) - 3, 5):
+        names = HOSTILE[k : k + 4]
+        one = study(("a", "b"), maps=1, queries=2, seeds=1, crowds=ONE_CROWD, name=names[0], about=names[1])
+        planners = (Who("ad-gso", {names[2]: names[3]}, names[2]), Who("astar", {}, names[3] or "-"))
+        one = Study(**{f: getattr(one, f) for f in one.__slots__} | {"planners": planners})
+        runs = runs_of(one, [(k, "done", "", metrics(10.0 + k, outcome=names[0])) for k in range(len(one))])
+        read(page_of(runs, summarise(runs), films=False))
+
+
+@pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
+@pytest.mark.parametrize(
+    ("shape", "failing"),
+    [(("only", 1, 1), 0.0), (("only", 3, 2), 1.0), (("ab", 1, 3), 0.0), (("abcd", 2, 1), 1.0)],
+)
+def test_poor_studies_have_sound_pages(
+    kind: str, failing: float, shape: tuple[str, int, int], tmp_path: Path
+) -> None:
+    names, queries, seeds = shape
+    planners = ("only",) if names == "only" else tuple(names)
+    one = study(planners, maps=1, queries=queries, seeds=seeds, kind=kind, crowds=ONE_CROWD)
+    words = told(page(one, by_chance(1, failing), tmp_path))
+    assert not re.search(r"\bnan\b|\binf\b|\bNone\b.*\bNone\b.*\[", words)
+
+
+def test_a_study_that_has_not_begun_has_a_page(tmp_path: Path) -> None:
+    words = told(page(study(), lambda *_: None, tmp_path))
+    assert "0 runs of 72, 72 not run yet" in words
+    half = told(page(study(), lambda w, c, s, e: ("done", metrics(9.0)) if w < 3 else None, tmp_path))
+    assert "36 runs of 72, 36 not run yet" in half
+
+
+def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_path: Path) -> None:
+    one = study(("dstar-lpso", "dstar16-lpso", "ad-gso"), crowds=ONE_CROWD)
+    words = told(page(one, by_chance(2, 0.0), tmp_path))
+    for wanted in ("Figure 4.5", "Figure 4.6", "Figure 4.7", "sum of the cost-to-go", "by the true length"):
+        assert wanted in words
+    other = told(page(study(crowds=ONE_CROWD), by_chance(2, 0.0), tmp_path))
+    assert "Figure 4.6" in other
+    assert "by the true length" not in other
+
+
+def test_a_wrong_reference_and_a_place_that_cannot_be_written(tmp_path: Path) -> None:
+    one = study()
+    table = table_of(one, rows(one, by_chance(1)))
+    with pytest.raises(UsageError):
+        write_page(tmp_path / "a.html", one, table, films=False, reference="nobody")
+    with pytest.raises(FileError):
+        write_page(tmp_path / "none" / "a.html", one, table, films=False)
+    assert not list(tmp_path.iterdir())
+
+
+SMALL = """
+version: 1
+name: films
+maps:
+  - {bundled: guide}
+planners: [ad-gso, astar]
+preset: dissertation
+traffic: [{kind: random-walk, count: 3}]
+seeds: 2
+"""
+
+
+def test_films_are_run_again_and_are_the_same_bytes(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(SMALL)
+    one = load_study(tmp_path / "s.yaml")
+    records = []
+    for job in one.jobs():
+        trace = run_job(job.plain, one.grounds[job.plain["map"]].grid).noun
+        told = metrics(trace.cost or 0.0, trace.arrived)
+        records.append((job.index, "done", "", told | {"ticks": trace.ticks}))
+    runs = runs_of(one, records)
+    summary = summarise(runs)
+    chosen = choose(summary, runs)
+    assert chosen is not None
+    assert chosen.entrants == (0, 1)
+    first = page_of(runs, summary)
+    assert first.count("data:image/webp") == 2
+    assert first == page_of(runs, summary)
+    assert len(first) < 2_000_000
+    read(first)
+
+
+def test_the_film_is_of_the_world_where_one_failed() -> None:
+    one = study(("a", "b", "c"), crowds=ONE_CROWD)
+    make = by_chance(0, 0.0)
+    records = []
+    for job in one.jobs():
+        w, c, s, e = np.unravel_index(job.index, (6, 1, 2, 3))
+        ending, numbers = make(w, c, s, e)
+        if (w, s, e) in ((3, 1, 2), (4, 0, 1)):
+            numbers = metrics(99.0, False)
+        records.append((job.index, ending, "", numbers))
+    runs = runs_of(one, records)
+    chosen = choose(summarise(runs), runs)
+    assert chosen is not None
+    assert (chosen.world, chosen.seed, chosen.entrants) == (3, 1, (0, 2, 1))
+    assert "other does not" in chosen.why
+
+
+def test_the_reader_would_see_what_is_wrong() -> None:
+    for bad in ("<p><b></p>", "<script></script>", '<p onclick="x"></p>', '<img src="http://a">'):
+        reader = Reader()
+        reader.feed(bad)
+        assert reader.wrong or reader.open
