@@ -9,8 +9,10 @@ import sqlite3
 import subprocess
 import sys
 import textwrap
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from store_samples import BESIDE, bytes_of, filled, names, rows, study
 
@@ -273,6 +275,62 @@ def test_the_lock_goes_with_its_process_and_what_it_acknowledged_stays(tmp_path:
     assert names(tmp_path) == ["a"]
 
 
+KILLED = """
+from pathlib import Path
+from store_samples import *
+from lampyris.study.store import open_for
+of = study(250)
+given = rows(of)
+with open_for(Path(sys.argv[1]), of) as store:
+    done = store.keys()
+    left = [row for row in given if row.key not in done]
+    for k in range(0, len(left), 3):
+        store.add(left[k : k + 3])
+        print(*(row.key for row in left[k : k + 3]), sep="\\n", flush=True)
+"""
+
+
+def killed_often(path: Path, kills: int, seed: int) -> int:
+    """Kill a writer again and again at random moments; how often it was killed in the middle of writing."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    given = {row.key: row for row in rows(study(250))}
+    acknowledged: set[str] = set()
+    text = f"import sys; sys.path.insert(0, {str(HERE)!r})\n{KILLED}"
+    midway = 0
+    for _ in range(kills):
+        with subprocess.Popen(
+            [sys.executable, "-c", text, str(path)], stdout=subprocess.PIPE, text=True
+        ) as one:
+            assert one.stdout is not None
+            first = one.stdout.readline()
+            timer = threading.Timer(float(rng.random() ** 2 * 0.2), one.kill)
+            timer.start()
+            told = (first + one.stdout.read()).split()
+            timer.join()
+        midway += one.returncode == -signal.SIGKILL
+        assert not set(told) & acknowledged, "what is there was not asked for again"
+        acknowledged |= {key for key in told if len(key) == 64}
+        with Store.open(path, writable=False) as store:
+            found = store.rows()
+        assert acknowledged <= set(found)
+        assert all(given[key] == row for key, row in found.items())
+        if len(found) == len(given):
+            path.unlink()
+            path.with_name(path.name + ".lock").unlink(missing_ok=True)
+            path.with_name(path.name + "-wal").unlink(missing_ok=True)
+            acknowledged.clear()
+    return midway
+
+
+def test_a_writer_killed_at_any_moment_loses_nothing_that_it_acknowledged(tmp_path: Path) -> None:
+    assert killed_often(tmp_path / "a", 4, 1) > 0
+
+
+@pytest.mark.nightly
+def test_a_hundred_kills(tmp_path: Path) -> None:
+    assert killed_often(tmp_path / "a", 100, 2) > 50
+
+
 def test_the_locks_file_may_go_and_come_while_others_ask_for_it(tmp_path: Path) -> None:
     path = tmp_path / "a"
     first = Hold(path)
@@ -286,6 +344,8 @@ def test_the_locks_file_may_go_and_come_while_others_ask_for_it(tmp_path: Path) 
     second.write(Witness(4, "e" * 64))
     second.write(Witness(5, "d" * 64))
     assert witness_of(path) == Witness(5, "d" * 64)
+    second.write(Witness(6, "c" * 64))
+    assert witness_of(path) == Witness(6, "c" * 64), "whichever line it stands in"
     second.release(remove=True)
     assert names(tmp_path) == []
     assert witness_of(path) is None
@@ -310,6 +370,31 @@ class Interrupting:
     @property
     def in_transaction(self) -> bool:
         return self._connection.in_transaction  # type: ignore[attr-defined,no-any-return]
+
+
+def test_a_lock_on_a_file_that_was_just_removed_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever held it removes it between our opening and our locking: the next to come would lock another."""
+    import fcntl
+
+    path, real, calls = tmp_path / "a", fcntl.flock, []
+
+    def late(fd: int, how: int) -> None:
+        calls.append(fd)
+        if len(calls) == 1:
+            path.with_name("a.lock").unlink()
+        if len(calls) == 2:
+            path.with_name("a.lock").unlink()
+            path.with_name("a.lock").touch()
+        real(fd, how)
+
+    monkeypatch.setattr("fcntl.flock", late)
+    hold = Hold(path)
+    assert len(calls) == 3
+    with pytest.raises(LampyrisError, match="STORE_BUSY"):
+        Hold(path)
+    hold.release(remove=True)
 
 
 def test_an_interrupt_in_the_middle_leaves_all_or_nothing(

@@ -6,9 +6,9 @@ what is read is what was written: every record has a seal (:func:`lampyris.study
 of the runs form a chain whose length and head are written in the same transaction, and length and head stand
 once more beside the store before a run counts as acknowledged (:mod:`lampyris.study.store_lock`).
 
-Runs are only ever added, at the end. There is no index by key: the writer holds the keys in memory, about a
-quarter of a gigabyte for a million, because an index doubles what is written (a page for every run, keys
-being hashes) and is one more thing that can be damaged.
+Runs are only ever added, at the end. There is no index by key: the writer holds the keys in memory (192 MB
+for a million), because an index, keys being hashes, has a page written for nearly every run, and is one more
+thing that can be damaged.
 """
 
 from __future__ import annotations
