@@ -62,7 +62,8 @@ METRICS = (
   cells of the way; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a
   place between cells has the clearance of the nearest cell's centre. None on a map without walls.
 * ``iterations``, ``expansions``, ``replans``, ``waits`` (ticks; of a drive seconds standing), ``flips``: as
-  the run counts them. ``flip_rate``: flips / replans; None without a replan.
+  the run counts them. ``flip_rate``: flips / replans, more than 1 where plans are made anew without being
+  counted as replans (AD-GSO's at each jump); None without a replan.
 * ``reference_ok``: whether ``optimal`` is the published length; None where none is published, or the moves
   are not those that it is of.
 """
