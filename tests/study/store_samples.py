@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +18,7 @@ from lampyris.study.design import Crowd, Ground, Job, Study, Who, World
 from lampyris.study.row import Row
 from lampyris.study.store import Store
 
+HERE = Path(__file__).parent
 BESIDE = ("", "-wal", "-shm", ".lock")
 
 
@@ -94,3 +98,11 @@ def left_open(path: Path, of: Study, batch: int = 5, closed: int = 0) -> tuple[d
 def names(folder: Path) -> list[str]:
     """What is in a folder."""
     return sorted(os.listdir(folder))
+
+
+def child(code: str, *words: object, check: bool = True) -> subprocess.CompletedProcess[str]:
+    """Python code in another process, with this folder's helpers; its words are sys.argv[1:]."""
+    text = f"import sys; sys.path.insert(0, {str(HERE)!r})\n{textwrap.dedent(code)}"
+    done = subprocess.run([sys.executable, "-c", text, *map(str, words)], capture_output=True, text=True)
+    assert not check or done.returncode == 0, done.stderr
+    return done

@@ -6,15 +6,10 @@ import math
 import os
 import signal
 import sqlite3
-import subprocess
-import sys
-import textwrap
-import threading
 from pathlib import Path
 
-import numpy as np
 import pytest
-from store_samples import BESIDE, bytes_of, filled, names, rows, study
+from store_samples import bytes_of, child, filled, names, rows, study
 
 from lampyris.errors import InternalFault, LampyrisError, UsageError
 from lampyris.study.design import Crowd, Who
@@ -22,16 +17,6 @@ from lampyris.study.plain import study_plain
 from lampyris.study.row import Row
 from lampyris.study.store import Store, open_for
 from lampyris.study.store_lock import Hold, Witness, witness_of
-
-HERE = Path(__file__).parent
-
-
-def child(code: str, *words: object, check: bool = True) -> subprocess.CompletedProcess[str]:
-    """Python code in another process, with this folder's helpers; its words are sys.argv[1:]."""
-    text = f"import sys; sys.path.insert(0, {str(HERE)!r})\n{textwrap.dedent(code)}"
-    done = subprocess.run([sys.executable, "-c", text, *map(str, words)], capture_output=True, text=True)
-    assert not check or done.returncode == 0, done.stderr
-    return done
 
 
 def read_all(path: Path, *, writable: bool) -> None:
@@ -275,62 +260,6 @@ def test_the_lock_goes_with_its_process_and_what_it_acknowledged_stays(tmp_path:
     assert names(tmp_path) == ["a"]
 
 
-KILLED = """
-from pathlib import Path
-from store_samples import *
-from lampyris.study.store import open_for
-of = study(250)
-given = rows(of)
-with open_for(Path(sys.argv[1]), of) as store:
-    done = store.keys()
-    left = [row for row in given if row.key not in done]
-    for k in range(0, len(left), 3):
-        store.add(left[k : k + 3])
-        print(*(row.key for row in left[k : k + 3]), sep="\\n", flush=True)
-"""
-
-
-def killed_often(path: Path, kills: int, seed: int) -> int:
-    """Kill a writer again and again at random moments; how often it was killed in the middle of writing."""
-    rng = np.random.Generator(np.random.PCG64(seed))
-    given = {row.key: row for row in rows(study(250))}
-    acknowledged: set[str] = set()
-    text = f"import sys; sys.path.insert(0, {str(HERE)!r})\n{KILLED}"
-    midway = 0
-    for _ in range(kills):
-        with subprocess.Popen(
-            [sys.executable, "-c", text, str(path)], stdout=subprocess.PIPE, text=True
-        ) as one:
-            assert one.stdout is not None
-            first = one.stdout.readline()
-            timer = threading.Timer(float(rng.random() ** 2 * 0.2), one.kill)
-            timer.start()
-            told = (first + one.stdout.read()).split()
-            timer.join()
-        midway += one.returncode == -signal.SIGKILL
-        assert not set(told) & acknowledged, "what is there was not asked for again"
-        acknowledged |= {key for key in told if len(key) == 64}
-        with Store.open(path, writable=False) as store:
-            found = store.rows()
-        assert acknowledged <= set(found)
-        assert all(given[key] == row for key, row in found.items())
-        if len(found) == len(given):
-            path.unlink()
-            path.with_name(path.name + ".lock").unlink(missing_ok=True)
-            path.with_name(path.name + "-wal").unlink(missing_ok=True)
-            acknowledged.clear()
-    return midway
-
-
-def test_a_writer_killed_at_any_moment_loses_nothing_that_it_acknowledged(tmp_path: Path) -> None:
-    assert killed_often(tmp_path / "a", 4, 1) > 0
-
-
-@pytest.mark.nightly
-def test_a_hundred_kills(tmp_path: Path) -> None:
-    assert killed_often(tmp_path / "a", 100, 2) > 50
-
-
 def test_the_locks_file_may_go_and_come_while_others_ask_for_it(tmp_path: Path) -> None:
     path = tmp_path / "a"
     first = Hold(path)
@@ -526,159 +455,3 @@ def _raise(error: BaseException):  # type: ignore[no-untyped-def]
         raise error
 
     return do
-
-
-# ---- what the system refuses --------------------
-
-FULL = """
-import os, resource, signal
-from pathlib import Path
-from store_samples import *
-from lampyris.errors import LampyrisError
-path, of = Path(sys.argv[1]), study()
-given = rows(of, words=3000)
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-store = Store.create(path, of)
-kept = 0
-if sys.argv[2] == "rlimit":
-    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
-try:
-    for k in range(0, len(given), 3):
-        store.add(given[k : k + 3])
-        kept = min(k + 3, len(given))
-    raise SystemExit("nothing was refused")
-except LampyrisError as error:
-    print(error)
-    again = str(error)
-for _ in range(2):
-    try:
-        store.add(given[kept : kept + 3])
-        raise SystemExit("nothing was refused")
-    except LampyrisError as error:
-        assert error.code == "STORE_WRITE", error
-assert list(store.rows().values()) == given[:kept]
-if sys.argv[3] == "close":
-    store.close()
-    with Store.open(path, writable=False) as store:
-        assert list(store.rows().values()) == given[:kept]
-print(kept)
-"""
-
-
-def after_full(path: Path, told: str) -> None:
-    """The line is clear, what was acknowledged is there, and the rest can be added when there is room."""
-    line, count = told.splitlines()
-    kept = int(count)
-    assert kept > 0
-    assert line.startswith(f"error[STORE_WRITE]: {path}: ")
-    assert f"{kept} runs are safe" in line
-    given = rows(study(), words=3000)
-    with open_for(path, study()) as store:
-        assert list(store.rows().values()) == given[:kept]
-        store.add(given)
-        assert list(store.rows().values()) == given
-
-
-@pytest.mark.parametrize("ending", ["close", "leave"])
-def test_files_that_may_not_grow(tmp_path: Path, ending: str) -> None:
-    told = child(FULL, tmp_path / "a", "rlimit", ending).stdout
-    after_full(tmp_path / "a", told)
-    assert names(tmp_path) == ["a"]
-
-
-@pytest.mark.parametrize("ending", ["close", "leave"])
-def test_a_disk_that_is_full(tmp_path: Path, ending: str) -> None:
-    """A file system of 160 kB in a name space of its own; copied out of it to be looked at."""
-    inner = tmp_path / "small"
-    inner.mkdir()
-    script = tmp_path / "full.py"
-    script.write_text(f"import sys; sys.path.insert(0, {str(HERE)!r})\n{FULL}")
-    shell = (
-        'mount -t tmpfs -o size=160k tmpfs "$1" || exit 77\n'
-        '"$2" "$3" "$1/a" disk "$4" || exit 1\n'
-        'cp "$1"/a* "$5"'
-    )
-    args = ["unshare", "-rm", "sh", "-c", shell, "sh", inner, sys.executable, script, ending, tmp_path]
-    try:
-        done = subprocess.run([str(a) for a in args], capture_output=True, text=True)
-    except FileNotFoundError:
-        pytest.skip("no unshare here")
-    if done.returncode == 77 or "unshare" in done.stderr:
-        pytest.skip(f"no file system can be mounted here: {done.stderr.strip()}")
-    assert done.returncode == 0, done.stderr + done.stdout
-    assert "no space left" in done.stdout
-    (tmp_path / "a-shm").unlink(missing_ok=True)
-    after_full(tmp_path / "a", done.stdout.replace(str(inner / "a"), str(tmp_path / "a")))
-
-
-READ_ONLY = """
-import os
-from pathlib import Path
-from store_samples import *
-from lampyris.errors import LampyrisError
-path = Path(sys.argv[1])
-with Store.open(path, writable=False) as store:
-    assert len(store.rows()) == 40 and len(store.study()) == 40
-try:
-    Store.open(path)
-except LampyrisError as error:
-    assert error.code == "STORE_WRITE", error
-    print(error)
-try:
-    Store.create(path.with_name("b"), study())
-except LampyrisError as error:
-    assert error.code == "STORE_WRITE", error
-    print(error)
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="users and permissions")
-@pytest.mark.parametrize("how", ["folder", "file", "mount"])
-def test_a_folder_or_file_that_may_only_be_read(tmp_path: Path, how: str) -> None:
-    folder = tmp_path / "f"
-    folder.mkdir()
-    filled(folder / "a", study())
-    script = tmp_path / "ro.py"
-    script.write_text(f"import sys; sys.path.insert(0, {str(HERE)!r})\n{READ_ONLY}")
-    before = bytes_of(folder / "a")
-    if how == "mount":
-        shell = 'mount --bind "$1" "$1" && mount -o remount,ro,bind "$1" || exit 77\n"$2" "$3" "$1/a"'
-        try:
-            done = subprocess.run(
-                ["unshare", "-rm", "sh", "-c", shell, "sh", str(folder), sys.executable, str(script)],
-                capture_output=True, text=True,
-            )  # fmt: skip
-        except FileNotFoundError:
-            pytest.skip("no unshare here")
-        if done.returncode == 77 or "unshare" in done.stderr:
-            pytest.skip(f"nothing can be mounted here: {done.stderr.strip()}")
-        assert done.returncode == 0, done.stderr
-        assert done.stdout.count("STORE_WRITE") == 2
-    elif os.geteuid() == 0:
-        pytest.skip("root may write anywhere: see the mount")
-    else:
-        target = folder if how == "folder" else folder / "a"
-        target.chmod(0o555 if how == "folder" else 0o444)
-        try:
-            assert child(READ_ONLY, folder / "a").stdout.count("STORE_WRITE") == (2 if how == "folder" else 1)
-        finally:
-            target.chmod(0o755)
-    assert bytes_of(folder / "a") == before
-    assert set(names(folder)) <= {"a", "b"}
-
-
-def test_a_connection_that_may_only_read_is_a_clear_line(tmp_path: Path) -> None:
-    of = study()
-    with Store.create(tmp_path / "a", of) as store:
-        store.add(rows(of)[:4])
-        assert store._writer is not None
-        store._writer.execute("PRAGMA query_only=ON")
-        with pytest.raises(LampyrisError, match=r"STORE_WRITE.*read-only.*4 runs are safe"):
-            store.add(rows(of))
-        store._writer.execute("PRAGMA query_only=OFF")
-        store.add(rows(of))
-        assert list(store.rows().values()) == rows(of)
-
-
-def test_no_index_of_beside_files_is_forgotten() -> None:
-    assert BESIDE == ("", "-wal", "-shm", ".lock")
