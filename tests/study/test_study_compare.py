@@ -79,7 +79,13 @@ def exhaustive(x: Sequence[float]) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(
-    "x", [(1.0, 2.0, 4.0, 9.0), (0.1, 0.2, 0.25, 3.0, 0.3), (5.0, 1.0, 1.5, 2.5, 2.0, 7.0)]
+    "x",
+    [
+        (1.0, 2.0, 4.0, 9.0),
+        (0.1, 0.2, 0.25, 3.0, 0.3),
+        (5.0, 1.0, 1.5, 2.5, 2.0, 7.0),
+        (0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+    ],
 )
 def test_the_bootstrap_is_that_of_every_resample(x: tuple[float, ...]) -> None:
     found = compare.mean(x)

@@ -113,6 +113,17 @@ def test_early_failure_is_no_saving_of_work() -> None:
     assert ranking.ranks == ((2 + 1 + 1 + 1) / 4, (1 + 2 + 2 + 2) / 4)
     pair = next(p for p in summary.pairs if p.measure == "expansions")
     assert pair.difference.units == 1
+    profile = next(w for w in summary.within if w.measure == "expansions").profiles[1]
+    assert profile.shares == (0.25,)
+
+
+def test_half_a_way_is_no_short_way() -> None:
+    """Whatever a row says: what is told of ways is told of those that lead to the goal."""
+    one = study(("a",), maps=1, queries=2, seeds=1, crowds=(Crowd(),))
+    half = metrics(3.0) | {"arrived": False}
+    own = entry(summarise(runs(one, lambda w, *_: ("done", half if w else metrics(20.0)))), "a").own
+    assert (own["cost"].value, own["cost"].runs) == (20.0, 1)
+    assert own["expansions"].runs == 2
 
 
 def test_ranks_go_by_failures_first_and_then_by_the_mean() -> None:
