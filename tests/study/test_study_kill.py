@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.study import study_hands as hands
+
+from lampyris.study.batches import Batch, Batches
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -26,6 +29,24 @@ def check(folder: Path, kills: int, seed: int, workers: int) -> None:
 
 def test_nothing_is_lost_in_six_kills(tmp_path: Path) -> None:
     check(tmp_path, 6, 2, 2)
+
+
+def test_a_job_of_which_a_worker_died_waits_until_nothing_else_is_left() -> None:
+    """Or a worker that somebody kills while it starts is counted against it a second time."""
+    study = hands.study_of(2)
+    made = Batches(study, (), 2, None)
+    first = made.take()
+    assert first is not None
+    made.at_last(Batch(first.jobs, 1))
+    others = []
+    while (batch := made.take()) is not None and not batch.deaths:
+        others += batch.jobs
+        if len(others) == 5:
+            made.again([Batch(others[:1])])
+            assert made.take() is not None
+    assert len(others) == len(study) - 1
+    assert batch is not None
+    assert (batch.jobs, batch.deaths, made.more) == (first.jobs, 1, False)
 
 
 @pytest.mark.nightly

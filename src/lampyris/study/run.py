@@ -30,7 +30,7 @@ from lampyris.study.where import Finished, Pace, Progress, Where
 
 Sink = Callable[[Sequence[Row]], None]
 
-MAX_DEATHS: Final = 2
+MAX_DEATHS: Final = 3
 """Workers that a job may take with it before it is given up."""
 MAX_DOUBTS: Final = 2
 """Answers to a job that may be unusable before it is given up."""
@@ -185,7 +185,7 @@ class _Sitting:
             if len(batch.jobs) > 1:
                 self._batches.again(batch.halves)
             elif batch.deaths + 1 < MAX_DEATHS:
-                self._batches.again([Batch(batch.jobs, batch.deaths + 1, batch.doubts)])
+                self._batches.at_last(Batch(batch.jobs, batch.deaths + 1, batch.doubts))
             else:
                 self._fail(batch, f"WORKER_DIED: its worker died {MAX_DEATHS} times")
             return
