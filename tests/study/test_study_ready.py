@@ -1,0 +1,125 @@
+"""Ready studies: each is read, is as large as it says, asks what its name says, and its runs come to rows."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lampyris.errors import LampyrisError
+from lampyris.maps.save import save_map
+from lampyris.model.grid import Grid
+from lampyris.planners import registry
+from lampyris.study import ready
+from lampyris.study.design import Study
+from lampyris.study.file import load_study
+from lampyris.study.row import Row
+from lampyris.study.run import run
+
+SIZES = {"density": 3024, "dissertation": 2700, "laws": 1080, "movingai": 2000, "sensitivity": 6300}
+SIZES["line-up"] = 900 * len(registry.names())
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Path:
+    """A folder with a map and two ``.scen`` files of 200 queries each about it."""
+    save_map(Grid(np.zeros((30, 40), dtype=bool)), tmp_path / "open.map")
+    for name, down in (("a", 20), ("b", 10)):
+        lines = [
+            f"{k // 10}\topen.map\t40\t30\t{k % 40}\t{k // 40}\t{k % 40}\t{k // 40 + down}\t{down}\n"
+            for k in range(200)
+        ]
+        (tmp_path / f"{name}.scen").write_text("version 1\n" + "".join(lines))
+    return tmp_path
+
+
+def loaded(name: str, bench: Path) -> Study:
+    """A ready study."""
+    return load_study(name, data=bench if name == "movingai" else None)
+
+
+def test_these_are_ready() -> None:
+    assert ready.names() == tuple(sorted(SIZES))
+    with pytest.raises(LampyrisError, match=r"^error\[FILE_MISSING\].*did you mean laws\?"):
+        ready.text("law")
+
+
+@pytest.mark.parametrize("name", ready.names())
+def test_each_is_as_large_as_it_says_and_explains_itself(name: str, bench: Path) -> None:
+    study = loaded(name, bench)
+    assert study.name == name
+    assert len(study) == SIZES[name]
+    assert study.about == ready.about(name)
+    assert study.about.count("?") >= 1
+    said = {"movingai": "1,000 plans", "line-up": "900 simulations"}.get(name, f"{len(study):,} ")
+    assert said in study.about
+    assert re.search(r"about \d+ (second|minute)s of one core", study.about), "what it costs"
+    assert ready.text(name).startswith("# "), "comments for people"
+    assert study.seconds is None, "reproducible"
+
+
+def test_what_they_ask() -> None:
+    compared, everyone = load_study("dissertation"), load_study("line-up")
+    assert len(compared.worlds) >= 30
+    assert len(compared.seeds) >= 10
+    assert len({w.ground.name for w in compared.worlds}) == 6
+    assert [w.name for w in compared.planners] == ["ad-gso", "dstar-lpso", "dstar16-lpso"]
+    assert [(c.kind, c.tracks) for c in compared.crowds] == [("random-walk", "live")] * 3
+    assert {w.name for w in everyone.planners} == set(registry.names())
+    keys = {job.key for job in everyone.jobs()}
+    assert all(job.key in keys for job in compared.jobs()), "the same worlds: the same runs"
+    density = load_study("density")
+    assert {c.tracks for c in density.crowds} == {"replayed"}
+    assert {c.kind for c in density.crowds} == {"random-walk", "patrol", "crossing"}
+    assert load_study("laws").kind == "drive"
+    swept = {w.called.removeprefix("ad-gso ").partition("=")[0] for w in load_study("sensitivity").planners}
+    assert swept == {"nt", "mvr", "rho", "gamma"}
+
+
+def test_data_are_needed_where_files_are_named(bench: Path) -> None:
+    with pytest.raises(
+        LampyrisError, match=r"^error\[FILE_MISSING\]: movingai\.yaml \(ready\):\d+.*--data DIR"
+    ):
+        load_study("movingai")
+    study = load_study("movingai", data=bench)
+    assert {w.published for w in study.worlds} == {10.0, 20.0}
+    assert len({w.start for w in study.worlds}) == 100
+
+
+@pytest.mark.parametrize("name", ready.names())
+def test_runs_of_each_come_to_rows(name: str, bench: Path) -> None:
+    """One query, one seed, the smallest crowd, and the planners that are quick."""
+    study = loaded(name, bench)
+    slow = ("dstar-lpso", "dstar16-lpso", "mmas-dstar", "space-time-astar")
+    few = tuple(w for w in study.planners if w.name not in slow)[:4]
+    small = replace(
+        study, worlds=study.worlds[:1], planners=few, laws=study.laws[:3], crowds=study.crowds[:1],
+        seeds=study.seeds[:1],
+    )  # fmt: skip
+    rows: list[Row] = []
+    run(small, rows.extend)
+    assert len(rows) == len(small) > 0
+    assert {row.ending for row in rows} == {"done"}, [row.error for row in rows]
+    if name == "movingai":
+        assert all(row.metrics["reference_ok"] for row in rows)
+
+
+def test_gamma_decides_nothing_and_rho_something() -> None:
+    """What ``sensitivity`` says of itself: luciferin is a multiple of gamma."""
+    study = load_study("sensitivity")
+    default, *others = (
+        w
+        for w in study.planners
+        if w.called in ("ad-gso nt=10", *(f"ad-gso {s}" for s in ("gamma=0.3", "rho=1.0")))
+    )
+    small = replace(study, kind="plan", planners=(default, *others), crowds=study.crowds[:1], seeds=(0,))
+    rows: dict[str, Row] = {}
+    run(small, lambda some: rows.update({row.key: row for row in some}))
+    ways: dict[str, list[object]] = {}
+    for job in small.jobs():
+        ways.setdefault(str(job.labels["planner"]), []).append(rows[job.key].metrics["length_cells"])
+    assert ways["ad-gso gamma=0.3"] == ways["ad-gso nt=10"]
+    assert ways["ad-gso rho=1.0"] != ways["ad-gso nt=10"]
