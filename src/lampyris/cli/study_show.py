@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any
+from typing import Self
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
@@ -23,6 +23,7 @@ from lampyris.report.tab import DASH, Tab, Value
 from lampyris.study.design import Study
 from lampyris.study.findings import Summary
 from lampyris.study.row import Row
+from lampyris.study.where import Progress
 
 ENDINGS = ("done", "refused", "timeout", "failed")
 QUIET_S = 30.0
@@ -132,17 +133,22 @@ class Tally:
         return table
 
 
-class Board:
-    """What a person sees while a study runs, on stderr: a bar and a live table, or a line now and then."""
+class Watch:
+    """What a person sees while runs are made, on stderr: at a terminal a bar, else a line now and then.
 
-    def __init__(self, study: Study, tally: Tally, *, quiet: bool) -> None:
-        self._study, self._tally, self._quiet = study, tally, quiet
-        self._total, self._tenth, self._spoke = len(study), -1, time.monotonic()
+    Parameters
+    ----------
+    quiet : no lines where there is no terminal.
+    """
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
+        self._tenth, self._spoke = -1, time.monotonic()
         self._live: Live | None = None
         if sys.stderr.isatty():
             self._live = Live(console=Console(stderr=True), refresh_per_second=4, transient=True)
 
-    def __enter__(self) -> Board:
+    def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
         return self
@@ -153,16 +159,16 @@ class Board:
         if self._live is not None:
             self._live.stop()
 
-    def show(self, progress: Any) -> None:
-        """How far it is: :class:`lampyris.study.run.Progress`."""
-        done, total = progress.done, progress.total
-        rest = f"{done:,} of {total:,} runs, {progress.failed:,} failed"
-        left = progress.seconds_left
+    def say(
+        self, name: str, done: int, total: int, more: str, left: float | None, table: Table | None = None
+    ) -> None:
+        """How far it is; ``table`` stands under the bar."""
+        words = f"{done:,} of {total:,} runs{more}"
         if self._live is not None:
             bar = ProgressBar(total=max(1, total), completed=done, width=40)
             line = Table.grid(padding=(0, 2))
-            line.add_row(Text(self._study.name), bar, Text(rest), Text(f"{clock(left)} left"))
-            self._live.update(Group(line, self._tally.table()) if self._total <= MANY else line)
+            line.add_row(Text(name), bar, Text(words), Text(f"{clock(left)} left"))
+            self._live.update(line if table is None else Group(line, table))
             return
         tenth, now = 10 * done // max(1, total), time.monotonic()
         if self._tenth < 0:
@@ -170,9 +176,23 @@ class Board:
         late = now - self._spoke >= QUIET_S
         if not self._quiet and (tenth > self._tenth or late):
             about = "" if left is None or done >= total else f", about {clock(left)} left"
-            print(f"{rest}{about}", file=sys.stderr, flush=True)
+            print(f"{words}{about}", file=sys.stderr, flush=True)
             self._spoke = now
         self._tenth = max(self._tenth, tenth)
+
+
+class Board(Watch):
+    """The same of a study, with its live table under the bar."""
+
+    def __init__(self, study: Study, tally: Tally, *, quiet: bool) -> None:
+        super().__init__(quiet=quiet)
+        self._study, self._tally = study, tally
+
+    def show(self, progress: Progress) -> None:
+        """How far it is."""
+        table = self._tally.table() if self._live is not None and len(self._study) <= MANY else None
+        failed = f", {progress.failed:,} failed"
+        self.say(self._study.name, progress.done, progress.total, failed, progress.seconds_left, table)
 
 
 def console_for_tables() -> Console:
