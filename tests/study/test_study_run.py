@@ -6,9 +6,11 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -19,8 +21,9 @@ from tests.study import study_hands as hands
 from lampyris.errors import LampyrisError, SettingError, UsageError
 from lampyris.study import batches as batching
 from lampyris.study import run as running
-from lampyris.study.batches import Batch, Batches, shuffled
-from lampyris.study.design import Crowd, Job, Study, Who, canonical
+from lampyris.study.batches import Batch, Batches, Letters, shuffled
+from lampyris.study.design import Crowd, Ground, Job, Study, Who, canonical
+from lampyris.study.pool import Processes
 from lampyris.study.row import Row
 from lampyris.study.run import results_of, run
 from lampyris.study.where import Finished, Pace, Progress, Where
@@ -221,6 +224,18 @@ def test_a_job_that_is_never_answered_for_fails_alone(work: Any) -> None:
     assert finished.failed == len(marked) > 0
 
 
+def test_the_row_of_another_job_is_none_of_this_one() -> None:
+    class Confused(hands.Judge):
+        def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+            right = super().row(job, result, ground)
+            return replace(right, key="f" * 64) if hands.marked(job.plain) else right
+
+    study, rows = hands.study_of(10), list[Row]()
+    finished = run(study, rows.extend, _work=hands.work, _judge=Confused())
+    assert {row.key for row in rows} == {job.key for job in study.jobs()}
+    assert finished.failed == sum(hands.marked(job.plain) for job in study.jobs()) > 0
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_workers_without_one_usable_answer_end_the_study_and_store_nothing(workers: int) -> None:
     rows: list[Row] = []
@@ -268,6 +283,28 @@ def test_results_are_found_by_key_and_no_more_than_were_asked() -> None:
     assert results_of(canonical({"results": results[::-1]}), batch) == results
     assert results_of(canonical({"results": results[1:]}), batch) == [None, *results[1:]]
     assert results_of(canonical({"results": [*results, results[0]]}), batch) == [None] * 3
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_processes_that_are_stopped_right_after_they_were_asked_end_quietly(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("lampyris.study.pool._warm", [])
+    study = hands.study_of(10)
+    letters = Letters(study.grounds, False)
+    before = set(threading.enumerate())
+    for wait in (False, True, True):
+        made, pools = Batches(study, (), 2, None), Processes(hands.slow, 2)
+        while wait and pools.workers < 2:
+            assert pools.answers(0.1) == []
+        for _ in range(3):
+            batch = made.take()
+            assert batch is not None
+            pools.ask(batch, letters(batch))
+        pools.stop(True)
+    for thread in set(threading.enumerate()) - before:
+        thread.join(20)
+        assert not thread.is_alive()
 
 
 # ---- the sink, and what is told --------------------
