@@ -78,8 +78,8 @@ def packed(row: Row) -> tuple[str, str, str, str, str, str]:
                 raise _not_plain(row, f"{kind}.{name}", value)
     try:
         metrics, timing = (canonical(v).decode("ascii") for v in (row.metrics, row.timing))
-    except (TypeError, ValueError) as error:
-        raise _not_plain(row, "metrics or timing", error) from None
+    except (TypeError, ValueError) as fault:
+        raise _not_plain(row, "metrics or timing", fault) from None
     # An error may quote a file's name, and those need not be Unicode: SQLite holds nothing else.
     error = row.error.encode("utf-8", "backslashreplace").decode()
     texts = (row.key, row.ending, error, metrics, timing)
