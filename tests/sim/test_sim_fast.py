@@ -76,6 +76,27 @@ def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
     assert elsewhere <= 8, "of 15: where the robot is hemmed in or cut off"
 
 
+@pytest.mark.parametrize("moves", ["dissertation", "octile", "four"])
+@pytest.mark.parametrize("planner", [AdGso(), AdGso(choice="exact"), AdGso(nt=3, mvr=2)], ids=str)
+def test_what_is_remembered_of_earlier_runs_does_not_show(moves: str, planner: AdGso) -> None:
+    """Jumps are looked up where no obstacle is near. Here many are, and soon every jump is known."""
+    scene = scene_of("env-1", moves, RandomWalk(120), 5)
+    runs = fast.FastRuns(scene, planner)
+    made = [runs.run(seed) for seed in range(40)]
+    again = [runs.run(seed) for seed in range(40)]
+    compared = 0
+    for seed, (a, b) in enumerate(zip(made, again, strict=True)):
+        fresh = fast.FastRuns(scene, planner).run(seed) if seed % 4 == 0 else a
+        assert (a is None) == (b is None) == (fresh is None)
+        if a is not None and b is not None and fresh is not None:
+            assert (same(a, b), same(a, fresh)) == ("", ""), seed
+            compared += 1
+            if seed % 8 == 0:
+                known = loop.run(scene, planner, seed=seed, law="dissertation")
+                assert same(b, known) == "", seed
+    assert compared > 10
+
+
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_both_forms_tell_it(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of("rooms-20", "octile", RandomWalk(8), 3)
