@@ -10,9 +10,9 @@ import pytest
 from html_reader import read
 
 from lampyris.errors import InternalFault
-from lampyris.report import html, study_charts
+from lampyris.report import html, pair_charts, study_charts
+from lampyris.report.chart_parts import Line, Steps, look, thinned
 from lampyris.report.html import Markup
-from lampyris.report.study_charts import Line, Steps
 from lampyris.report.svg_page import clean
 from lampyris.report.tab import Tab
 
@@ -113,8 +113,8 @@ def charts(names: list[str]) -> list[Markup]:
         study_charts.density("density", [0.0, 5.0], [(w, lines[:1] * 2) for w in names], "y"),
         study_charts.profiles("profiles", list(zip(names, steps, strict=True)), "x"),
         study_charts.scatter("scatter", [(w, v, v[::-1]) for w, v in both], "x", "y"),
-        study_charts.strips("strips", [(k, w, values[k][1:], lines[k]) for k, w in enumerate(names)], "x"),
-        study_charts.critical("critical", names, list(range(1, n + 1)), 1.5, [(0, min(1, n - 1))]),
+        pair_charts.strips("strips", [(k, w, values[k][1:], lines[k]) for k, w in enumerate(names)], "x"),
+        pair_charts.critical("critical", names, list(range(1, n + 1)), 1.5, [(0, min(1, n - 1))]),
     ]  # fmt: skip
 
 
@@ -155,9 +155,22 @@ def test_names_are_cut_where_there_is_no_room() -> None:
     assert clean("a\nb", 9) == "a\\nb"
 
 
+def test_figures_of_many_queries_are_thinned() -> None:
+    many = np.random.default_rng(1).normal(size=5000).tolist()
+    steps = Steps(tuple(np.linspace(1, 9, 5000)), tuple(np.linspace(0, 1, 5000)))
+    drawn = (
+        pair_charts.strips("a", [(0, "x", many, Line(0.0, -1.0, 1.0))], "x"),
+        study_charts.scatter("b", [("x", many, many)], "x", "y"),
+        study_charts.profiles("c", [("x", steps)], "x"),
+    )
+    assert all(len(one) < 40_000 for one in drawn)
+    assert thinned([1, 2, 3], 3) == [1, 2, 3]
+    assert thinned(list(range(100)), 3) == [0, 49, 99]
+
+
 def test_twenty_four_lines_can_be_told_apart() -> None:
-    looks = {(colour, str(dash)) for colour, dash, _ in map(study_charts.look, range(24))}
-    marks = {(colour, mark) for colour, _, mark in map(study_charts.look, range(24))}
+    looks = {(colour, str(dash)) for colour, dash, _ in map(look, range(24))}
+    marks = {(colour, mark) for colour, _, mark in map(look, range(24))}
     assert len(looks) == len(marks) == 24
 
 
@@ -169,8 +182,8 @@ def test_figures_of_nothing_are_drawn() -> None:
             study_charts.dots("a", ["x"], [("p", [nothing])], "y"),
             study_charts.profiles("b", [("x", Steps((), ()))], "y"),
             study_charts.scatter("c", [("x", [NAN], [1.0])], "x", "y"),
-            study_charts.strips("d", [(0, "x", [], nothing)], "x"),
+            pair_charts.strips("d", [(0, "x", [], nothing)], "x"),
             study_charts.bars("e", ["g"], [("x", [NAN])], "y", "x"),
-            study_charts.critical("f", ["x", "y"], [1.5, 1.5], NAN, []),
+            pair_charts.critical("f", ["x", "y"], [1.5, 1.5], NAN, []),
         )
     )

@@ -126,6 +126,14 @@ def test_what_has_no_value_is_neither_counted_nor_averaged() -> None:
         assert all(math.isfinite(v) for v in compare.mean([big, 2 * big, 5 * big]))
 
 
+def test_many_values_go_by_the_normal_curve_and_the_two_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    x = np.random.default_rng(1).gamma(2.0, size=compare.MAX_DRAWN)
+    drawn = compare.mean(x)
+    monkeypatch.setattr(compare, "MAX_DRAWN", 100)
+    curve = compare.mean(x)
+    assert curve[1:3] == pytest.approx(drawn[1:3], abs=0.05 * (drawn.high - drawn.low))
+
+
 def covered(datasets: int, n: int) -> tuple[float, float]:
     """Share of intervals that hold the truth: of a lopsided mean, and of a share over dependent runs."""
     rng = np.random.default_rng([datasets, n])

@@ -120,6 +120,14 @@ def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_pat
     assert "by the true length" not in other
 
 
+def test_of_very_many_entrants_there_are_tables_and_no_figures(tmp_path: Path) -> None:
+    planners = tuple(f"p{k}" for k in range(90))
+    one = study(planners, maps=1, queries=2, seeds=1, crowds=ONE_CROWD)
+    text = page(one, by_chance(1, 0.0), tmp_path)
+    assert "90 names would not be legible" in told(text)
+    assert text.count("<svg") == 3
+
+
 def test_a_wrong_reference_and_a_place_that_cannot_be_written(tmp_path: Path) -> None:
     one = study()
     table = table_of(one, rows(one, by_chance(1)))

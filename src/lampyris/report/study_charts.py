@@ -8,46 +8,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
+from lampyris.report.chart_parts import (
+    COLOURS,
+    POINTS,
+    STEPS,
+    WIDE,
+    Line,
+    Steps,
+    dot,
+    dress,
+    legend,
+    look,
+    room_for,
+    short_ticks,
+    thinned,
+)  # fmt: skip
 from lampyris.report.html import Markup
-from lampyris.report.svg_page import FAINT, GRID, INK, PAPER, clean, figure_of, inline
+from lampyris.report.svg_page import FAINT, INK, PAPER, clean, figure_of, inline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a63d2", "#7d8590")
-"""Okabe and Ito's without yellow, that cannot be seen on white, and black, that is the ink; a violet and a
-grey for more. After eight comes the next kind of line and mark, so that 24 can be told apart."""
-DASHES = ("solid", (0, (5, 2)), (0, (1.5, 1.5)))
-MARKS = ("o", "s", "^", "D", "v", "P", "X", "<")
+__all__ = ["COLOURS", "Line", "Steps", "bars", "density", "dots", "profiles", "scatter"]
+
 DISSERTATION = ("#1f4fd8", "#2f9e44", INK)
 """Blue, green and black, as the dissertation says of its figures' bars; black is the page's ink."""
 BARS = 3
-WIDE = 5.8
-"""Inches of a figure: beside another on a wide screen, its words are as large as those of the page."""
-
-
-class Line(NamedTuple):
-    """A value with its interval; NaN where there is none."""
-
-    value: float
-    low: float
-    high: float
-
-
-class Steps(NamedTuple):
-    """A curve of steps: after each x the share y."""
-
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-
-
-def look(k: int) -> tuple[str, Any, str]:
-    """Colour, line and mark of the k-th of many."""
-    n = len(COLOURS)
-    return COLOURS[k % n], DASHES[k // n % len(DASHES)], MARKS[(k + k // n) % len(MARKS)]
 
 
 def bars(
@@ -75,8 +63,8 @@ def bars(
     axes.set_xticks(range(len(groups)), [clean(g, 24).replace(" to ", "\nto ") for g in groups])
     axes.set_xlim(-0.6, len(groups) - 0.4)
     axes.set_ylim(0, 1.05 * max(tops, default=1.0) or 1.0)
-    _dress(axes, xlabel, label, "y")
-    _short_ticks(axes.yaxis)
+    dress(axes, xlabel, label, "y")
+    short_ticks(axes.yaxis)
     axes.tick_params(axis="x", labelsize=8 if len(groups) <= 6 else 5.5, length=0)
     return inline(figure, name)
 
@@ -105,7 +93,7 @@ def dots(
 ) -> Markup:
     """Values with their intervals, a row for each name and a panel for each crowd; ``share``: 0 to 100 %."""
     rows, n = len(names), len(panels)
-    left = _room_for(names)
+    left = room_for(names)
     width = max(WIDE, left + 1.75 * n)
     height = 0.95 + 0.24 * rows
     figure = figure_of(width, height)
@@ -115,23 +103,14 @@ def dots(
         at = (left / width + p * span, 0.52 / height, span * 0.93, 0.24 * rows / height)
         axes = figure.add_axes(at)
         for k, line in enumerate(lines):
-            _dot(axes, line, k, COLOURS[p % len(COLOURS)] if share else look(k)[0])
+            dot(axes, line, k, COLOURS[p % len(COLOURS)] if share else look(k)[0])
         axes.set_ylim(rows - 0.5, -0.5)
         axes.set_yticks(range(rows), [clean(w, 30) for w in names] if p == 0 else [])
         _limits(axes, finite, share)
         axes.set_title(clean(title, 26), fontsize=8.5, color=INK, loc="left", pad=6)
-        _dress(axes, label, "", "x")
+        dress(axes, label, "", "x")
         axes.tick_params(axis="y", length=0)
     return inline(figure, name)
-
-
-def _dot(axes: Axes, line: Line, k: float, colour: str) -> None:
-    if not math.isfinite(line.value):
-        axes.text(0.02, k, "none", transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=FAINT)
-        return
-    if math.isfinite(line.low):
-        axes.plot([line.low, line.high], [k, k], color=colour, linewidth=2.0, solid_capstyle="butt")
-    axes.plot([line.value], [k], "o", color=colour, markersize=5, markeredgecolor=PAPER, markeredgewidth=0.6)
 
 
 def _limits(axes: Axes, finite: Sequence[float], share: bool) -> None:
@@ -171,8 +150,8 @@ def density(
             axes.plot([at, at], [line.low, line.high], color=colour, linewidth=1.0)
     axes.set_xticks(list(counts), [f"{c:g}" for c in counts])
     axes.set_ylim(-3, 103)
-    _dress(axes, "moving obstacles", label, "y")
-    _legend(axes, [words for words, _ in series])
+    dress(axes, "moving obstacles", label, "y")
+    legend(axes, [words for words, _ in series])
     return inline(figure, name)
 
 
@@ -187,16 +166,15 @@ def profiles(name: str, series: Sequence[tuple[str, Steps]], label: str) -> Mark
     for k in order:
         steps = series[k][1]
         colour, dash, _ = look(k)
-        y = [0.0, *(100 * v for v in steps.y)]
-        axes.step(
-            [1.0, *steps.x, end], [*y, y[-1]], where="post", color=colour, linestyle=dash, linewidth=1.7
-        )
+        some = thinned(list(zip(steps.x, steps.y, strict=True)), STEPS)
+        x, y = [1.0, *(v for v, _ in some), end], [0.0, *(100 * v for _, v in some)]
+        axes.step(x, [*y, y[-1]], where="post", color=colour, linestyle=dash, linewidth=1.7)
     axes.set_xscale("log")
     axes.set_xlim(1.0, end)
     axes.set_ylim(-2, 102)
     _plain_log(axes, end)
-    _dress(axes, label, "problems (%)", "both")
-    _legend(axes, [series[k][0] for k in order], order)
+    dress(axes, label, "problems (%)", "both")
+    legend(axes, [series[k][0] for k in order], order)
     return inline(figure, name)
 
 
@@ -240,7 +218,8 @@ def scatter(
         x, y = zip(*both, strict=True)
         log += list(x)
         tall = max(tall, *y)
-        axes.plot(x, y, mark, color=colour, markersize=3, alpha=0.45, linestyle="", markeredgewidth=0)
+        few = zip(*thinned(both, POINTS), strict=True)
+        axes.plot(*few, mark, color=colour, markersize=3, alpha=0.45, linestyle="", markeredgewidth=0)
         mid = (math.fsum(x) / len(x), math.fsum(y) / len(y))
         axes.plot(*([v] for v in mid), mark, color=colour, markersize=8, markeredgecolor=PAPER, zorder=4)
     if log and min(log) > 0 and max(log) / min(log) > 30:
@@ -251,142 +230,6 @@ def scatter(
         axes.set_yticks(ticks, [f"{v}" for v in ticks])
         axes.tick_params(axis="y", which="minor", length=0)
         axes.set_ylim(-0.15, tall * 1.2)
-    _dress(axes, xlabel, ylabel, "both")
-    _legend(axes, [words for words, _, _ in series], marks=True)
+    dress(axes, xlabel, ylabel, "both")
+    legend(axes, [words for words, _, _ in series], marks=True)
     return inline(figure, name)
-
-
-def strips(name: str, rows_of: Sequence[tuple[int, str, Sequence[float], Line]], label: str) -> Markup:
-    """Paired differences: a point a query with median and quartiles, above it the mean with its interval.
-
-    Parameters
-    ----------
-    rows_of : of each row, which of all entrants it is (for its colour), its name, differences and mean.
-    """
-    names = [words for _, words, _, _ in rows_of]
-    rows = len(names)
-    left, height = _room_for(names), 0.75 + 0.36 * rows
-    figure = figure_of(WIDE, height)
-    axes = figure.add_axes((left / WIDE, 0.52 / height, 0.97 - left / WIDE, 0.36 * rows / height))
-    axes.axvline(0.0, color=FAINT, linewidth=1.0)
-    for k, (number, _, values, mean) in enumerate(rows_of):
-        colour = look(number)[0]
-        # Points of one row are spread over its height by their place in it: nothing is drawn by chance.
-        spread = [k + 0.14 + 0.09 * ((i * 0.618034) % 1.0 - 0.5) * 2 for i in range(len(values))]
-        axes.plot(values, spread, "o", color=colour, markersize=2.6, alpha=0.5, markeredgewidth=0)
-        if values:
-            _box(axes, sorted(values), k + 0.14, colour)
-        _dot(axes, mean, k - 0.2, colour)
-    axes.set_ylim(rows - 0.5, -0.6)
-    axes.set_yticks(range(rows), [clean(w, 30) for w in names])
-    _dress(axes, label, "", "x")
-    axes.tick_params(axis="y", length=0)
-    _short_ticks(axes.xaxis)
-    return inline(figure, name)
-
-
-def _short_ticks(axis: Axis) -> None:
-    """At most six ticks; where there are tens of thousands, thousands and millions as such."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-    def words(v: float, _: int) -> str:
-        most = max(map(abs, axis.get_view_interval()))
-        unit, sign = (1e6, " M") if most >= 1e6 else (1e3, " k") if most >= 1e4 else (1.0, "")
-        return (f"{v / unit:g}{sign}" if v else "0").replace("-", "−")
-
-    axis.set_major_locator(MaxNLocator(6))
-    axis.set_major_formatter(FuncFormatter(words))
-
-
-def _box(axes: Axes, values: Sequence[float], y: float, colour: str) -> None:
-    """Median and quartiles, by linear interpolation."""
-    q1, mid, q3 = (_quantile(values, q) for q in (0.25, 0.5, 0.75))
-    x = [q1, q3, q3, q1, q1]
-    axes.plot(x, [y - 0.12, y - 0.12, y + 0.12, y + 0.12, y - 0.12], color=colour, linewidth=0.9)
-    axes.plot([mid, mid], [y - 0.12, y + 0.12], color=INK, linewidth=1.4)
-
-
-def _quantile(values: Sequence[float], q: float) -> float:
-    at = q * (len(values) - 1)
-    k = math.floor(at)
-    return values[k] + (at - k) * (values[min(k + 1, len(values) - 1)] - values[k])
-
-
-def critical(
-    name: str, names: Sequence[str], ranks: Sequence[float], distance: float, sets: Sequence[Sequence[int]]
-) -> Markup:
-    """A critical-difference diagram (Demsar 2006): a line of ranks, a bar for each set without difference."""
-    order = sorted(range(len(names)), key=lambda k: (ranks[k], k))
-    half = (len(order) + 1) // 2
-    bars_high = 0.13 * max(1, len(sets))
-    height = 0.75 + bars_high + 0.2 * half
-    figure = figure_of(WIDE, height)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_axis_off()
-    axes.set_xlim(0, WIDE)
-    axes.set_ylim(height, 0)
-    k = max(2, len(names))
-
-    def x(rank: float) -> float:
-        return 1.95 + 1.9 * (rank - 1) / (k - 1)
-
-    top = 0.55
-    axes.plot([x(1), x(k)], [top, top], color=INK, linewidth=1.2)
-    for rank in range(1, k + 1) if k <= 12 else sorted({1, *range(4, k, 4), k}):
-        axes.plot([x(rank)] * 2, [top - 0.06, top], color=INK, linewidth=1.0)
-        axes.text(x(rank), top - 0.09, f"{rank}", ha="center", va="bottom", fontsize=8, color=FAINT)
-    if math.isfinite(distance):
-        shown = min(distance, k - 1.0)
-        axes.plot([x(1), x(1 + shown)], [0.2, 0.2], color=INK, linewidth=2.0, solid_capstyle="butt")
-        words = f"critical difference {distance:.2f}" + ("" if distance <= k - 1 else ", beyond all ranks")
-        axes.text(x(1 + shown) + 0.06, 0.2, words, va="center", fontsize=8, color=INK)
-    for n, group in enumerate(sets):
-        ends = [x(ranks[group[0]]) - 0.05, x(ranks[group[-1]]) + 0.05]
-        y = top + 0.1 + 0.13 * n
-        axes.plot(ends, [y, y], color=INK, linewidth=3.2, solid_capstyle="butt")
-    below = top + bars_high
-    for place, one in enumerate(order):
-        left = place < half
-        y = below + 0.17 + 0.2 * (place if left else len(order) - 1 - place)
-        side, align = (1.8, "right") if left else (4.0, "left")
-        colour = look(one)[0]
-        axes.plot([x(ranks[one]), x(ranks[one]), side], [top, y, y], color=colour, linewidth=1.1)
-        words = f"{clean(names[one], 20)}  {ranks[one]:.2f}"
-        axes.text(side + (-0.06 if left else 0.06), y, words, ha=align, va="center", fontsize=8.5, color=INK)
-    return inline(figure, name)
-
-
-def _legend(
-    axes: Axes, words: Sequence[str], order: Sequence[int] | None = None, *, marks: bool = False
-) -> None:
-    """Names right of the axes, one below the other."""
-    figure: Any = axes.figure
-    high = figure.get_figheight() * axes.get_position().height
-    for row, (text, k) in enumerate(zip(words, order or range(len(words)), strict=True)):
-        colour, dash, mark = look(k)
-        y = 1.0 - (0.1 + 0.185 * row) / high
-        at: dict[str, Any] = {"transform": axes.transAxes, "clip_on": False, "color": colour}
-        if marks:
-            axes.plot([1.07], [y], mark, markersize=6, linestyle="", **at)
-        else:
-            axes.plot([1.04, 1.11], [y, y], linestyle=dash, linewidth=1.8, **at)
-        axes.text(1.14, y, clean(text, 22), transform=axes.transAxes, va="center", fontsize=8.5, color=INK)
-
-
-def _room_for(names: Sequence[str]) -> float:
-    """Inches left of the axes for names at their side."""
-    return 0.25 + 0.082 * max((len(clean(n, 30)) for n in names), default=4)
-
-
-def _dress(axes: Axes, xlabel: str, ylabel: str, grid: str) -> None:
-    axes.set_xlabel(clean(xlabel, 60), fontsize=9, color=INK)
-    axes.set_ylabel(clean(ylabel, 40), fontsize=9, color=INK)
-    axes.tick_params(labelsize=8.5, colors=INK, length=3, width=0.6)
-    axes.tick_params(axis="x", which="minor", length=2, width=0.5, colors=INK, labelsize=7)
-    axes.grid(axis=grid, color=GRID, linewidth=0.8)  # type: ignore[arg-type]
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color(FAINT)
-        axes.spines[side].set_linewidth(0.8)

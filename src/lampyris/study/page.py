@@ -197,6 +197,8 @@ def _figures(anchor: str, title: str, some: Sequence[Markup]) -> Markup:
 
 
 def _quality(summary: Summary, runs: Runs) -> list[Markup]:
+    if len(summary.entrants) > figures.MAX_ROWS:
+        return [html.paragraph(f"No figures: {len(summary.entrants)} names would not be legible in them.")]
     pairs = [*figures.profiles(summary), *figures.trade(summary, runs)]
     out = [*figures.success(summary), *figures.by_density(summary, runs), *figures.honest(summary)]
     return [*out, html.tag("div", *pairs, class_="pair")] if pairs else out
@@ -204,7 +206,7 @@ def _quality(summary: Summary, runs: Runs) -> list[Markup]:
 
 def _differences(summary: Summary) -> Markup:
     tables = [_table(tab) for tab in pair_tabs(summary)]
-    drawn = figures.differences(summary)
+    drawn = figures.differences(summary) if len(summary.entrants) <= figures.MAX_ROWS else []
     if not tables and not drawn:
         return Markup("")
     title = f"Differences from {summary.reference}"
@@ -215,8 +217,8 @@ def _ranks(summary: Summary) -> Markup:
     tables = [_table(tab) for tab in order_tabs(summary)]
     if not tables:
         return Markup("")
-    drawn = html.tag("div", *figures.ranks(summary), class_="pair")
-    return html.section("ranks", "Ranks", *tables, drawn)
+    drawn = figures.ranks(summary) if len(summary.entrants) <= figures.MAX_ROWS else []
+    return html.section("ranks", "Ranks", *tables, html.tag("div", *drawn, class_="pair"))
 
 
 def _form(summary: Summary, runs: Runs, timing: bool) -> list[Markup]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lampyris.report import html, study_charts
+from lampyris.report import chart_parts, html, pair_charts, study_charts
 from lampyris.report.html import Markup
 from lampyris.report.study_charts import Line
 from lampyris.study.findings import Estimate, Summary
@@ -19,6 +19,8 @@ RIVALS = ("dstar-lpso", "dstar16-lpso", "ad-gso")
 """The dissertation's three methods, in the order of its figures."""
 MAX_RUNS = 12
 """Test runs of a bar chart in the dissertation's form."""
+MAX_ROWS = 80
+"""Entrants up to which figures are drawn: of more, nobody could read the names."""
 MAX_LINES = 8
 """Curves over the number of obstacles; more would hide each other, and the panels above show the same."""
 
@@ -107,7 +109,7 @@ def ranks(summary: Summary) -> list[Markup]:
         if r.n < 2 or len(summary.entrants) < 3:
             continue
         name = f"ranks-{o.measure}-{summary.crowds.index(o.crowd)}"
-        drawn = study_charts.critical(name, summary.entrants, r.ranks, r.critical, o.groups)
+        drawn = pair_charts.critical(name, summary.entrants, r.ranks, r.critical, o.groups)
         words = (
             f"Average ranks by {ALL[o.measure].title}, {_crowd(o.crowd)}, {r.n} {summary.unit_many}; "
             "1 is the best; a bar joins those that do not differ."
@@ -124,7 +126,7 @@ def differences(summary: Summary) -> list[Markup]:
             some = [p for p in summary.pairs if p.measure == name and p.crowd == crowd and p.each]
             if not any(any(p.each) for p in some):
                 continue
-            drawn = study_charts.strips(
+            drawn = pair_charts.strips(
                 f"differences-{name}-{k}",
                 [
                     (summary.entrants.index(p.entrant), p.entrant, p.each, _line(p.difference, 1.0))
@@ -133,8 +135,8 @@ def differences(summary: Summary) -> list[Markup]:
                 f"{ALL[name].title}, less that of {summary.reference}",
             )
             words = (
-                f"Differences from {summary.reference}, {_crowd(crowd)}: a point a {summary.unit}, its box "
-                "median and quartiles; above it the mean with its interval."
+                f"Differences from {summary.reference}, {_crowd(crowd)}: {_points(summary)}, its box median "
+                "and quartiles; above it the mean with its interval."
             )
             out.append(html.figure(drawn, words))
     return out
@@ -152,9 +154,15 @@ def trade(summary: Summary, runs: Runs) -> list[Markup]:
             y = 100 * per_unit(runs.values["gap"][:, c, :, e])
             series.append((entrant, x.tolist(), y.tolist()))
         drawn = study_charts.scatter(f"trade-{c}", series, "expansions", "gap to the shortest way (%)")
-        words = f"Work and quality, {_crowd(crowd)}: a point a {summary.unit}, the large mark its mean."
+        words = f"Work and quality, {_crowd(crowd)}: {_points(summary)}, the large mark their mean."
         out.append(html.figure(drawn, words))
     return out
+
+
+def _points(summary: Summary) -> str:
+    units = summary.queries if summary.unit == "query" else summary.seeds
+    most = chart_parts.POINTS
+    return f"a point a {summary.unit}" + (f" ({most} of {units} drawn)" if units > most else "")
 
 
 def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[Markup]:

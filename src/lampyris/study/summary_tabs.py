@@ -52,10 +52,10 @@ def sample(summary: Summary) -> str:
     if summary.unit == "query":
         each = "one seed each" if summary.seeds == 1 else f"the {summary.seeds} seeds of each averaged"
         unit = f"{summary.queries} queries, {each}"
-    return (
-        f"In brackets {100 * compare.LEVEL:g} % intervals over {unit}: BCa bootstrap, "
-        f"{compare.RESAMPLES} resamples, seed {summary.seed}."
-    )
+    how = f"BCa bootstrap, {compare.RESAMPLES} resamples, seed {summary.seed}"
+    if summary.queries > compare.MAX_DRAWN:
+        how += f"; of more than {compare.MAX_DRAWN} values by the normal curve"
+    return f"In brackets {100 * compare.LEVEL:g} % intervals over {unit}: {how}."
 
 
 def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[Entry]) -> Tab:
