@@ -157,7 +157,7 @@ def load(
     queries = read_scen(name)
     if not queries:
         raise FileError("SCEN_EMPTY", "there is no query in it", where=name, allowed="one or more lines")
-    document = load_map(_beside(name, queries) if map_ is None else map_, max_cells=max_cells)
+    document = load_map(beside(name, queries) if map_ is None else map_, max_cells=max_cells)
     if document.grid.terrain is not None:
         raise FileError(
             "SCEN_MAP",
@@ -175,7 +175,7 @@ def load(
     return Benchmark(name, document, queries, notes)
 
 
-def _beside(name: str, queries: Sequence[ScenQuery]) -> Path:
+def beside(name: str, queries: Sequence[ScenQuery]) -> Path:
     """The map that a ``.scen`` is about. No other folder than its own is looked into."""
     first = queries[0]
     for query in queries:

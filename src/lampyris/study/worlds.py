@@ -192,7 +192,7 @@ class Worlds:
         chosen = None if spec.map is None else self.files.path(spec.map, (*way, "map"))
         seen: set[tuple[str, Cell, Cell]] = set()
         for one in _scens(path):
-            found = scen.load(one, _map_for(one, chosen), max_cells=self.files.max_cells)
+            found = scen.load(one, self._map_for(one, chosen, way), max_cells=self.files.max_cells)
             # Published lengths are of octile moves, of a robot that fits wherever a cell is free.
             compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
             grounds: dict[bool, Ground] = {}
@@ -208,6 +208,27 @@ class Worlds:
                     seen.add(key)
                     length = query.length if compared else None
                     self._add(World(ground, query.start, query.goal, length), way)
+
+    def _map_for(self, one: str, chosen: str | None, way: Where) -> Path:
+        """The map of a ``.scen``: the one given, or of the folder given, or beside it; no link leads out."""
+        queries = read_scen(one)
+        if chosen is None or not queries:
+            found = scen.beside(one, queries) if queries else Path(one)
+        elif os.path.isdir(chosen):
+            stem = Path(chosen, re.sub(r"\.scen$", "", Path(one).name, flags=re.IGNORECASE))
+            found = stem if stem.is_file() else Path(chosen, re.split(r"[/\\]", queries[0].map)[-1])
+        else:
+            found = Path(chosen)
+        # Its name is known only now; what is named in the file itself was looked at before.
+        inside = Path(os.path.realpath(found)).is_relative_to(os.path.realpath(self.files.folder or "."))
+        if not (inside or self.files.allow_outside):
+            raise FileError(
+                "PATH_OUTSIDE",
+                f"map {shown(found.name)} is outside the study's folder",
+                where=spot(self.tried.said, way),
+                todo="put the file there, or give --allow-outside if you trust the study",
+            )
+        return found
 
 
 def spread(items: Sequence[T], limit: int | None) -> list[T]:
@@ -252,16 +273,3 @@ def _scens(path: str) -> list[str]:
     if len(names) > _FILES:
         raise LimitError("LIMIT", f"{len(names):,} .scen files", where=path, allowed=f"at most {_FILES:,}")
     return [os.path.join(path, name) for name in names]
-
-
-def _map_for(one: str, chosen: str | None) -> str | Path | None:
-    """The map of a ``.scen``, if not the one beside it: the one given, or of the folder that was given."""
-    if chosen is None:
-        return None
-    if not os.path.isdir(chosen):
-        return Path(chosen)
-    stem = Path(chosen, re.sub(r"\.scen$", "", Path(one).name, flags=re.IGNORECASE))
-    if stem.is_file():
-        return stem
-    queries = read_scen(one)
-    return Path(chosen, re.split(r"[/\\]", queries[0].map)[-1]) if queries else None
