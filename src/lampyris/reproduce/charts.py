@@ -78,14 +78,13 @@ def path_speed(path: str) -> Markup:
     ours = velocity.rule(table)
     axes.plot(range(len(ours)), ours, "-", color=COLOURS[0], linewidth=1.6)
     axes.plot(range(len(printed)), printed, "o", color=INK, markersize=4, markerfacecolor="none")
-    for k, (a, b) in enumerate(zip(printed, ours, strict=True)):
-        if a != b:
-            axes.annotate(
-                f"{a:g}, law {b:g}", (k, a), xytext=(0, 7), textcoords="offset points", fontsize=7,
-                ha="center", color=INK,
-            )  # fmt: skip
+    odd = [(k, a) for k, (a, b) in enumerate(zip(printed, ours, strict=True)) if a != b]
+    axes.plot(*_split(odd), "x", color=COLOURS[1], markersize=9, markeredgewidth=2)
     axes.set_ylim(0, 92)
-    axes.set_title("circles: printed; line: the law", fontsize=8.5, color=INK, loc="left")
+    axes.set_title(
+        "circles: printed; line: the law; crosses: not the same", fontsize=8, color=INK, loc="left"
+    )
+    axes.locator_params(axis="x", integer=True)
     _axes(axes, "node", "velocity units")
     return inline(figure, f"path-{path}")
 
@@ -99,6 +98,7 @@ def _draw_way(axes: Axes, table: str) -> None:
     axes.invert_yaxis()
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("square: start; diamond: end", fontsize=8.5, color=INK, loc="left")
+    axes.locator_params(integer=True)
     _axes(axes, "x", "y")
 
 

@@ -26,6 +26,8 @@ SIGNS: Mapping[str, str] = MappingProxyType(
 _COLOURS = {MISPRINT: "--bad", IMPOSSIBLE: "--bad", ROUNDED: "--mild", NOT_REPRODUCIBLE: "--mild"}
 _SHOWN = 4
 """Places that a reason names before it counts the rest."""
+MANY = 40
+"""Rows from which on a table is folded."""
 LONG = ("4.3", "4.4", "4.5", "4.6")
 """Tables that are carried in long form: a part, a number in it and a name."""
 
@@ -43,7 +45,7 @@ def cell(v: Verdict) -> Markup:
     """What is printed, the sign of its verdict, and what it should be or ours, if that is told."""
     what = [v.printed, " ", tag("b", SIGNS[v.verdict])]
     if v.ours and v.verdict in (MISPRINT, IMPOSSIBLE, ROUNDED):
-        what += [" ", v.ours]
+        what += [" → ", v.ours]
     elif v.ours and v.verdict == NOT_REPRODUCIBLE:
         what += [tag("br"), tag("small", v.ours)]
     return tag("span", *what, title=f"{v.verdict}: {v.why}")
@@ -66,24 +68,23 @@ def _plain(table: str, verdicts: Sequence[Verdict]) -> Markup:
         cells = [found.get((k, c)) for c in info["figures"]]
         rows.append((label or str(k), [[v] if v is not None else [] for v in cells]))
     keys = [key.replace("_", " ") for key in info["keys"] if key not in info["figures"]]
-    return _table(info["title"], [", ".join(keys) or "row", *heads], rows, info["note"])
+    return _table([", ".join(keys) or "row", *heads], rows, info["note"])
 
 
 def _long(table: str, verdicts: Sequence[Verdict]) -> Markup:
-    """One row for each part and number, one column for each name."""
+    """A table for each part: a row for each number, a column for each name."""
     info = data.about(table)
-    by: dict[tuple[str, str], dict[str, Verdict]] = {}
+    parts: dict[str, dict[str, dict[str, Verdict]]] = {}
     for f, v in zip(data.figures(table), verdicts, strict=True):
-        by.setdefault((f.row["part"], f.row["index"]), {})[f.row["name"]] = v
-    head = by.pop(("header", ""))
-    top = _table(info["title"], ["", "printed"], [(name, [[v]]) for name, v in head.items()], "")
-    names = ["luciferin", "probability", "cell"]
-    names = [n for n in names if any(n in row for row in by.values())]
-    rows = [
-        (f"{part} {number}", [[row[n]] if n in row else [] for n in names])
-        for (part, number), row in by.items()
-    ]
-    return join((top, _table("", ["", *names], rows, info["note"])))
+        row = parts.setdefault(f.row["part"], {}).setdefault(f.row["index"], {})
+        row[f.row["name"]] = v
+    out = [_table(["header", "printed"], [(n, [[v]]) for n, v in parts.pop("header")[""].items()], "")]
+    for part, by in parts.items():
+        names = list(dict.fromkeys(n for row in by.values() for n in row))
+        rows = [(number, [[row[n]] if n in row else [] for n in names]) for number, row in by.items()]
+        made = _table([part, *names], rows, info["note"] if part == "neighbour" else "")
+        out.append(fold(f"{part}: {len(rows)} rows", made) if len(rows) > MANY else made)
+    return tag("div", *out, class_="pair")
 
 
 def _square(verdicts: Sequence[Verdict]) -> Markup:
@@ -93,12 +94,10 @@ def _square(verdicts: Sequence[Verdict]) -> Markup:
     for f, v in zip(data.figures("4.2"), verdicts, strict=True):
         by.setdefault(data.cell(f.row["cell"]), []).append(v)
     rows = [(str(y), [by[x, y] for x in range(10)]) for y in range(10)]
-    return _table(info["title"], ["y, x", *map(str, range(10))], rows, info["note"])
+    return _table(["y, x", *map(str, range(10))], rows, info["note"])
 
 
-def _table(
-    title: str, head: Sequence[str], rows: Sequence[tuple[str, Sequence[Sequence[Verdict]]]], note: str
-) -> Markup:
+def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[Sequence[Verdict]]]], note: str) -> Markup:
     top = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in head)))
     body = []
     for label, cells in rows:
@@ -106,8 +105,7 @@ def _table(
             tag("td", join((cell(v) for v in some), Markup("<br>")), style=_style(some)) for some in cells
         )
         body.append(join((Markup("\n"), tag("tr", tag("th", label, scope="row"), *shown))))
-    caption = tag("caption", title) if title else Markup("")
-    whole = tag("table", caption, top, tag("tbody", *body))
+    whole = tag("table", top, tag("tbody", *body))
     beneath = tag("p", note, class_="note") if note else Markup("")
     return tag("div", tag("div", whole, class_="scroll", tabindex=0), beneath, class_="tab")
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from lampyris.report.html import Markup, figure, fold, items, join, page, paragraph, section, table, tag
 from lampyris.report.tab import Tab, Value
 from lampyris.reproduce import charts, data, story
-from lampyris.reproduce.grid import SIGNS, grid, reasons
+from lampyris.reproduce.grid import LONG, MANY, SIGNS, grid, reasons
 from lampyris.reproduce.measured import Costs
 from lampyris.reproduce.results import Difference, Method, Results
 from lampyris.reproduce.verdict import KINDS, Verdict, count
@@ -108,10 +108,18 @@ def _methods(
         values = [_interval(m.means[c], d) for c, _, d in columns]
         n = max(v.n for v in m.means.values())
         time = "-" if m.plan_ms != m.plan_ms else f"{m.plan_ms:.2f}"
-        rows.append((m.name, m.runs, n, f"{100 * m.solved.value:.0f} %", *values, time))
-    head = ("method", "runs", "queries", "solved", *(h for _, h, _ in columns), "planning (ms)")
+        rows.append((m.name, m.runs, n, _interval(_percent(m.solved), 0), *values, time))
+    head = ("method", "runs", "queries", "solved (%)", *(h for _, h, _ in columns), "planning (ms)")
     align = "l" + "r" * (len(head) - 1)
     return table(Tab(name, title, head, tuple(rows), note, align))
+
+
+def _percent(share: compare.Interval) -> compare.Interval:
+    return compare.Interval(100 * share.value, 100 * share.low, 100 * share.high, share.n)
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}."
 
 
 def _differences(name: str, title: str, some: Iterable[Difference]) -> Markup:
@@ -120,8 +128,9 @@ def _differences(name: str, title: str, some: Iterable[Difference]) -> Markup:
         p = "< 0.001" if d.holm < 0.001 else f"{d.holm:.3f}"
         sign = "yes" if d.sure else "no"
         pairs = f"{d.test.less} / {d.test.equal} / {d.test.more}"
-        what = f"{NAMES.get(d.what, d.what)}: {d.a} less {d.b}"
-        rows.append((what, _interval(d.mean, 2), f"{d.share:+.1f} %", pairs, d.mean.n, p, sign))
+        mean = _interval(d.mean, 0 if d.what == "expansions" else 2)
+        what = f"{NAMES.get(d.what, d.what)}: {d.a} − {d.b}"
+        rows.append((what, mean, f"{d.share:+.1f} %", pairs, d.mean.n, p, sign))
     head = ("difference", "mean", "share", "less / equal / more", "queries", "p (Holm)", "told apart")
     return table(Tab(name, title, head, tuple(rows), NOTE, "lrrrrrl"))
 
@@ -190,6 +199,8 @@ def _figures(found: Results) -> list[Markup]:
     for which in charts.BARS:
         pair = tag("div", charts.as_printed(which), charts.as_ours(which, found), class_="pair")
         words = f"Figure {which.figure} in kind: as printed in Table 4.11, environment 1, and ours on env-1."
+        if which.column == "path_cost":
+            words += " Ours of the improved method is summed over every cell, the printed over every second."
         out.append(figure(pair, words, wide=True))
     words = "What a figure of path cost should show: lengths of all three, in the same unit."
     out.append(figure(charts.lengths(found), words))
@@ -206,10 +217,10 @@ def _costs(costs: Costs) -> list[Markup]:
     head = ("planner", "kept (kB)", "peak while planning (kB)")
     note = (
         f"Medians over six queries, one a map of {costs.cells:,} cells, by tracemalloc; both hybrids find or "
-        "close gates, which takes fields of its own. This machine, this Python."
+        "close gates, which takes fields of their own. This machine, this Python."
     )
     return [
-        paragraph(story.storage(costs).why + "."),
+        paragraph(_sentence(story.storage(costs).why)),
         table(Tab("memory", "What a session holds after one plan", head, rows, note, digits=(None, 1, 1))),
         paragraph(
             f"Times, medians of {costs.queries} queries, compiled loops warm: the field alone "
@@ -225,7 +236,8 @@ def _printed(tables: Tables) -> list[Markup]:
         found = count(some)
         told = ", ".join(f"{SIGNS[k]} {many} {k}" for k, many in found.items() if many)
         inside = join((grid(name, some), reasons(some)))
-        shown = fold("the table and its reasons", inside) if len(some) > 150 else inside
+        long = name not in LONG and len(data.rows(name)) > MANY and name != "4.2"
+        shown = fold(f"the table, {len(data.rows(name))} rows, and its reasons", inside) if long else inside
         anchor = f"table-{name.replace('.', '-')}"
         title = f"{_name(name)}: {data.about(name)['title']}"
         out.append(section(anchor, title, paragraph(f"{len(some)} figures: {told}."), shown, level=3))

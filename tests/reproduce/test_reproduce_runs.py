@@ -1,0 +1,240 @@
+"""The runs, what is made of them, and the page: small studies, and the whole at night."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lampyris.maps import library
+from lampyris.reproduce import Report, Stage, Verdict, data, measured, reproduce, results, runs, story
+from lampyris.reproduce import printed as judged
+from lampyris.reproduce.measured import Costs, Kept
+from lampyris.reproduce.results import Difference
+from lampyris.reproduce.verdict import KINDS
+from lampyris.study import compare
+from lampyris.study.design import Study
+
+KEPT = tuple(Kept(n, 90_000.0 - k, 95_000.0) for k, n in enumerate(measured.PLANNERS))
+COSTS = Costs(
+    queries=6, cells=2500, kept=KEPT,
+    costs_alone=15_000, luciferin=20_000, window=576, field_s=4e-5, plan_s=2e-4, jump_s=1e-5, astar_s=1e-4,
+)  # fmt: skip
+
+
+def small(quick: bool = False) -> dict[str, Study]:
+    """Two queries on two maps, three values of nt; two seeds where something is drawn."""
+    asked = BIG(True)
+    some = {}
+    for name, study in asked.items():
+        ends = [w for w in study.worlds if w.ground.name in ("env-5", "env-6")]
+        worlds = tuple(ends[:2] + ends[-2:])
+        planners = tuple(w for w in study.planners if name != "nt" or w.called in ("nt 1", "nt 10", "nt 48"))
+        some[name] = replace(study, worlds=worlds, planners=planners)
+    return some
+
+
+BIG = runs.studies
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Path, list[Stage]]:
+    out = tmp_path_factory.mktemp("reproduction")
+    told: list[Stage] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "studies", small)
+        patch.setattr(measured, "measure", lambda quick=False: COSTS)
+        report = reproduce(out, workers=1, quick=True, progress=told.append)
+    return report, out, told
+
+
+def test_the_stored_queries_are_the_pairs_of_table_4_11() -> None:
+    for k in range(1, 7):
+        pairs = [(q.start, q.goal) for q in library.load(f"env-{k}").queries[:5]]
+        assert pairs == results.pairs_of(str(k))
+
+
+def test_the_studies_are_what_the_page_says() -> None:
+    asked = runs.studies()
+    assert [len(asked[n].worlds) for n in ("nt", "static", "moving")] == [240, 30, 30]
+    assert [len(asked[n].seeds) for n in ("nt", "static", "moving")] == [1, 10, 5]
+    assert [w.settings["nt"] for w in asked["nt"].planners] == list(runs.NT)
+    assert set(range(8, 13)) <= set(runs.NT)
+    gates = [(w.called, w.settings.get("gates")) for w in asked["static"].planners]
+    assert gates == [
+        ("mixed", "replan"), ("improved", "close"), ("ad-gso", "replan"), ("ad-gso, gates closed", "close"),
+        ("ad-gso, gates ignored", "ignore"), ("astar", None),
+    ]  # fmt: skip
+    (crowd,) = asked["moving"].crowds
+    assert (crowd.kind, crowd.count, crowd.tracks) == ("random-walk", 20, "live")
+    assert all(study.moves == "dissertation" for study in asked.values())
+
+
+def test_drawn_queries_are_far_apart_and_the_same_every_time() -> None:
+    first, again = (runs.studies()["nt"].worlds for _ in range(2))
+    assert [w.query for w in first] == [w.query for w in again]
+    assert len({(w.ground.name, w.query) for w in first}) == 240
+    for w in first:
+        dx, dy = abs(w.start[0] - w.goal[0]), abs(w.start[1] - w.goal[1])
+        assert 1.4 * min(dx, dy) + abs(dx - dy) >= runs.FAR
+
+
+def test_everything_is_written(made: tuple[Report, Path, list[Stage]]) -> None:
+    report, out, _ = made
+    assert report.page == out / "index.html"
+    assert all(place.is_file() for place in report.files)
+    assert report.figures == 2095
+    assert sum(report.counts.values()) == 2095
+    assert list(report.counts) == list(KINDS)
+    with (out / "verdicts.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2095
+    assert all(r["verdict"] in KINDS and r["why"] for r in rows)
+    whole = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))
+    assert [len(t["verdicts"]) for t in whole["tables"].values()] == [len(v) for v in report.tables.values()]
+    assert whole["conclusion"] == report.conclusion
+    with (out / "claims_recomputed.csv").open(encoding="utf-8", newline="") as file:
+        assert len(list(csv.DictReader(file))) == 88
+
+
+class Reader(HTMLParser):
+    """Counts figures on a page by the reasons that they tell, and looks for what must not be there."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.told: list[str] = []
+        self.tags: set[str] = set()
+        self.ids: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.tags.add(tag)
+        if tag == "span" and given.get("title"):
+            self.told.append(str(given["title"]))
+        self.ids.add(str(given.get("id")))
+
+
+def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, list[Stage]]) -> None:
+    report, _, _ = made
+    reader = Reader()
+    words = report.page.read_text(encoding="utf-8")
+    reader.feed(words)
+    wanted = sorted(f"{v.verdict}: {v.why}" for some in report.tables.values() for v in some)
+    assert sorted(reader.told) == wanted
+    assert not reader.tags & {"script", "iframe", "object", "form"}
+    assert {f"table-{n.replace('.', '-')}" for n in data.tables()} <= reader.ids
+    for sign in ("✗", "⊘", "✓"):
+        assert sign in words
+
+
+def test_the_page_stands_on_the_runs(made: tuple[Report, Path, list[Stage]]) -> None:
+    report, _, _ = made
+    text = {r["id"]: v for r, v in zip(data.rows("text"), report.tables["text"], strict=True)}
+    assert "queries of our maps" in text["best-nt"].why
+    assert "kB" in text["storage"].why
+    row = next(
+        v for v in report.tables["4.11"]
+        if v.where == "environment 6, (48,49), to (1,49), ad-gso: path cost"
+    )  # fmt: skip
+    assert row.ours == "at least 47; length 47.8, sum 1132 on our env-6"
+    assert row.verdict == "impossible"
+
+
+def test_progress_ends_at_the_total_and_knows_the_time_left(made: tuple[Report, Path, list[Stage]]) -> None:
+    _, _, told = made
+    assert told[-1].done == told[-1].total == sum(len(s) for s in small().values())
+    assert told[-1].seconds_left == 0.0
+    assert {stage.name for stage in told} == {"nt", "static", "moving"}
+    assert [s.done for s in told] == sorted(s.done for s in told)
+
+
+def test_what_is_in_the_stores_is_not_run_again(made: tuple[Report, Path, list[Stage]]) -> None:
+    report, out, _ = made
+    verdicts = (out / "verdicts.csv").read_bytes()
+    page = report.page.read_bytes()
+    told: list[Stage] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "studies", small)
+        patch.setattr(measured, "measure", lambda quick=False: COSTS)
+        patch.setattr("lampyris.study.one.work", None)
+        reproduce(out, workers=1, quick=True, progress=told.append)
+    assert told[0].done == len(small()["nt"])
+    assert (out / "verdicts.csv").read_bytes() == verdicts
+    assert report.page.read_bytes() == page
+
+
+def test_units_are_queries_and_seeds_are_averaged(made: tuple[Report, Path, list[Stage]]) -> None:
+    """Against a plain reading of the exported rows."""
+    _, out, _ = made
+    with (out / "runs" / "static-quick.csv").open(encoding="utf-8", newline="") as file:
+        rows = [r for r in csv.DictReader(file) if r["planner"] == "mixed"]
+    by: dict[tuple[str, str], list[float]] = {}
+    for r in rows:
+        by.setdefault((r["map"], r["query"]), []).append(float(r["cost"]))
+    assert {len(v) for v in by.values()} == {2}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "studies", small)
+        tables = runs.run_all(out / "runs", workers=1, quick=True)
+    found = results.results(tables)
+    (mixed,) = [m for m in found.static if m.name == "mixed"]
+    assert mixed.means["cost"].n == len(by) == 4
+    assert mixed.means["cost"].value == pytest.approx(np.mean([np.mean(v) for v in by.values()]))
+    assert mixed.runs == 8
+
+
+def fake(what: str, a: str, b: str, mean: float, holm: float) -> Difference:
+    x = [mean, mean]
+    return Difference(
+        what, a, b, compare.mean(x), 100 * mean, compare.signed_rank(x, [0.0, 0.0]), holm
+    )  # fmt: skip
+
+
+def test_words_follow_the_numbers(made: tuple[Report, Path, list[Stage]]) -> None:
+    """The same story told of other results says other things."""
+    _, out, _ = made
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "studies", small)
+        found = results.results(runs.run_all(out / "runs", workers=1, quick=True))
+    turned = [replace(d, mean=compare.mean([5.0, 5.0]), holm=0.001) for d in found.static_differences]
+    other = replace(found, static_differences=tuple(turned))
+    assert "surely gains in: nothing" in story.conclusion(other, COSTS)
+    turned = [replace(d, mean=compare.mean([-5.0, -5.0]), holm=0.001) for d in found.static_differences]
+    other = replace(found, static_differences=tuple(turned))
+    kept = tuple(replace(k, kept=1e3) if k.planner == "ad-gso" else k for k in KEPT)
+    assert "does not in: nothing" in story.conclusion(other, replace(COSTS, kept=kept, astar_s=1.0))
+    assert story.change(fake("cost", "a", "b", -0.5, 0.5), "length").startswith("no difference")
+    assert story.change(fake("cost", "a", "b", -0.5, 0.01), "length") == "50.0 % less length (p = 0.010)"
+    assert story.change(fake("ticks", "a", "b", 0.5, 0.0), "ticks") == "50.0 % more ticks (p < 0.001)"
+    none = tuple(replace(d, holm=1.0) for d in found.nt_differences)
+    assert story.best_nt(replace(found, nt_differences=none)).ours == "not surely beaten"
+
+
+def test_printed_tables_alone_need_no_runs() -> None:
+    assert isinstance(judged.verdicts("4.9")[0], Verdict)
+
+
+def test_memory_and_times_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measured, "PLANNERS", ("ad-gso", "dijkstra"))
+    monkeypatch.setattr(measured, "MAPS", ("env-6",))
+    costs = measured.measure(quick=True)
+    kept = {k.planner: k for k in costs.kept}
+    # A field's arrays alone: no session of AD-GSO holds less.
+    assert kept["ad-gso"].kept > costs.costs_alone + costs.luciferin
+    assert all(k.peak >= k.kept for k in costs.kept)
+    assert (costs.cells, costs.window) == (2500, 48 * 12)
+    assert min(costs.field_s, costs.plan_s, costs.astar_s) > 0
+
+
+@pytest.mark.nightly
+def test_the_whole(tmp_path: Path) -> None:
+    report = reproduce(tmp_path, workers=2)
+    assert report.figures == 2095
+    assert dict(report.runs) == {"nt": 2640, "static": 1800, "moving": 600}
+    text = {r["id"]: v for r, v in zip(data.rows("text"), report.tables["text"], strict=True)}
+    assert text["best-nt"].ours.startswith("beaten by nt 11")
+    assert "surely gains in: iterations;" in report.conclusion
