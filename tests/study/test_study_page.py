@@ -65,6 +65,15 @@ def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
         assert wanted in words, wanted
 
 
+def test_a_page_says_who_collided(tmp_path: Path) -> None:
+    def make(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
+        return "done", metrics(10.0 + e, collisions=2 if (w, e) == (1, 2) else 0, hits=0)
+
+    words = told(page(study(crowds=ONE_CROWD), make, tmp_path))
+    assert "The robot collided in 2 of c's runs." in words
+    assert "An obstacle ran into the robot in no run." in words
+
+
 def test_the_sample_size_stands_beside_every_mean(tmp_path: Path) -> None:
     """A cell with an interval is in a table that says how many; one of other runs says so itself."""
     text = page(study(queries=4), by_chance(5, 0.5), tmp_path)

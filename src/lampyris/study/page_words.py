@@ -22,7 +22,22 @@ def found(summary: Summary, runs: Runs) -> list[str]:
             parts = [p for p in (_arrived(summary, some), _cost(summary, k, some)) if p]
             if parts:
                 out.append(f"{place}, {'; '.join(parts)}.")
+    out += _safety(summary, runs)
     out += _sure(summary)
+    return out
+
+
+def _safety(summary: Summary, runs: Runs) -> list[str]:
+    """Who collided or was run into, and in how many runs."""
+    if summary.kind == "plan" or not runs.has("collisions"):
+        return []
+    out = []
+    for name, words in (("collisions", "The robot collided"), ("hits", "An obstacle ran into the robot")):
+        if not runs.has(name):
+            continue
+        counts = (runs.values[name] > 0).sum(axis=(0, 1, 2)).tolist()
+        told = [f"{n} of {who}'s" for who, n in zip(summary.entrants, counts, strict=True) if n]
+        out.append(f"{words} in {_join(told) + ' runs' if told else 'no run'}.")
     return out
 
 
