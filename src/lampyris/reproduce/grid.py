@@ -84,7 +84,7 @@ def _long(table: str, verdicts: Sequence[Verdict]) -> Markup:
         rows = [(number, [[row[n]] if n in row else [] for n in names]) for number, row in by.items()]
         made = _table([part, *names], rows, info["note"] if part == "neighbour" else "")
         out.append(fold(f"{part}: {len(rows)} rows", made) if len(rows) > MANY else made)
-    return tag("div", *out, class_="pair")
+    return tag("div", *out, class_="films")
 
 
 def _square(verdicts: Sequence[Verdict]) -> Markup:
