@@ -45,7 +45,9 @@ def cell(v: Verdict) -> Markup:
     """What is printed, the sign of its verdict, and what it should be or ours, if that is told."""
     what = [v.printed, " ", tag("b", SIGNS[v.verdict])]
     if v.ours and v.verdict in (MISPRINT, IMPOSSIBLE, ROUNDED):
-        what += [" → ", v.ours]
+        should, _, more = v.ours.partition("; ")
+        what += [" → ", should]
+        what += [tag("br"), tag("small", more)] if more else []
     elif v.ours and v.verdict == NOT_REPRODUCIBLE:
         what += [tag("br"), tag("small", v.ours)]
     return tag("span", *what, title=f"{v.verdict}: {v.why}")
@@ -61,7 +63,7 @@ def _style(some: Iterable[Verdict]) -> str | None:
 def _plain(table: str, verdicts: Sequence[Verdict]) -> Markup:
     info = data.about(table)
     found = {(f.index, f.column): v for f, v in zip(data.figures(table), verdicts, strict=True)}
-    heads = [info["names"].get(c, c.replace("_", " ")) or "printed" for c in info["figures"]]
+    heads = [_head(info["names"].get(c, c.replace("_", " "))) for c in info["figures"]]
     rows = []
     for k, row in enumerate(data.rows(table)):
         label = ", ".join(row[key] for key in info["keys"] if row[key] and key not in info["figures"])
@@ -69,6 +71,10 @@ def _plain(table: str, verdicts: Sequence[Verdict]) -> Markup:
         rows.append((label or str(k), [[v] if v is not None else [] for v in cells]))
     keys = [key.replace("_", " ") for key in info["keys"] if key not in info["figures"]]
     return _table([", ".join(keys) or "row", *heads], rows, info["note"])
+
+
+def _head(name: str) -> str:
+    return name.removesuffix(" itself") or "printed"
 
 
 def _long(table: str, verdicts: Sequence[Verdict]) -> Markup:
