@@ -131,8 +131,8 @@ def _moving(found: Results) -> str:
 def _published() -> str:
     return (
         "None of the published percentages can be taken over: those in path cost compare a length with a "
-        "sum of cost-to-go, those in iterations and time were computed as (a - b) / (a + b) where (a - b) / a was "
-        "meant, and the 300 % of velocity are a ratio to a constant of the author's."
+        "sum of cost-to-go, those in iterations and time were computed as (a - b) / (a + b) where "
+        "(a - b) / a was meant, and the 300 % of velocity are a ratio to a constant of the author's."
     )
 
 
