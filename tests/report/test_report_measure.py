@@ -145,8 +145,19 @@ def test_a_hit_touches_and_has_no_way() -> None:
     assert (found["found"], found["arrived"], found["optimal"]) == (True, False, 4.0)
     for name in ("cost", "gap", "length_m", "ticks", "time_s", "cost_to_go", "turns", "clearance_mean_m"):
         assert found[name] is None
-    assert (found["waits"], found["replans"], found["flips"], found["flip_rate"]) == (1, 4, 1, 0.25)
+    assert (found["waits"], found["replans"], found["flips"], found["flips_per_100"]) == (1, 4, 1, 50.0)
     assert (found["speed_mean"], found["speed_least"]) == (0.5, 0.5)
+
+
+def test_changes_of_mind_are_counted_by_the_hundred_ticks_whatever_the_replans() -> None:
+    """AD-GSO changes its mind where it asks anew at a jump, which no replan is."""
+    scene = Scene(Grid(np.zeros((5, 9), dtype=np.bool_)), (0, 0), (8, 0), moves="octile")
+    robot = [(k, 0) for k in range(9)]
+    made = trace_of(scene, robot, outcome=Outcome.ARRIVED, replans=1, flips=2)
+    assert trace_metrics(made, known_of(scene))["flips_per_100"] == 25.0
+    assert trace_metrics(replace(made, replans=0), known_of(scene))["flips_per_100"] == 25.0
+    still = trace_of(scene, robot[:1], outcome=Outcome.TIMEOUT)
+    assert trace_metrics(still, known_of(scene))["flips_per_100"] is None
 
 
 def test_an_obstacle_counts_from_the_tick_it_appears() -> None:

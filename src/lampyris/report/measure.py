@@ -35,7 +35,7 @@ METRICS = (
     "outcome", "found", "arrived", "collisions", "hits", "near_misses", "near_m", "length_cells", "length_m",
     "cost", "optimal", "gap", "cost_to_go", "ticks", "time_s", "speed_mean", "speed_least", "turns",
     "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m", "iterations", "expansions", "replans",
-    "waits", "flips", "flip_rate", "reference_ok",
+    "waits", "flips", "flips_per_100", "reference_ok",
 )  # fmt: skip
 """In the order of the columns.
 
@@ -62,8 +62,9 @@ METRICS = (
   cells of the way; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a
   place between cells has the clearance of the nearest cell's centre. None on a map without walls.
 * ``iterations``, ``expansions``, ``replans``, ``waits`` (ticks; of a drive seconds standing), ``flips``: as
-  the run counts them. ``flip_rate``: flips / replans, more than 1 where plans are made anew without being
-  counted as replans (AD-GSO's at each jump); None without a replan.
+  the run counts them. ``flips_per_100``: flips in each hundred ticks of the whole run; None of a run without
+  a tick. Not flips in each replan: AD-GSO asks anew at each jump, which no replan is, and may change its
+  mind there, so that it had more flips than replans.
 * ``reference_ok``: whether ``optimal`` is the published length; None where none is published, or the moves
   are not those that it is of.
 """
@@ -120,7 +121,7 @@ def trace_metrics(trace: Trace, known: Known, published: Published = None) -> Me
         replans=trace.replans,
         waits=trace.waits,
         flips=trace.flips,
-        flip_rate=trace.flips / trace.replans if trace.replans else None,
+        flips_per_100=100.0 * trace.flips / trace.ticks if trace.ticks else None,
     )
     near = near_by_tick(trace)
     out["near_misses"] = int(np.count_nonzero(near < scene.grid.resolution * (1.0 - _ROUNDING)))

@@ -29,7 +29,7 @@ _NAMES: dict[str, frozenset[str]] = {
     "float64": frozenset(
         ("published", "near_m", "length_cells", "length_m", "cost", "optimal", "gap", "cost_to_go", "time_s",
          "speed_mean", "speed_least", "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m",
-         "waits", "flip_rate", *TIMING)
+         "waits", "flips_per_100", *TIMING)
     ),
     "string": frozenset(
         ("key", "map", "query", "crowd", "planner", "law", "ending", "error", "outcome")
