@@ -11,7 +11,7 @@ from html_reader import read
 
 from lampyris.errors import InternalFault
 from lampyris.report import html, pair_charts, study_charts
-from lampyris.report.chart_parts import Line, Steps, look, thinned
+from lampyris.report.chart_parts import COLOURS, Line, Steps, look, thinned
 from lampyris.report.html import Markup
 from lampyris.report.svg_page import clean
 from lampyris.report.tab import Tab
@@ -138,6 +138,13 @@ def test_figures_take_the_colours_and_the_font_of_the_page() -> None:
         assert "20242c" not in drawn.replace("var(--ink, #20242c)", "")
         assert "<svg" in drawn
         assert "max-width" in drawn.partition(">")[0]
+
+
+def test_a_planner_has_its_colour_in_every_panel_of_shares() -> None:
+    names, colours = ["a", "b"], COLOURS
+    panels = [(crowd, [Line(40.0, 30.0, 50.0)] * 2) for crowd in ("none", "some", "many")]
+    drawn = study_charts.dots("share", names, panels, "x", share=True)
+    assert [c in drawn for c in colours] == [True, True, *[False] * (len(colours) - 2)]
 
 
 @pytest.mark.parametrize("words", HOSTILE)

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from lampyris.report.chart_parts import (
-    COLOURS,
     POINTS,
     STEPS,
     WIDE,
@@ -31,7 +30,7 @@ from lampyris.report.svg_page import FAINT, INK, PAPER, clean, figure_of, inline
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["COLOURS", "Line", "Steps", "bars", "density", "dots", "profiles", "scatter"]
+__all__ = ["Line", "Steps", "bars", "density", "dots", "profiles", "scatter"]
 
 DISSERTATION = ("#1f4fd8", "#2f9e44", INK)
 """Blue, green and black, as the dissertation says of its figures' bars; black is the page's ink."""
@@ -91,7 +90,10 @@ def dots(
     *,
     share: bool = False,
 ) -> Markup:
-    """Values with their intervals, a row for each name and a panel for each crowd; ``share``: 0 to 100 %."""
+    """Values with their intervals, a row for each name and a panel for each crowd.
+
+    A name has the colour that it has in all figures, in every panel. ``share``: the axis is 0 to 100 %.
+    """
     rows, n = len(names), len(panels)
     left = room_for(names)
     width = max(WIDE, left + 1.75 * n)
@@ -103,7 +105,7 @@ def dots(
         at = (left / width + p * span, 0.52 / height, span * 0.93, 0.24 * rows / height)
         axes = figure.add_axes(at)
         for k, line in enumerate(lines):
-            dot(axes, line, k, COLOURS[p % len(COLOURS)] if share else look(k)[0])
+            dot(axes, line, k, look(k)[0])
         axes.set_ylim(rows - 0.5, -0.5)
         axes.set_yticks(range(rows), [clean(w, 30) for w in names] if p == 0 else [])
         _limits(axes, finite, share)
