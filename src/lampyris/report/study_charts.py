@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from lampyris.report.chart_parts import (
+    COLOURS,
     POINTS,
     STEPS,
     WIDE,
@@ -30,7 +31,7 @@ from lampyris.report.svg_page import FAINT, INK, PAPER, clean, figure_of, inline
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Line", "Steps", "bars", "density", "dots", "profiles", "scatter"]
+__all__ = ["COLOURS", "Line", "Steps", "bars", "density", "dots", "profiles", "scatter"]
 
 DISSERTATION = ("#1f4fd8", "#2f9e44", INK)
 """Blue, green and black, as the dissertation says of its figures' bars; black is the page's ink."""
