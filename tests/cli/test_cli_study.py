@@ -36,7 +36,7 @@ maps:
 planners: [astar, dstar-lite, theta-star]
 traffic:
   - {kind: random-walk, count: 20}
-seeds: 20
+seeds: 1000
 """
 
 
@@ -208,7 +208,7 @@ def test_ctrl_c_keeps_what_was_done_and_says_how_to_go_on(tmp_path: Path) -> Non
     assert err.count("interrupted") == 1
     assert "Traceback" not in err
     there = int(last.split()[1].replace(",", ""))
-    assert 0 < there < 1200
+    assert 0 < there < 60_000
     record = json.loads(study(tmp_path, "show", "slow.study.db", "--json").out)
     assert record["done"] == there
 
@@ -292,3 +292,49 @@ def test_at_a_terminal_a_bar_and_a_live_table(
     assert out == ""
     for part in ("1 of 6 runs, 0 failed", "1:15 left", "1 of 3", "25.00%", "gso, slow"):
         assert part in err
+
+
+# ---- runs that are run again, names that are kept --------------------
+
+NAMED = """\
+version: 1
+name: small
+about: first words
+maps: [{bundled: guide, queries: [{start: [0, 9], goal: [7, 0]}]}]
+planners: [astar, {name: ad-gso, label: worms}]
+"""
+
+
+def test_failed_runs_are_run_again_and_others_are_not(tmp_path: Path) -> None:
+    import lampyris
+    from lampyris.study.row import Row
+    from lampyris.study.store import Store, open_for
+
+    (tmp_path / "small.yaml").write_text(NAMED)
+    asked = lampyris.load_study(tmp_path / "small.yaml")
+    jobs = list(asked.jobs())
+    with open_for(tmp_path / "small.study.db", asked) as store:
+        store.add([Row(jobs[0].key, "failed", error="error[WORKER_DIED]: a worker died")])
+    first = study(tmp_path, "small.yaml", "--workers", "1", "--json")
+    assert json.loads(first.out)["endings"] == {"done": 1, "failed": 1, "refused": 0, "timeout": 0}
+    again = study(tmp_path, "small.yaml", "--workers", "1", "--again", "failed,timeout")
+    assert "1 run (failed, timeout) will be run again" in again.err
+    with Store.open(tmp_path / "small.study.db", writable=False) as store:
+        assert {row.ending for row in store.rows().values()} == {"done"}
+    assert study(tmp_path, "small.yaml", "--again", "fialed").exit == 2
+    assert study(tmp_path, "small.yaml", "--again", "failed", "--fresh").exit == 2
+
+
+def test_a_store_keeps_the_names_it_was_made_with(tmp_path: Path) -> None:
+    """Or the page of the store would not be the page that the study wrote."""
+    (tmp_path / "small.yaml").write_text(NAMED)
+    study(tmp_path, "small.yaml", "--workers", "1", "--csv", "a.csv")
+    (tmp_path / "small.yaml").write_text(NAMED.replace("worms", "glowworms").replace("first", "other"))
+    out = study(
+        tmp_path, "small.yaml", "--workers", "1", "--csv", "b.csv", "--report", "b.html", "--no-films"
+    )
+    assert "keeps the names it was made with" in out.err
+    study(tmp_path, "report", "small.study.db", "c.html", "--no-films")
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    assert (tmp_path / "b.html").read_bytes() == (tmp_path / "c.html").read_bytes()
+    assert "worms" in (tmp_path / "b.html").read_text()

@@ -187,9 +187,28 @@ def test_a_worker_with_another_version_is_refused(tmp_path: Path, version: str |
 
 
 def test_an_errand_of_another_version_is_not_done() -> None:
-    assert clustering.errand(hands.raises, ["0.0", RESULTS], b"") == clustering.OTHER + repr(
-        [lampyris.__version__, RESULTS]
+    assert clustering.errand(hands.raises, ["0.0", RESULTS, {}], b"") == clustering.OTHER + repr(
+        [lampyris.__version__, RESULTS, {}]
     ).encode("ascii")
+
+
+@pytest.mark.parametrize(
+    ("here", "done"), [("guest 1.0", True), ("guest 2.0", False), ("", False), (None, False)]
+)
+def test_an_errand_of_a_guest_of_another_version_is_not_done(
+    monkeypatch: pytest.MonkeyPatch, here: str | None, done: bool
+) -> None:
+    def origin(name: str) -> str:
+        assert name == "guest-planner"
+        if here is None:
+            raise UsageError("PLANNER", "no planner is called that")
+        return here
+
+    monkeypatch.setattr(clustering, "origin_of", origin)
+    expected = [lampyris.__version__, RESULTS, {"guest-planner": "guest 1.0"}]
+    answer = clustering.errand(bytes.upper, expected, b"letter")
+    assert (answer == b"LETTER") == done
+    assert answer.startswith(clustering.OTHER) != done
 
 
 def test_without_the_package_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

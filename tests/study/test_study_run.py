@@ -404,16 +404,17 @@ except KeyboardInterrupt:
 """
 
 
-def begun(workers: int) -> tuple[subprocess.Popen[str], list[str]]:
+def begun(workers: int) -> tuple[subprocess.Popen[bytes], list[str]]:
     """A study in a process group of its own, from which the first rows came."""
     process = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, str(workers)], cwd=ROOT, text=True, start_new_session=True,
+        [sys.executable, "-c", SCRIPT, str(workers)], cwd=ROOT, start_new_session=True, bufsize=0,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
+    # No buffer: what it reads ahead of a line, communicate would never see; it would begin amid another.
     assert process.stdout is not None
     first = []
     while len({line.split()[1] for line in first}) < workers:
-        first.append(process.stdout.readline())
+        first.append(process.stdout.readline().decode())
         assert first[-1], process.communicate()[1]
     return process, first
 
@@ -444,7 +445,7 @@ def test_ctrl_c_keeps_what_was_done(workers: int) -> None:
     process, lines = begun(workers)
     os.killpg(process.pid, signal.SIGINT)
     out, err = process.communicate(timeout=30)
-    lines += out.splitlines()
+    lines += out.decode().splitlines()
     assert process.returncode == 130, err
     assert not err
     assert lines[-1] == "stopped"
@@ -458,5 +459,5 @@ def test_workers_do_not_outlive_a_parent_that_was_killed() -> None:
     process, lines = begun(2)
     process.kill()
     out, _ = process.communicate(timeout=30)
-    lines += [line for line in out.splitlines() if len(line.split()) == 2]
+    lines += [line for line in out.decode().splitlines() if len(line.split()) == 2]
     assert gone({int(line.split()[1]) for line in lines})

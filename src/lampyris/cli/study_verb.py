@@ -97,6 +97,14 @@ def run(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Begin anew: what the store holds is thrown away.")
     ] = False,
+    again: Annotated[
+        str | None,
+        typer.Option(
+            "--again",
+            metavar="ENDINGS",
+            help="Run those again that ended so: failed, timeout or refused, with commas between.",
+        ),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option("--report", metavar="FILE", help="Write the page of the results (.html).")
     ] = None,
@@ -117,7 +125,8 @@ def run(
     """Run a study, or go on with it; the word `run` may be left out."""
     from lampyris.cli import study_work as work
 
-    asked = work.Asked(study, store, data, allow_outside, max_cells, workers, dask, fresh, dry_run)
+    endings = () if again is None else tuple(word.strip() for word in again.split(","))
+    asked = work.Asked(study, store, data, allow_outside, max_cells, workers, dask, fresh, dry_run, endings)
     out = work.Outputs(json_, report, films, reference, csv, parquet, latex, timing, force)
     raise typer.Exit(work.run(asked, out))
 

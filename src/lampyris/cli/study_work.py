@@ -6,7 +6,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from lampyris.study.where import Where
 
 
+AGAIN = ("failed", "timeout", "refused")
+"""Endings that may be another the next time: a worker died, the machine was busy, a planner was mended."""
+
+
 @dataclass(frozen=True)
 class Asked:
     """What was asked, as it was typed."""
@@ -40,6 +44,19 @@ class Asked:
     dask: str | None
     fresh: bool
     dry_run: bool
+    again: tuple[str, ...] = ()
+
+    def check_again(self) -> None:
+        """Refuse what cannot be run again.
+
+        Raises
+        ------
+        UsageError : OPTIONS; ENDING.
+        """
+        if self.again and (self.fresh or self.dry_run):
+            raise UsageError("OPTIONS", "--again beside --fresh or --dry-run", allowed="one of them")
+        for word in self.again:
+            known("ENDING", "--again", word, AGAIN)
 
     def where(self) -> Where:
         """Where it runs.
@@ -124,6 +141,7 @@ def run(asked: Asked, out: Outputs) -> int:
 
     given = [Path(asked.study)] if os.path.lexists(asked.study) else []
     out.check(*given, *([asked.store] if asked.store is not None else []))
+    asked.check_again()
     where = asked.where()
     limit = MAX_CELLS if asked.max_cells is None else asked.max_cells
     with verbs._working(f"reading {asked.study}", quiet=out.json):
@@ -138,6 +156,8 @@ def run(asked: Asked, out: Outputs) -> int:
         return _dry(study, path, where, asked, out)
     if asked.fresh:
         _discard(path)
+    if asked.again:
+        _again(study, path, asked.again, quiet=out.json)
     return _run(study, path, where, out)
 
 
@@ -150,6 +170,7 @@ def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
     began = time.monotonic()
     store = open_for(path, study)
     try:
+        study = _as_stored(study, store)
         before = store.keys()
         tally = show.Tally(study)
         tally.add(store.scan())
@@ -170,6 +191,30 @@ def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
         )
     finally:
         store.close()
+
+
+def _again(study: Study, path: Path, endings: tuple[str, ...], *, quiet: bool) -> None:
+    """Take runs that ended so out of the store of this study."""
+    from lampyris.cli import study_show as show
+    from lampyris.study.forget import forget
+    from lampyris.study.plain import demand_same
+    from lampyris.study.store import Store
+
+    with Store.open(path, writable=False) as store:
+        demand_same(store.plain(), study, str(path))
+    gone = forget(path, endings)
+    if not quiet:
+        print(f"{show.plural(gone, 'run')} ({', '.join(endings)}) will be run again", file=sys.stderr)
+
+
+def _as_stored(study: Study, store: Store) -> Study:
+    """The study by the names that its store was made with: the same store gives the same bytes."""
+    from lampyris.study.plain import study_plain
+
+    if store.plain()["called"] == study_plain(study)["called"]:
+        return study
+    verbs.remarks((f"{store.path} keeps the names it was made with (name, about, labels)",))
+    return store.study()
 
 
 def _announce(study: Study, path: Path, where: Where, done: int) -> None:
@@ -195,13 +240,14 @@ def _interrupted(study: Study, store: Store, path: Path) -> NoReturn:
 def _dry(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> int:
     """Say what would be run."""
     from lampyris.cli import study_show as show
+    from lampyris.study.plain import demand_same
     from lampyris.study.store import Store
 
     done = 0
     if path.exists() and not asked.fresh:
         store = Store.open(path, writable=False)
         try:
-            _demand_same(store.plain(), study, path)
+            demand_same(store.plain(), study, str(path))
             done = len(store.keys())
         finally:
             store.close()
@@ -224,15 +270,6 @@ def plural_left(n: int) -> str:
     from lampyris.cli import study_show as show
 
     return show.plural(n, "run") if n else "nothing"
-
-
-def _demand_same(there: Mapping[str, Any], study: Study, path: Path) -> None:
-    """Refuse a store of another study, as running it would."""
-    from lampyris.study.plain import differing, study_plain
-
-    found = differing(there, study_plain(study))
-    if found:
-        raise FileError("STORE_OTHER", f"made by another study: {found}", where=str(path))
 
 
 def facts(study: Study) -> list[tuple[str, str]]:

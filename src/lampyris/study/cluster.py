@@ -18,12 +18,14 @@ import logging
 import queue
 import threading
 import time
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pkgutil import resolve_name
 from typing import Any, Final
 
 from lampyris import __version__
 from lampyris.errors import InputError, LampyrisError, UsageError
+from lampyris.planners.registry import origin_of
 from lampyris.study.batches import Batch
 from lampyris.study.design import RESULTS
 from lampyris.study.pool import Answer, Work, told
@@ -50,6 +52,7 @@ class Cluster:
     ----------
     work : a function of a module that the workers have, too.
     address : of the scheduler.
+    guests : distribution and version of each planner that is not ours, by its name.
 
     Raises
     ------
@@ -60,8 +63,9 @@ class Cluster:
         CLUSTER_GONE: the scheduler went away; WORKER_VERSION: a worker has another lampyris, or none.
     """
 
-    def __init__(self, work: Work, address: str) -> None:
+    def __init__(self, work: Work, address: str, guests: Mapping[str, str]) -> None:
         self._work, self._address = work, address
+        self._version = [__version__, RESULTS, dict(guests)]
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._asked: dict[str, tuple[Batch, Any, float]] = {}
         self._number = 0
@@ -97,7 +101,7 @@ class Cluster:
         self._number += 1
         key = f"lampyris-{self._number}-{self._client.id}"
         future = self._client.submit(
-            errand, self._work, [__version__, RESULTS], letter, key=key, pure=False, retries=RETRIES
+            errand, self._work, self._version, letter, key=key, pure=False, retries=RETRIES
         )
         self._asked[key] = batch, future, time.perf_counter()
         future.add_done_callback(lambda future: self._ended.put(future.key))
@@ -138,7 +142,8 @@ class Cluster:
         if not isinstance(answer, bytes):
             return Answer(batch, "fault", words=f"an answer that is a {type(answer).__name__}, not bytes")
         if answer.startswith(OTHER):
-            raise _other_version(self._address, answer[len(OTHER) :].decode("ascii", "replace")[:100])
+            said = answer[len(OTHER) :].decode("ascii", "replace")[:200]
+            raise _other_version(self._address, said, repr(self._version))
         return Answer(batch, "back", answer, (time.perf_counter() - asked) / DEPTH)
 
     def _wait(self) -> None:
@@ -188,17 +193,17 @@ class Cluster:
             said = self._client.run(resolve_name, name, workers=workers, on_error="return")
             for worker, found in said.items():
                 if isinstance(found, ImportError | AttributeError):
-                    raise _other_version(worker, told(found))
+                    raise _other_version(worker, told(found), repr(self._version))
                 if isinstance(found, str | int) and found != own:
-                    raise _other_version(worker, repr(found)[:100])
+                    raise _other_version(worker, repr(found)[:100], repr(self._version))
 
 
 _one_at_a_time = threading.Lock()
 
 
 def errand(work: Work, expected: list[Any], letter: bytes) -> bytes:
-    """The work, done on a worker if it has the version of the one who asks."""
-    own = [__version__, RESULTS]
+    """The work, done on a worker if it has the versions of the one who asks: ours, and those of guests."""
+    own = [__version__, RESULTS, {name: _origin(name) for name in expected[2]}]
     if own != expected:
         return OTHER + repr(own).encode("ascii", "replace")
     with _one_at_a_time:
@@ -267,11 +272,19 @@ def _gone(address: str) -> LampyrisError:
     )
 
 
-def _other_version(where: str, found: str) -> LampyrisError:
+def _origin(name: str) -> str:
+    """Where a planner comes from here."""
+    try:
+        return origin_of(name)
+    except UsageError:
+        return "not installed"
+
+
+def _other_version(where: str, found: str, allowed: str) -> LampyrisError:
     return InputError(
         "WORKER_VERSION",
-        f"a worker has another lampyris: {found}",
+        f"a worker has another lampyris, or other planners of guests: {found}",
         where=where,
-        allowed=repr([__version__, RESULTS]),
+        allowed=allowed,
         todo="install the same version everywhere; it is part of every key",
     )

@@ -194,8 +194,12 @@ class Job:
 
 
 def world_seed(root: int, world: World, crowd: Crowd, number: int) -> int:
-    """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for whoever plans in it."""
-    said = canonical([root, world.ground.hash, world.start, world.goal, crowd.plain, number])
+    """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for whoever plans in it.
+
+    Live and replayed crowds are drawn alike: they begin in the same places.
+    """
+    drawn = {**crowd.plain, "tracks": "live"}
+    said = canonical([root, world.ground.hash, world.start, world.goal, drawn, number])
     return int.from_bytes(hashlib.sha256(said).digest()[:8], "big") >> 1
 
 

@@ -90,6 +90,23 @@ def study_of(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         raise FileError("STUDY_PLAIN", what, where="study", allowed="a study made plain") from None
 
 
+def demand_same(there: Mapping[str, Any], study: Study, where: str) -> None:
+    """Refuse a store of another study.
+
+    Parameters
+    ----------
+    there : the store's study as plain data. where : the store.
+
+    Raises
+    ------
+    FileError : STORE_OTHER, with the first field that differs.
+    """
+    found = differing(there, study_plain(study))
+    if found:
+        what = f"made for another study, which differs in {found}"
+        raise FileError("STORE_OTHER", what, where=where, todo="give another --store")
+
+
 def differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     """Dotted name and both values of the first field in which two plain studies differ; empty if in none.
 

@@ -16,7 +16,7 @@ from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack
 from lampyris.study.plain import differing, study_plain
 from lampyris.study.store_file import check_pages, loaded, real, sidecar, snapshot, speaking
-from lampyris.study.store_lock import Hold, Witness, witness_of
+from lampyris.study.store_lock import Witness, held, witness_of
 from lampyris.study.store_new import check_folder, write_new
 
 KEPT = ".damaged"
@@ -76,7 +76,7 @@ def repair(
         raise FileError("STORE_READ", what, where=str(place))
     check_folder(target)
     with ExitStack() as holds:
-        hold = holds.enter_context(_held(place))
+        hold = holds.enter_context(held(place))
         found = _salvaged(place, log)
         if found == _Salvage(None, {}, {}, None):
             raise FileError("STORE_FORMAT", "nothing of a store is in it", where=str(place))
@@ -86,7 +86,7 @@ def repair(
         text, maps = _study(place, found, study)
         keep, more = _of_study(found, study)
         if target != place:
-            hold = holds.enter_context(_held(target))
+            hold = holds.enter_context(held(target))
         kept: list[Path] = []
         with speaking(target, "write"):
             before = None if target != place else lambda: kept.append(_set_aside(place, log))
@@ -97,16 +97,6 @@ def repair(
             hold.release(remove=True)
     aside = tuple(f"the damaged store is kept as {one.name}" for one in kept)
     return Repaired(tally.count, stored - len(found.runs), notes + more + aside)
-
-
-@contextmanager
-def _held(place: Path) -> Iterator[Hold]:
-    """The lock of a store for as long as the block runs; what it witnesses stays."""
-    hold = Hold(place)
-    try:
-        yield hold
-    finally:
-        hold.release(remove=False)
 
 
 def _salvaged(place: Path, log: Path) -> _Salvage:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias, get_args
 
 Ending: TypeAlias = Literal["done", "refused", "timeout", "failed"]
 """``done``: there is a result, of whatever outcome (no path is a result). ``refused``: the question was wrong
 for this planner (a typed error). ``timeout``: the budget in seconds was used up. ``failed``: a fault of ours
 or of a guest. All stay in every denominator."""
+
+ENDINGS: Final[tuple[Ending, ...]] = get_args(Ending)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,9 +24,9 @@ from typing import Any, Self
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack, unpack
-from lampyris.study.plain import differing, study_of, study_plain
+from lampyris.study.plain import demand_same, study_of, study_plain
 from lampyris.study.repair import Repaired, repair
-from lampyris.study.row import Row
+from lampyris.study.row import Ending, Row
 from lampyris.study.store_file import (
     HEAD,
     chained,
@@ -213,6 +213,11 @@ class Store:
         for texts in self._records():
             yield row_of(texts[1:])
 
+    def records(self) -> Iterator[tuple[Ending, tuple[str, ...]]]:
+        """Every run as it is stored, its seal first, with its ending; otherwise as :meth:`scan`."""
+        for texts in self._records():
+            yield row_of(texts[1:]).ending, texts
+
     def add(self, rows: Sequence[Row]) -> int:
         """Store rows, all or none; returns how many of them are new, and then they are on the disk.
 
@@ -363,12 +368,7 @@ def open_for(path: str | os.PathLike[str], study: Study) -> Store:
         return Store.create(place, study)
     store = Store.open(place)
     try:
-        found = differing(store.plain(), study_plain(study))
-        if found:
-            raise FileError(
-                "STORE_OTHER", f"made for another study, which differs in {found}", where=str(place),
-                todo="give another --store",
-            )  # fmt: skip
+        demand_same(store.plain(), study, str(place))
     except BaseException:
         store.close()
         raise

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,6 +85,16 @@ class Hold:
             self.path.unlink(missing_ok=True)
         os.close(self._fd)
         self._fd = -1
+
+
+@contextmanager
+def held(path: Path) -> Iterator[Hold]:
+    """The lock of a store for as long as the block runs; what it witnesses stays."""
+    hold = Hold(path)
+    try:
+        yield hold
+    finally:
+        hold.release(remove=False)
 
 
 def witness_of(path: Path) -> Witness | None:
