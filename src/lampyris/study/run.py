@@ -82,16 +82,17 @@ def run(
     place = where or Where()
     sitting = _Sitting(study, sink, done, place, progress, _judge or Judge())
     with _Calm(at_once=place.here) as calm:
-        return sitting.through(_hands(place, _work or work, sitting.left), calm)
+        guests = {who.name: who.origin for who in study.planners if who.origin}
+        return sitting.through(_hands(place, _work or work, sitting.left, guests), calm)
 
 
-def _hands(where: Where, call: Work, jobs: int) -> Hands:
+def _hands(where: Where, call: Work, jobs: int, guests: Mapping[str, str]) -> Hands:
     """Those who do the work; nobody is woken for nothing."""
     if where.here or not jobs:
         return Here(call)
     if where.dask is None:
         return Processes(call, min(where.workers, jobs))
-    return Cluster(call, where.dask)
+    return Cluster(call, where.dask, guests)
 
 
 class _Sitting:
