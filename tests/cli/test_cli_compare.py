@@ -11,6 +11,8 @@ import pytest
 
 import lampyris
 from bad_inputs.case import Outcome, inside, run
+from lampyris.cli import compare_draw
+from lampyris.report.compare_picture import Way
 
 GUIDE = ("guide", "--start", "0,9", "--goal", "7,0")
 
@@ -73,6 +75,39 @@ def test_seeds_are_averaged_and_failures_stay_in_the_count(tmp_path: Path) -> No
         assert line["arrived"] == sum(r["arrived"] == "true" for r in mine)
         costs = [float(r["cost"]) for r in mine if r["cost"]]
         assert line["cost"] == pytest.approx(sum(costs) / len(costs))
+
+
+ENV_3 = ("env-3", "--start", "28,7", "--goal", "26,26", "--planners", "astar,theta-star")
+
+
+def test_an_any_angle_planner_is_told_of_by_its_lines(tmp_path: Path) -> None:
+    """Shorter than the best way by steps; the cost beside it is the walk's, and the table says so."""
+    astar, theta = record(tmp_path, *ENV_3)["rows"]
+    scene = lampyris.Scene(lampyris.load_grid("env-3"), (28, 7), (26, 26))
+    plan = lampyris.plan(scene, "theta-star")
+    assert astar["length_any_angle"] is None
+    assert theta["length_any_angle"] == plan.any_angle_length
+    assert theta["length_any_angle"] < astar["cost"] < theta["cost"]
+    assert plan.waypoints is not None
+    assert theta["turns"] <= len(plan.waypoints) - 2
+    done = compare(tmp_path, *ENV_3, "--picture", "ways.svg")
+    assert "any-angle length and turns are of straight lines, all else of the walk by cells" in done.out
+    assert "33.72" in done.out
+    driven = compare(tmp_path, *ENV_3, "--obstacles", "3")
+    assert "any-angle planners are driven by the walk by cells" in driven.out
+
+
+def test_the_picture_tells_the_length_of_the_lines_it_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ways: list[Way] = []
+    monkeypatch.setattr(
+        compare_draw, "draw_ways", lambda grid, start, goal, some, *_, **__: ways.extend(some)
+    )
+    compare(tmp_path, *ENV_3, "--picture", "ways.png")
+    told = {way.name: way.told for way in ways}
+    assert told["theta-star"].startswith("any-angle length 33.72, cost by cells 36.56")
+    assert told["astar"].startswith("cost 35.97")
 
 
 @pytest.mark.parametrize(

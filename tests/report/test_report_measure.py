@@ -91,6 +91,27 @@ def test_a_plan_by_hand() -> None:
     )
 
 
+def test_an_any_angle_plan_is_its_lines() -> None:
+    """(0, 0) to (4, 1) and (4, 3): two lines with one corner; the walk by cells turns three times."""
+    scene = Scene(Grid(np.zeros((4, 5), dtype=np.bool_), resolution=0.5), (0, 0), (4, 3), moves="octile")
+    walk = path_of(np.array([(0, 0), (1, 0), (2, 1), (3, 1), (4, 1), (4, 2), (4, 3)]), scene.moves)
+    cells = plan_metrics(Plan(Status.FOUND, "hand", walk), scene, known_of(scene))
+    assert (cells["length_any_angle"], cells["turns"]) == (None, 3)
+    assert cells["length_cells"] == pytest.approx(5 + SQRT2)
+    plan = Plan(Status.FOUND, "hand", walk, waypoints=np.array([(0, 0), (4, 1), (4, 3)]))
+    found = plan_metrics(plan, scene, known_of(scene))
+    length, turn = math.sqrt(17) + 2, math.atan2(4, 1)
+    assert found["length_any_angle"] == found["length_cells"] == pytest.approx(length)
+    assert found["length_any_angle"] == plan.any_angle_length
+    assert found["length_m"] == pytest.approx(length / 2)
+    assert (found["turns"], found["turn_deg"]) == (1, pytest.approx(math.degrees(turn)))
+    assert found["smoothness"] == pytest.approx(1 / (1 + turn / length))
+    for name in ("cost", "gap", "cost_to_go", "ticks", "optimal"):
+        assert found[name] == cells[name]
+    straight = replace(plan, waypoints=np.array([(0, 0), (2, 1), (4, 2), (4, 3)]))
+    assert plan_metrics(straight, scene, known_of(scene))["turns"] == 1
+
+
 def test_a_plans_time_is_its_profiles_if_that_is_in_seconds() -> None:
     scene = Scene(Grid(np.zeros((1, 3), dtype=np.bool_)), (0, 0), (2, 0), moves="octile")
     plan = Plan(Status.FOUND, "hand", path_of(np.array([(0, 0), (1, 0), (2, 0)]), scene.moves))

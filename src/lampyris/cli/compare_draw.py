@@ -70,12 +70,16 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
 
 
 def _told(line: Line) -> str:
-    """Cost and gap of the first run, or how it ended."""
+    """Length, cost and gap of the first run, or how it ended."""
     row = line.rows[0]
     cost, gap = row.metrics.get("cost"), row.metrics.get("gap")
     good = row.metrics.get("found") or row.metrics.get("arrived")
     words = [] if good else [str(row.metrics.get("outcome") or row.ending)]
-    words += [f"cost {cost:.2f}"] if isinstance(cost, int | float) else []
+    lines = row.metrics.get("length_any_angle")
+    # What is drawn of such a plan are its lines; its cost is of another way, the walk by cells.
+    words += [f"any-angle length {lines:.2f}"] if isinstance(lines, int | float) else []
+    by = " by cells" if isinstance(lines, int | float) else ""
+    words += [f"cost{by} {cost:.2f}"] if isinstance(cost, int | float) else []
     words += [f"gap {gap:.1%}"] if isinstance(gap, int | float) else []
     return ", ".join(words)
 

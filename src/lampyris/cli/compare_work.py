@@ -26,12 +26,14 @@ from lampyris.study.who import law_who, planner_who
 
 PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
 AMONG_OBSTACLES = f"{PLANNERS},sipp"
+ANY_ANGLE = ("theta-star", "lazy-theta-star")
 MAX_RUNS = 10_000
 """More than that is a study."""
 
 COLUMNS: tuple[tuple[str, str, float, int | None], ...] = (
     ("cost", "cost", 1.0, 2),
     ("gap", "gap (%)", 100.0, 2),
+    ("length_any_angle", "any-angle length", 1.0, 2),
     ("cost_to_go", "cost-to-go", 1.0, 1),
     ("turns", "turns", 1.0, None),
     ("ticks", "ticks", 1.0, None),
@@ -284,9 +286,15 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
         )
         for line in lines
     )
-    note = ""
-    if several:
-        note = f"means over the runs that have a value, of {len(study.seeds)} worlds; for intervals: a study"
+    notes = [
+        f"means over the runs that have a value, of {len(study.seeds)} worlds; for intervals: a study"
+    ] * several
+    if any(name == "length_any_angle" for name, *_ in columns):
+        notes.append(
+            "any-angle length and turns are of straight lines, all else of the walk by cells along them"
+        )
+    elif any(line.planner.name in ANY_ANGLE for line in lines):
+        notes.append("in ticks any-angle planners are driven by the walk by cells along their lines")
     tab = Tab(
         "compare",
         f"{grid.name or 'map'}, {world.query}, {grid.width} x {grid.height} cells of {grid.resolution:g} m, "
@@ -294,7 +302,7 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
         + ("" if by_law else f", {study.laws[0].called} law"),
         ("planner", *(["law"] if by_law else []), metric, *(c[1] for c in columns)),
         rows,
-        note,
+        "; ".join(notes),
         digits=(None,) * (2 + by_law)
         + tuple((1 if several else None) if c[3] is None else c[3] for c in columns),
     )

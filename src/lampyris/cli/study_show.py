@@ -217,7 +217,7 @@ def tab(one: Tab, console: Console | None = None) -> None:
 
 
 SHORT = {
-    "plan": ("found", "cost", "gap", "time_s", "expansions"),
+    "plan": ("found", "cost", "gap", "length_any_angle", "time_s", "expansions"),
     "simulate": ("arrived", "collisions", "cost", "ticks", "expansions"),
     "drive": ("arrived", "collisions", "near_m", "length_m", "time_s"),
 }
@@ -227,9 +227,9 @@ SHORT = {
 def summary(told: Summary) -> None:
     """The heart of a summary: a table for each crowd."""
     from lampyris.study.measures import ALL
-    from lampyris.study.summary_tabs import estimate_text, sample
+    from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample
 
-    console = console_for_tables()
+    console, lines = console_for_tables(), False
     for crowd in told.crowds:
         title = "without moving obstacles" if crowd == "none" else f"among {crowd}"
         some = [entry for entry in told.entries if entry.crowd == crowd and entry.runs]
@@ -239,13 +239,15 @@ def summary(told: Summary) -> None:
         names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]
         if not any(e.own["collisions"].value > 0 for e in some if "collisions" in e.own):
             names = [n for n in names if n != "collisions"]
+        lines = lines or "length_any_angle" in names
         header = ("", "runs", *(ALL[n].title for n in names))
         rows: list[tuple[Value, ...]] = []
         for e in some:
             texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) if n in e.own else DASH for n in names)
             rows.append((e.entrant, e.runs, *texts))
         tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)), console)
-    console.print(Text(f"{sample(told)} n: the runs behind a mean, where some have no value.", style="dim"))
+    foot = f"{sample(told)} n: the runs behind a mean, where some have no value."
+    console.print(Text(f"{ANY_ANGLE} {foot}" if lines else foot, style="dim"))
 
 
 def ready(rows: Sequence[Mapping[str, str]]) -> None:

@@ -25,7 +25,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome, Trace
-from lampyris.report.metrics import path_metrics
+from lampyris.report.metrics import line_metrics, path_metrics
 from lampyris.typing import Cells, FloatGrid, Floats
 
 Metrics: TypeAlias = dict[str, Any]
@@ -33,9 +33,9 @@ Metrics: TypeAlias = dict[str, Any]
 
 METRICS = (
     "outcome", "found", "arrived", "collisions", "hits", "near_misses", "near_m", "length_cells", "length_m",
-    "cost", "optimal", "gap", "cost_to_go", "ticks", "time_s", "speed_mean", "speed_least", "turns",
-    "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m", "iterations", "expansions", "replans",
-    "waits", "flips", "flips_per_100", "reference_ok",
+    "length_any_angle", "cost", "optimal", "gap", "cost_to_go", "ticks", "time_s", "speed_mean",
+    "speed_least", "turns", "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m", "iterations",
+    "expansions", "replans", "waits", "flips", "flips_per_100", "reference_ok",
 )  # fmt: skip
 """In the order of the columns.
 
@@ -47,9 +47,14 @@ METRICS = (
   seconds. ``near_misses``: of a simulation the ticks at which that distance to somebody is under one cell
   (between two bodies of one cell: neighbours, diagonal ones too); of a drive how often an obstacle comes
   under half a cell, once for each time that it comes.
-* ``length_cells``, ``length_m``: of the way driven, a diagonal the square root of 2. ``cost``: by the prices
-  of the moves, cells. ``optimal``: the least cost on the map as it is, cells, told of every run; None: no
-  way. ``gap``: cost / optimal - 1. A drive leaves the cells: it has no cost and no gap.
+* ``length_cells``, ``length_m``: of the way driven, a diagonal the square root of 2; of an any-angle plan, of
+  its straight lines, and so are its turns. ``length_any_angle``: the length of these lines, cells, of such
+  plans only: what may be set beside the least cost, below which it can be. ``cost``: by the prices of the
+  moves, cells; of an any-angle plan that of its walk by cells along the lines, never below the least, and so
+  are its gap, time, ticks, clearance and cost-to-go: tables must say so. A simulation in ticks goes from cell
+  to cell whoever plans: an any-angle planner is driven by that walk, and all is told of it.
+* ``optimal``: the least cost on the map as it is, cells, told of every run; None: no way. ``gap``: cost /
+  optimal - 1. A drive leaves the cells: it has no cost and no gap.
 * ``cost_to_go``: the cost to the goal summed up over the cells of the way, both ends, cells: what the
   dissertation prints as the baselines' path cost. Not of drives.
 * ``ticks``: until arrival. ``time_s``: until arrival; of a plan by its profile, if that is in seconds.
@@ -99,6 +104,11 @@ def plan_metrics(
     out.update(iterations=plan.iterations, expansions=plan.expansions, replans=len(plan.gates_met))
     if plan.path is not None:
         _way(out, plan.path, scene, known)
+        if plan.waypoints is not None:
+            lines = line_metrics(plan.waypoints, scene.grid)
+            for name in ("length_cells", "length_m", "turns", "turn_deg", "smoothness"):
+                out[name] = lines[name]
+            out["length_any_angle"] = lines["length_cells"]
         out["ticks"] = len(plan.path.cells) - 1
         if plan.schedule is not None and len(plan.schedule):
             out["ticks"] = int(plan.schedule[-1] - plan.schedule[0])

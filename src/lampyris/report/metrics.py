@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from typing import NamedTuple, TypedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
-from lampyris.typing import Floats
+from lampyris.typing import Cells, Floats
 
 
 class PathMetrics(TypedDict):
@@ -38,15 +39,10 @@ class PathMetrics(TypedDict):
 
 def path_metrics(path: Path, grid: Grid) -> PathMetrics:
     """Lengths, steps and turns of a path on its map."""
-    cells = path.cells.astype(np.int64)
-    step = cells[1:] - cells[:-1]
-    came, goes = step[:-1], step[1:]
-    cross = came[:, 0] * goes[:, 1] - came[:, 1] * goes[:, 0]
-    dot = (came * goes).sum(axis=1)
-    turn = [math.atan2(abs(c), d) for c, d in zip(cross.tolist(), dot.tolist(), strict=True)]
+    step = np.diff(path.cells.astype(np.int64), axis=0)
     kinds = np.bincount(np.abs(step[:, 0] * step[:, 1]), minlength=3)
     length = float(path.arc[-1])
-    total = math.fsum(turn)
+    shape = _shape(step, length)
     return {
         "cells": len(path.cells),
         "straights": int(kinds[0]),
@@ -54,6 +50,51 @@ def path_metrics(path: Path, grid: Grid) -> PathMetrics:
         "knights": int(kinds[2]),
         "length_cells": length,
         "length_m": length * grid.resolution,
+        "turns": shape["turns"],
+        "turn_deg": shape["turn_deg"],
+        "sharpest_deg": shape["sharpest_deg"],
+        "smoothness": shape["smoothness"],
+    }
+
+
+class LineMetrics(TypedDict):
+    """What :func:`line_metrics` returns: see :class:`PathMetrics`."""
+
+    length_cells: float
+    length_m: float
+    turns: int
+    turn_deg: float
+    sharpest_deg: float
+    smoothness: float
+
+
+def line_metrics(points: Cells, grid: Grid) -> LineMetrics:
+    """Length and turns of straight lines from one waypoint to the next, those of an any-angle plan.
+
+    Parameters
+    ----------
+    points : int32 (k, 2), k >= 1, cells.
+    """
+    step = np.diff(points.astype(np.int64), axis=0)
+    length = math.fsum(math.sqrt(dx * dx + dy * dy) for dx, dy in step.tolist())
+    return {"length_cells": length, "length_m": length * grid.resolution, **_shape(step, length)}
+
+
+class _Shape(TypedDict):
+    turns: int
+    turn_deg: float
+    sharpest_deg: float
+    smoothness: float
+
+
+def _shape(step: NDArray[np.int64], length: float) -> _Shape:
+    """Turning from each step to the next, (n, 2)."""
+    came, goes = step[:-1], step[1:]
+    cross = came[:, 0] * goes[:, 1] - came[:, 1] * goes[:, 0]
+    dot = (came * goes).sum(axis=1)
+    turn = [math.atan2(abs(c), d) for c, d in zip(cross.tolist(), dot.tolist(), strict=True)]
+    total = math.fsum(turn)
+    return {
         "turns": sum(t > 0 for t in turn),
         "turn_deg": math.degrees(total),
         "sharpest_deg": math.degrees(max(turn, default=0.0)),

@@ -27,9 +27,9 @@ _NAMES: dict[str, frozenset[str]] = {
          "flips", "ticks")
     ),
     "float64": frozenset(
-        ("published", "near_m", "length_cells", "length_m", "cost", "optimal", "gap", "cost_to_go", "time_s",
-         "speed_mean", "speed_least", "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m",
-         "waits", "flips_per_100", *TIMING)
+        ("published", "near_m", "length_cells", "length_m", "length_any_angle", "cost", "optimal", "gap",
+         "cost_to_go", "time_s", "speed_mean", "speed_least", "turn_deg", "smoothness", "clearance_mean_m",
+         "clearance_least_m", "waits", "flips_per_100", *TIMING)
     ),
     "string": frozenset(
         ("key", "map", "query", "crowd", "planner", "law", "ending", "error", "outcome")

@@ -41,9 +41,14 @@ SAFETY = (
     Measure("near_m", "nearest obstacle (m)", "more", "least free distance to an obstacle in the whole run"),
 )
 WAY = (
-    Measure("cost", "cost (cells)", "less", "length of the way by the step costs of the study, in cells"),
+    Measure("cost", "cost (cells)", "less", "length of the way by the step costs of the study, in cells; "
+            "of an any-angle planner that of its walk from cell to cell, which simulations in ticks drive"),
     Measure("gap", "gap (%)", "less", "by how much the cost exceeds that of the shortest way", 100.0),
-    Measure("length_m", "length (m)", "less", "length of the way in metres"),
+    Measure(
+        "length_any_angle", "any-angle length (cells)", "less",
+        "length of the straight lines of an any-angle plan: it can be below the least cost by steps",
+    ),
+    Measure("length_m", "length (m)", "less", "length of the way; of an any-angle plan that of its lines"),
     Measure(
         "cost_to_go", "sum of cost-to-go", "", "the cost that remains, summed over the cells visited: "
         "what the dissertation prints as path cost of the methods it compares with; no length",
@@ -80,6 +85,7 @@ AT_GOAL = frozenset(
         "cost",
         "gap",
         "length_cells",
+        "length_any_angle",
         "length_m",
         "cost_to_go",
         "turns",

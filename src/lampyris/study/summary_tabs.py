@@ -10,6 +10,12 @@ from lampyris.study import compare
 from lampyris.study.findings import Entry, Estimate, Order, Pair, Summary
 from lampyris.study.measures import ALL, PAIRED, SAFETY, SHARES, TIME, TIMING, WAY, WORK, Measure
 
+ANY_ANGLE = (
+    "Cost and gap of a planner with an any-angle length are of its walk from cell to cell; "
+    "length and turns are of its lines."
+)
+"""What stands beneath a table of costs in which such a planner is."""
+
 
 def tabs(summary: Summary) -> tuple[Tab, ...]:
     """Every table of a summary, crowd by crowd, then differences, ranks and maps."""
@@ -34,11 +40,17 @@ def crowd_tabs(summary: Summary, k: int, crowd: str) -> tuple[Tab, ...]:
         tab = _measure_tab(summary, f"{word}-{k + 1}", f"{title}{others}", some, measures, False)
         out += [] if tab is None else [tab]
     if summary.common[k] and _differs(some):
-        few = tuple(ALL[n] for n in ("cost", "gap", "cost_to_go", "time_s", "iterations", "expansions"))
+        names = ("cost", "gap", "length_any_angle", "cost_to_go", "time_s", "iterations", "expansions")
+        few = tuple(ALL[n] for n in names)
         title = f"The same over the worlds that all solved{others}"
         tab = _measure_tab(summary, f"common-{k + 1}", title, some, few, True, summary.left_out[k])
         out += [] if tab is None else [tab]
     return tuple(out)
+
+
+def _any_angle(some: Sequence[Entry]) -> bool:
+    """Whether somebody's plans are lines."""
+    return any(e.own["length_any_angle"].units for e in some if "length_any_angle" in e.own)
 
 
 def _differs(some: Sequence[Entry]) -> bool:
@@ -104,7 +116,9 @@ def _measure_tab(
     }[common]
     if not common and all(e.own[there[0].name].runs == e.runs for e in some):
         which = "Means over all runs."
-    note = f"{which} {sample(summary)} {_n_note(there[1:])}".rstrip()
+    walked = any(m.name in ("cost", "gap") for m in there) and _any_angle(some)
+    lines = f"{ANY_ANGLE} " if walked else ""
+    note = f"{which} {lines}{sample(summary)} {_n_note(there[1:])}".rstrip()
     return Tab(name, title, header, rows, note, _align(header))
 
 
@@ -248,6 +262,7 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
             columns.append(column_texts([e.own[n] for e in some], ALL[n].scale, [e.runs for e in some]))
         rows = tuple(zip(*columns, strict=True))
         title = f"Map by map{'' if crowd == 'none' else f', {crowd}'}"
+        lines = f" {ANY_ANGLE}" if _any_angle(some) else ""
         note = f"{sample(summary)} Of each map its own queries. n: runs behind a mean, where some have none."
-        out.append(Tab(f"maps-{k + 1}", title, header, rows, note, "ll" + "r" * (len(header) - 2)))
+        out.append(Tab(f"maps-{k + 1}", title, header, rows, note + lines, "ll" + "r" * (len(header) - 2)))
     return tuple(out)
