@@ -13,6 +13,7 @@ from lampyris.errors import UsageError
 from lampyris.study import compare
 from lampyris.study.design import Crowd
 from lampyris.study.findings import Summary
+from lampyris.study.measures import ALL
 from lampyris.study.runs import runs_of
 from lampyris.study.summary import per_unit, scores, summarise
 from lampyris.study.summary_tabs import estimate_text, fixed, p_text, places_of, tabs
@@ -256,6 +257,16 @@ def test_the_cost_of_an_any_angle_planner_says_whose_it_is() -> None:
     alone = {tab.name: tab for tab in tabs(summarise(runs(one, by_chance(1, 0.0))))}
     assert "any-angle length (cells)" not in alone["way-1"].header
     assert not any("walk" in tab.note for tab in alone.values())
+
+
+def test_ticks_are_said_to_be_those_until_arrival_and_are() -> None:
+    one = study(("a",), maps=1, queries=1, seeds=2, crowds=(Crowd(),))
+
+    def make(w: int, c: int, s: int, e: int) -> Made:
+        return "done", metrics(10.0, s == 0) | {"ticks": 10 if s == 0 else 500}
+
+    assert "until arrival" in ALL["ticks"].about
+    assert entry(summarise(runs(one, make)), "a").own["ticks"].value == 10.0
 
 
 def test_an_empty_study_has_tables_too() -> None:

@@ -57,7 +57,8 @@ METRICS = (
   optimal - 1. A drive leaves the cells: it has no cost and no gap.
 * ``cost_to_go``: the cost to the goal summed up over the cells of the way, both ends, cells: what the
   dissertation prints as the baselines' path cost. Not of drives.
-* ``ticks``: until arrival. ``time_s``: until arrival; of a plan by its profile, if that is in seconds.
+* ``ticks``: until arrival; of a plan its steps, and its waits if it has a schedule. ``time_s``: until
+  arrival; of a plan by its profile, if that is in seconds.
 * ``speed_mean``: over the nodes, or ticks, at which it moves, as the dissertation counts; of a drive metres
   over seconds in motion. ``speed_least``: the least at a node, a tick or the beginning of a stretch at which
   it moves. In the law's own units.

@@ -55,7 +55,12 @@ WAY = (
     ),
 )  # fmt: skip
 TIME = (
-    Measure("ticks", "ticks", "less", "ticks until the end of the simulation"),
+    Measure(
+        "ticks",
+        "ticks",
+        "less",
+        "ticks until arrival, of runs that arrived; of a plan, its steps with its waits",
+    ),
     Measure("time_s", "arrival (s)", "less", "seconds until the robot arrived, by its speeds"),
     Measure("speed_mean", "mean speed", "more", "mean speed while under way"),
     Measure("speed_least", "least speed", "more", "least speed while under way"),
