@@ -77,6 +77,19 @@ def test_seeds_are_averaged_and_failures_stay_in_the_count(tmp_path: Path) -> No
         assert line["cost"] == pytest.approx(sum(costs) / len(costs))
 
 
+def test_means_of_counts_have_four_digits_that_count(tmp_path: Path) -> None:
+    """As the tables of studies have them: 3844 expansions, and not 3844.0."""
+    words = ("env-3", "--start", "28,7", "--goal", "26,26", "--seeds", "2", "--planners", "astar,ad-gso")
+    done, told = compare(tmp_path, *words), record(tmp_path, *words)["rows"]
+    most = max(row["expansions"] for row in told)
+    assert most >= 1000
+    head = next(line for line in done.out.splitlines() if "planner" in line)
+    end = head.index("expansions") + len("expansions")
+    for row in told:
+        line = next(line for line in done.out.splitlines() if line.strip().startswith(f"{row['planner']} "))
+        assert line[:end].split()[-1] == f"{row['expansions']:.0f}"
+
+
 ENV_3 = ("env-3", "--start", "28,7", "--goal", "26,26", "--planners", "astar,theta-star")
 
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from lampyris.cli import BAD_INPUT, INTERNAL_FAULT, study_show, verbs
 from lampyris.cli.request import Request, about, known, parse_law, parse_settings
@@ -22,6 +22,7 @@ from lampyris.report.tab import Tab
 from lampyris.sim.mobility import MOBILITIES
 from lampyris.study.design import Crowd, Ground, Study, Who, World
 from lampyris.study.row import Row
+from lampyris.study.summary_tabs import places_of
 from lampyris.study.who import law_who, planner_who
 
 PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
@@ -30,7 +31,8 @@ ANY_ANGLE = ("theta-star", "lazy-theta-star")
 MAX_RUNS = 10_000
 """More than that is a study."""
 
-COLUMNS: tuple[tuple[str, str, float, int | None], ...] = (
+Column: TypeAlias = tuple[str, str, float, int | None]
+COLUMNS: tuple[Column, ...] = (
     ("cost", "cost", 1.0, 2),
     ("gap", "gap (%)", 100.0, 2),
     ("length_any_angle", "any-angle length", 1.0, 2),
@@ -268,6 +270,19 @@ def _outcome(line: Line, metric: str) -> str:
     return str(row.metrics.get("outcome") or row.ending)
 
 
+def _values(line: Line, columns: Sequence[Column]) -> list[float | None]:
+    """A line's means as its columns show them."""
+    means = [(line.mean(name), factor) for name, _, factor, _ in columns]
+    return [None if mean is None else factor * mean for mean, factor in means]
+
+
+def _digits(lines: Sequence[Line], column: Column, several: bool) -> int | None:
+    """Digits after the point: a column's own; of counts none, of means of counts as a study's tables have."""
+    if column[3] is not None or not several:
+        return column[3]
+    return places_of(*(v for line in lines for v in _values(line, [column]) if v is not None))
+
+
 def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> None:
     """The table, what it is of, and why runs have no result."""
     world, several = study.worlds[0], len(study.seeds) > 1
@@ -282,7 +297,7 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
             line.planner.called,
             *([line.law.called] if by_law else []),
             _outcome(line, metric),
-            *(None if (v := line.mean(name)) is None else factor * v for name, _, factor, _ in columns),
+            *_values(line, columns),
         )
         for line in lines
     )
@@ -303,8 +318,7 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
         ("planner", *(["law"] if by_law else []), metric, *(c[1] for c in columns)),
         rows,
         "; ".join(notes),
-        digits=(None,) * (2 + by_law)
-        + tuple((1 if several else None) if c[3] is None else c[3] for c in columns),
+        digits=(None,) * (2 + by_law) + tuple(_digits(lines, c, several) for c in columns),
     )
     study_show.tab(tab)
     reasons: dict[str, list[str]] = {}
