@@ -58,11 +58,28 @@ def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
     one = study(about="Which is shorter?", crowds=(Crowd(), Crowd("random-walk", 5, tracks="live")))
     words = told(page(one, by_chance(4), tmp_path))
     for wanted in (
-        "made up", "Which is shorter?", "72 runs: 3 methods on 6 queries of 2 maps", "map 0", "5 random-walk",
+        "made up", "Which is shorter?", "72 runs: 3 methods on 6 queries of 2 maps", "map 0",
+        "Among 5 random walkers (live)",
         "obstacles yield to the robot", key_of(one), "refused", "timeout", "Wilcoxon", "BCa", "seed 0",
         "6 queries, the 2 seeds of each averaged", "What the columns are", "Run it again",
     ):  # fmt: skip
         assert wanted in words, wanted
+
+
+def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
+    one = study(
+        crowds=(Crowd("patrol", 1), Crowd("random-walk", 5), Crowd("crossing", 2)),
+        seeds=90, expansions=5_000_000, robot={"jerk_max": None, "radius": 0.25, "reverse": True},
+    )  # fmt: skip
+    words = told(page(one, lambda w, c, s, e: ("done", metrics(9.0 + e)), tmp_path))
+    for wanted in (
+        "5,000,000 expansions a call", "jerk_max none, radius 0.25, reverse yes", "Among 1 patrol,",
+        "Among 5 random walkers,", "Results among 2 crossing obstacles", "4,860 runs: 3 methods",
+        "over the 540 of 540 worlds",
+    ):  # fmt: skip
+        assert wanted in words, wanted
+    assert "random-walk" not in words
+    assert {c.label for c in one.crowds} == {"1 patrol", "5 random-walk", "2 crossing"}
 
 
 def test_a_page_says_who_collided(tmp_path: Path) -> None:

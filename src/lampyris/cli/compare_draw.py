@@ -14,6 +14,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.report.compare_picture import Speeds, Way, draw_ways
 from lampyris.report.speed_chart import line_of
+from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import Job, Study
 from lampyris.typing import Floats, Points
 
@@ -58,7 +59,7 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
                 if line is not None
             ]
     crowd = study.crowds[0]
-    what = "nothing moves" if crowd.label == "none" else f"obstacles: {crowd.label}"
+    what = "nothing moves" if crowd.label == "none" else f"obstacles: {crowd_words(crowd.label)}"
     words = f"{world.query}  ·  {study.moves} moves  ·  {what}"
     if len(study.seeds) > 1:
         words += f"  ·  the first of {len(study.seeds)} worlds; the numbers are of this one"

@@ -20,6 +20,7 @@ from lampyris.report.plain import grid_record
 from lampyris.report.style import suffix_of
 from lampyris.report.tab import Tab
 from lampyris.sim.mobility import MOBILITIES
+from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import Crowd, Ground, Study, Who, World
 from lampyris.study.row import Row
 from lampyris.study.summary_tabs import places_of
@@ -270,6 +271,11 @@ def _outcome(line: Line, metric: str) -> str:
     return str(row.metrics.get("outcome") or row.ending)
 
 
+def _moving(study: Study) -> str:
+    label = study.crowds[0].label
+    return label if label == "none" else crowd_words(label)
+
+
 def _values(line: Line, columns: Sequence[Column]) -> list[float | None]:
     """A line's means as its columns show them."""
     means = [(line.mean(name), factor) for name, _, factor, _ in columns]
@@ -313,7 +319,7 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
     tab = Tab(
         "compare",
         f"{grid.name or 'map'}, {world.query}, {grid.width} x {grid.height} cells of {grid.resolution:g} m, "
-        f"{study.moves} moves, obstacles: {study.crowds[0].label}"
+        f"{study.moves} moves, obstacles: {_moving(study)}"
         + ("" if by_law else f", {study.laws[0].called} law"),
         ("planner", *(["law"] if by_law else []), metric, *(c[1] for c in columns)),
         rows,

@@ -226,12 +226,13 @@ SHORT = {
 
 def summary(told: Summary) -> None:
     """The heart of a summary: a table for each crowd."""
+    from lampyris.study.crowd_words import crowd_words
     from lampyris.study.measures import ALL
     from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample
 
     console, lines = console_for_tables(), False
     for crowd in told.crowds:
-        title = "without moving obstacles" if crowd == "none" else f"among {crowd}"
+        title = "without moving obstacles" if crowd == "none" else f"among {crowd_words(crowd)}"
         some = [entry for entry in told.entries if entry.crowd == crowd and entry.runs]
         if not some:
             console.print(Text(f"{title}: nothing yet\n"))

@@ -275,6 +275,7 @@ def plural_left(n: int) -> str:
 def facts(study: Study) -> list[tuple[str, str]]:
     """What a study is."""
     from lampyris.cli import study_show as show
+    from lampyris.study.crowd_words import crowd_words
 
     budget = [f"{study.expansions:,} expansions a call"] if study.expansions is not None else []
     budget += [f"{study.seconds:g} s a run (results depend on the machine)"] if study.seconds else []
@@ -285,7 +286,7 @@ def facts(study: Study) -> list[tuple[str, str]]:
         ("maps", ", ".join(ground.name for ground in study.grounds.values())),
         ("planners", ", ".join(who.called for who in study.planners)),
         ("laws", ", ".join(who.called for who in study.laws)),
-        ("crowds", "; ".join(crowd.label for crowd in study.crowds)),
+        ("crowds", "; ".join(crowd_words(crowd.label) for crowd in study.crowds)),
         ("budget", ", ".join(budget) or "none"),
     ]
     return [(key, value) for key, value in rows if value]

@@ -16,6 +16,7 @@ from lampyris.report import html
 from lampyris.report.html import Markup
 from lampyris.report.tab import Tab, Value
 from lampyris.study import page_figures as figures
+from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import RESULTS, Study, Who, canonical
 from lampyris.study.findings import Summary
 from lampyris.study.measures import ALL, TIMING
@@ -119,9 +120,9 @@ def _asked(study: Study) -> Markup:
         else "replayed: the same for everybody, whatever anybody does"
     )
     pairs: list[tuple[str, Any]] = [
-        ("runs", f"{len(study)} {kinds[study.kind]}"),
-        ("queries", f"{len(study.worlds)} on {many(len(names), 'map')}"),
-        ("traffic", "; ".join("none" if c.label == "none" else c.label for c in study.crowds)),
+        ("runs", f"{len(study):,} {kinds[study.kind]}"),
+        ("queries", f"{len(study.worlds):,} on {many(len(names), 'map')}"),
+        ("traffic", "; ".join("none" if c.label == "none" else crowd_words(c.label) for c in study.crowds)),
         ("tracks", tracks if any(c.count for c in study.crowds) else ""),
         ("seeds", f"{', '.join(map(str, study.seeds[:12]))}{', ...' if len(study.seeds) > 12 else ''}"),
         ("root seed", study.root),
@@ -140,14 +141,21 @@ def _asked(study: Study) -> Markup:
 def _budget(study: Study) -> str:
     parts = []
     if study.expansions is not None:
-        parts.append(f"{study.expansions} expansions a call")
+        parts.append(f"{study.expansions:,} expansions a call")
     if study.seconds is not None:
         parts.append(f"{study.seconds:g} s a run: results depend on the machine")
     return ", ".join(parts) or "none"
 
 
 def _settings(settings: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in sorted(settings.items()))
+    return ", ".join(f"{name} {_setting(value)}" for name, value in sorted(settings.items()))
+
+
+def _setting(value: Any) -> str:
+    """A value of a setting, in words where it is none or a yes or no; a number as it would be typed."""
+    if value is None:
+        return "none"
+    return ("no", "yes")[value] if isinstance(value, bool) else str(value)
 
 
 def _who(name: str, title: str, some: Sequence[Who]) -> Markup:
@@ -178,7 +186,9 @@ def _results(summary: Summary) -> list[Markup]:
     """A section for each crowd."""
     out = []
     for k, crowd in enumerate(summary.crowds):
-        title = "Results without moving obstacles" if crowd == "none" else f"Results among {crowd}"
+        title = (
+            "Results without moving obstacles" if crowd == "none" else f"Results among {crowd_words(crowd)}"
+        )
         tables = (_table(tab) for tab in crowd_tabs(summary, k, crowd))
         out.append(html.section(f"results-{k + 1}", title, *tables))
     return out
@@ -246,8 +256,7 @@ def _failures(summary: Summary) -> Markup:
     if len(words) < 2:
         return Markup("")
     rows: list[tuple[Value, ...]] = [
-        (e.entrant, "no obstacles" if e.crowd == "none" else e.crowd, *(e.outcomes.get(w, 0) for w in words))
-        for e in summary.entries
+        (e.entrant, crowd_words(e.crowd), *(e.outcomes.get(w, 0) for w in words)) for e in summary.entries
     ]
     note = "Words in capitals are codes of errors: refused by the planner, out of time, or a fault."
     tab = Tab("outcomes", "How the runs ended", ("", "traffic", *words), tuple(rows), note)

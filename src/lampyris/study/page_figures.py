@@ -10,6 +10,7 @@ import numpy as np
 from lampyris.report import chart_parts, html, pair_charts, study_charts
 from lampyris.report.html import Markup
 from lampyris.report.study_charts import Line
+from lampyris.study.crowd_words import crowd_words, kind_words
 from lampyris.study.findings import Estimate, Summary
 from lampyris.study.measures import ALL
 from lampyris.study.runs import Runs
@@ -29,17 +30,13 @@ def _line(e: Estimate, scale: float) -> Line:
     return Line(e.value * scale, e.low * scale, e.high * scale)
 
 
-def _crowd(name: str) -> str:
-    return "no obstacles" if name == "none" else name
-
-
 def success(summary: Summary) -> list[Markup]:
     """Who came to the goal, crowd by crowd, and over the number of obstacles where that is what differs."""
     name = "found" if summary.kind == "plan" else "arrived"
     if not summary.entries or name not in summary.entries[0].own:
         return []
     rows = {c: [_line(e.own[name], 100) for e in summary.entries if e.crowd == c] for c in summary.crowds}
-    panels = [(_crowd(c), rows[c]) for c in summary.crowds]
+    panels = [(crowd_words(c), rows[c]) for c in summary.crowds]
     drawn = study_charts.dots("success", summary.entrants, panels, ALL[name].title, share=True)
     words = "Share of all runs, with Wilson's interval for dependent runs."
     return [html.figure(drawn, words, wide=True)]
@@ -61,7 +58,9 @@ def by_density(summary: Summary, runs: Runs) -> list[Markup]:
         own = [e.own[name] for e in summary.entries if e.entrant == entrant]
         curves.append((entrant, [_line(own[k], 100) for k in order]))
     drawn = study_charts.density("density", [counts[k] for k in order], curves, ALL[name].title)
-    return [html.figure(drawn, f"{ALL[name].title} over the number of obstacles ({crowds[0].kind}).")]
+    return [
+        html.figure(drawn, f"{ALL[name].title} over the number of obstacles ({kind_words(crowds[0].kind)}).")
+    ]
 
 
 def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansions")) -> list[Markup]:
@@ -72,7 +71,7 @@ def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansio
         for k, crowd in enumerate(summary.crowds):
             some = [e for e in summary.entries if e.crowd == crowd]
             sides = [e.common if summary.common[k] else e.own for e in some]
-            panels.append((_crowd(crowd), [_line(s[name], ALL[name].scale) for s in sides if name in s]))
+            panels.append((crowd_words(crowd), [_line(s[name], ALL[name].scale) for s in sides if name in s]))
         if not any(math.isfinite(line.value) for _, lines in panels for line in lines):
             continue
         drawn = study_charts.dots(f"mean-{name}", summary.entrants, panels, ALL[name].title)
@@ -96,7 +95,7 @@ def profiles(summary: Summary) -> list[Markup]:
         title = ALL[w.measure].title
         name = f"profile-{w.measure}-{summary.crowds.index(w.crowd)}"
         drawn = study_charts.profiles(name, curves, f"{title}, times that of the best")
-        words = f"Performance profile by {title}, {_crowd(w.crowd)}, {n} worlds; failures never arrive."
+        words = f"Performance profile by {title}, {crowd_words(w.crowd)}, {n} worlds; failures never arrive."
         out.append(html.figure(drawn, words))
     return out
 
@@ -111,7 +110,7 @@ def ranks(summary: Summary) -> list[Markup]:
         name = f"ranks-{o.measure}-{summary.crowds.index(o.crowd)}"
         drawn = pair_charts.critical(name, summary.entrants, r.ranks, r.critical, o.groups)
         words = (
-            f"Average ranks by {ALL[o.measure].title}, {_crowd(o.crowd)}, {r.n} {summary.unit_many}; "
+            f"Average ranks by {ALL[o.measure].title}, {crowd_words(o.crowd)}, {r.n} {summary.unit_many}; "
             "1 is the best; a bar joins those that do not differ."
         )
         out.append(html.figure(drawn, words))
@@ -135,8 +134,8 @@ def differences(summary: Summary) -> list[Markup]:
                 f"{ALL[name].title}, less that of {summary.reference}",
             )
             words = (
-                f"Differences from {summary.reference}, {_crowd(crowd)}: {_points(summary)}, its box median "
-                "and quartiles; above it the mean with its interval."
+                f"Differences from {summary.reference}, {crowd_words(crowd)}: {_points(summary)}, its box "
+                "median and quartiles; above it the mean with its interval."
             )
             out.append(html.figure(drawn, words))
     return out
@@ -154,7 +153,7 @@ def trade(summary: Summary, runs: Runs) -> list[Markup]:
             y = 100 * per_unit(runs.values["gap"][:, c, :, e])
             series.append((entrant, x.tolist(), y.tolist()))
         drawn = study_charts.scatter(f"trade-{c}", series, "expansions", "gap to the shortest way (%)")
-        words = f"Work and quality, {_crowd(crowd)}: {_points(summary)}, the large mark their mean."
+        words = f"Work and quality, {crowd_words(crowd)}: {_points(summary)}, the large mark their mean."
         out.append(html.figure(drawn, words))
     return out
 
@@ -197,7 +196,7 @@ def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[Markup
             values = runs.values[name][here, 0, 0, e] if runs.has(name) else np.full(len(here), np.nan)
             series.append((summary.entrants[e], values.tolist()))
         if any(math.isfinite(v) for _, values in series for v in values):
-            where = f"{study.worlds[0].ground.name}, {_crowd(summary.crowds[0])}, first seed"
+            where = f"{study.worlds[0].ground.name}, {crowd_words(summary.crowds[0])}, first seed"
             drawn = study_charts.bars(
                 f"form-{figure.replace('.', '-').replace(' ', '-')}", groups, series, label, where
             )

@@ -16,6 +16,7 @@ from lampyris.report import html
 from lampyris.report.animate import film
 from lampyris.report.drive_film import film_drive
 from lampyris.report.html import Markup
+from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import Job
 from lampyris.study.findings import Summary
 from lampyris.study.one import TimeUp, run_job
@@ -95,7 +96,7 @@ def films(summary: Summary, runs: Runs) -> Markup:
         shown.append(html.figure(html.image(data, "image/webp", alt), f"{name}: {outcome}"))
     crowd = study.crowds[chosen.crowd].label
     words = (
-        f"{world.ground.name}, {world.query}, {'no obstacles' if crowd == 'none' else crowd}, seed "
+        f"{world.ground.name}, {world.query}, {crowd_words(crowd)}, seed "
         f"{study.seeds[chosen.seed]}. Of all worlds of this crowd: {chosen.why}, {summary.reference} beside "
         "another. Run again for this page."
     )

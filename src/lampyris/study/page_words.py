@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from lampyris.study.compare import LEVEL
+from lampyris.study.crowd_words import crowd_words
 from lampyris.study.findings import Entry, Summary
 from lampyris.study.measures import ALL
 from lampyris.study.runs import Runs
@@ -18,7 +19,7 @@ def found(summary: Summary, runs: Runs) -> list[str]:
     for k, crowd in enumerate(summary.crowds):
         some = [e for e in summary.entries if e.crowd == crowd and e.runs]
         if some:
-            place = "Without moving obstacles" if crowd == "none" else f"Among {crowd}"
+            place = "Without moving obstacles" if crowd == "none" else f"Among {crowd_words(crowd)}"
             parts = [p for p in (_arrived(summary, some), _cost(summary, k, some)) if p]
             if parts:
                 out.append(f"{place}, {'; '.join(parts)}.")
@@ -36,7 +37,7 @@ def _safety(summary: Summary, runs: Runs) -> list[str]:
         if not runs.has(name):
             continue
         counts = (runs.values[name] > 0).sum(axis=(0, 1, 2)).tolist()
-        told = [f"{n} of {who}'s" for who, n in zip(summary.entrants, counts, strict=True) if n]
+        told = [f"{n:,} of {who}'s" for who, n in zip(summary.entrants, counts, strict=True) if n]
         out.append(f"{words} in {_join(told) + ' runs' if told else 'no run'}.")
     return out
 
@@ -45,9 +46,9 @@ def _size(summary: Summary, runs: Runs) -> str:
     ends: dict[str, int] = {}
     for word in runs.ending.ravel().tolist():
         ends[word] = ends.get(word, 0) + 1
-    other = [f"{ends[w]} {w}" for w in ("refused", "timeout", "failed") if ends.get(w)]
+    other = [f"{ends[w]:,} {w}" for w in ("refused", "timeout", "failed") if ends.get(w)]
     missing = ends.get("", 0)
-    told = f"{summary.known} runs" + (f" of {summary.asked}, {missing} not run yet" if missing else "")
+    told = f"{summary.known:,} runs" + (f" of {summary.asked:,}, {missing:,} not run yet" if missing else "")
     told += f": {many(len(summary.entrants), 'method')} on {many(summary.queries, 'query', 'queries')}"
     told += f" of {many(summary.maps, 'map')}, {many(len(summary.crowds), 'kind')} of traffic, "
     return (
@@ -58,8 +59,8 @@ def _size(summary: Summary, runs: Runs) -> str:
 
 
 def many(n: int, word: str, words: str = "") -> str:
-    """``1 map``, ``2 maps``."""
-    return f"{n} {word if n == 1 else words or word + 's'}"
+    """``1 map``, ``2,000 maps``."""
+    return f"{n:,} {word if n == 1 else words or word + 's'}"
 
 
 def _join(parts: Sequence[str]) -> str:
@@ -75,7 +76,7 @@ def _arrived(summary: Summary, some: Sequence[Entry]) -> str:
     if len(shares) == 1:
         share = some[0].own[name]
         who = "every method" if len(some) > 1 else some[0].entrant
-        return f"{who} {verb} in {100 * share.value:.4g} % of {share.runs} runs"
+        return f"{who} {verb} in {100 * share.value:.4g} % of {share.runs:,} runs"
     order = sorted(some, key=lambda e: -e.own[name].value)
     first, last = order[0], order[-1]
     return (
@@ -94,9 +95,9 @@ def _cost(summary: Summary, k: int, some: Sequence[Entry]) -> str:
     if len(values) < 2:
         return ""
     low, high = min(values, key=lambda v: v[0])[1], max(values, key=lambda v: v[0])[1]
-    worlds = summary.queries * summary.seeds
+    worlds = f"{summary.common[k]:,} of {summary.queries * summary.seeds:,} worlds"
     return (
-        f"over the {summary.common[k]} of {worlds} worlds that all {'these ' if summary.left_out[k] else ''}"
+        f"over the {worlds} that all {'these ' if summary.left_out[k] else ''}"
         f"solved the mean {ALL[name].title} went from {estimate_text(low.common[name])} ({low.entrant}) to "
         f"{estimate_text(high.common[name])} ({high.entrant})"
     )

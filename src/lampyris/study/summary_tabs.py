@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from lampyris.report.tab import DASH, Tab, Value
 from lampyris.study import compare
+from lampyris.study.crowd_words import crowd_words
 from lampyris.study.findings import Entry, Estimate, Order, Pair, Summary
 from lampyris.study.measures import ALL, PAIRED, SAFETY, SHARES, TIME, TIMING, WAY, WORK, Measure
 
@@ -28,8 +29,8 @@ def tabs(summary: Summary) -> tuple[Tab, ...]:
 def crowd_tabs(summary: Summary, k: int, crowd: str) -> tuple[Tab, ...]:
     """What became of the runs in one crowd, their ways, time and work, and the same over common worlds."""
     some = [e for e in summary.entries if e.crowd == crowd]
-    others = "" if crowd == "none" else f", {crowd}"
-    place = "without moving obstacles" if crowd == "none" else f"among {crowd}"
+    others = "" if crowd == "none" else f", {crowd_words(crowd)}"
+    place = "without moving obstacles" if crowd == "none" else f"among {crowd_words(crowd)}"
     out = [_ending_tab(summary, f"endings-{k + 1}", f"What became of the runs {place}", some)]
     sets = (
         ("way", "Ways", WAY),
@@ -201,12 +202,8 @@ def _pair_row(pair: Pair, measure: Measure, crowds: bool, places: int) -> tuple[
     d, t = pair.difference, pair.test
     text = estimate_text(d, measure.scale, None, places)
     signed = f"+{text}" if d.value > 0 else text
-    name = f"{pair.entrant}{_crowd(pair.crowd)}" if crowds else pair.entrant
+    name = f"{pair.entrant}, {crowd_words(pair.crowd)}" if crowds else pair.entrant
     return (name, signed, d.units, d.runs, t.less, t.equal, t.more, p_text(t.p), p_text(pair.holm))
-
-
-def _crowd(crowd: str) -> str:
-    return ", no obstacles" if crowd == "none" else f", {crowd}"
 
 
 def order_tabs(summary: Summary) -> tuple[Tab, ...]:
@@ -216,7 +213,7 @@ def order_tabs(summary: Summary) -> tuple[Tab, ...]:
         some = [o for o in summary.orders if o.measure == name and o.ranking.n]
         if not some:
             continue
-        header = ("", *("no obstacles" if o.crowd == "none" else o.crowd for o in some))
+        header = ("", *(crowd_words(o.crowd) for o in some))
         rows: list[tuple[Value, ...]] = [
             (entrant, *(f"{o.ranking.ranks[k]:.2f}" for o in some))
             for k, entrant in enumerate(summary.entrants)
@@ -261,7 +258,7 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
         for n in names:
             columns.append(column_texts([e.own[n] for e in some], ALL[n].scale, [e.runs for e in some]))
         rows = tuple(zip(*columns, strict=True))
-        title = f"Map by map{'' if crowd == 'none' else f', {crowd}'}"
+        title = f"Map by map{'' if crowd == 'none' else f', {crowd_words(crowd)}'}"
         lines = f" {ANY_ANGLE}" if _any_angle(some) else ""
         note = f"{sample(summary)} Of each map its own queries. n: runs behind a mean, where some have none."
         out.append(Tab(f"maps-{k + 1}", title, header, rows, note + lines, "ll" + "r" * (len(header) - 2)))

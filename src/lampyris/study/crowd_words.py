@@ -1,0 +1,30 @@
+"""Crowd words: what a crowd is called where people read; tables for programs keep its label."""
+
+from __future__ import annotations
+
+import re
+
+_KINDS = {
+    "random-walk": ("random walker", "random walkers"),
+    "patrol": ("patrol", "patrols"),
+    "crossing": ("crossing obstacle", "crossing obstacles"),
+    "mixed": ("mixed obstacle", "mixed obstacles"),
+}
+_LABEL = re.compile(r"(\d+) ([a-z-]+)(.*)", re.DOTALL)
+
+
+def crowd_words(label: str) -> str:
+    """``10 random walkers (live)`` of the label ``10 random-walk (live)``; of none ``no obstacles``."""
+    if label == "none":
+        return "no obstacles"
+    found = _LABEL.fullmatch(label)
+    if found is None:
+        return label
+    count, kind, more = found.groups()
+    return f"{count} {kind_words(kind, int(count))}{more}"
+
+
+def kind_words(kind: str, count: int = 2) -> str:
+    """``random walkers`` of ``random-walk``; a kind that is not known as it is."""
+    one, many = _KINDS.get(kind, (kind, kind))
+    return one if count == 1 else many
