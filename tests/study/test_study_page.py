@@ -82,6 +82,19 @@ def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     assert {c.label for c in one.crowds} == {"1 patrol", "5 random-walk", "2 crossing"}
 
 
+@pytest.mark.parametrize(
+    ("maps", "queries", "says"),
+    [
+        (2, 3, "over queries speaks of queries like these on these maps only"),
+        (1, 3, "over queries speaks of queries like these on this map only"),
+        (1, 1, "over seeds speaks of this query only"),
+    ],
+)
+def test_a_page_says_how_far_its_intervals_reach(maps: int, queries: int, says: str, tmp_path: Path) -> None:
+    words = told(page(study(maps=maps, queries=queries), by_chance(1), tmp_path))
+    assert f"An interval {says}" in words.partition("How it is counted")[2]
+
+
 def test_a_page_says_who_collided(tmp_path: Path) -> None:
     def make(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
         return "done", metrics(10.0 + e, collisions=2 if (w, e) == (1, 2) else 0, hits=0)

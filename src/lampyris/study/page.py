@@ -77,6 +77,7 @@ def page_of(runs: Runs, summary: Summary, *, films: bool = True, timing: bool = 
         films_of(summary, runs) if films else Markup(""),
         _maps(summary),
         _failures(summary),
+        _counted(summary),
         _glossary(runs, timing),
         _again(study),
     ]
@@ -261,6 +262,19 @@ def _failures(summary: Summary) -> Markup:
     note = "Words in capitals are codes of errors: refused by the planner, out of time, or a fault."
     tab = Tab("outcomes", "How the runs ended", ("", "traffic", *words), tuple(rows), note)
     return html.section("outcomes", "Endings", _table(tab))
+
+
+def _counted(summary: Summary) -> Markup:
+    """What the intervals are of, and what they do not say."""
+    unit = "The unit is the query: its seeds are averaged first, and intervals and tests are over queries. "
+    reach = (
+        "An interval over queries speaks of queries like these on "
+        f"{'these maps' if summary.maps > 1 else 'this map'} only: of other maps it says nothing."
+    )
+    if summary.unit == "seed":
+        unit = "There is one query, so the unit is the seed. "
+        reach = "An interval over seeds speaks of this query only: of other queries and maps it says nothing."
+    return html.section("counted", "How it is counted", html.paragraph(unit + reach))
 
 
 def _glossary(runs: Runs, timing: bool) -> Markup:
