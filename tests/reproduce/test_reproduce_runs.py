@@ -194,15 +194,102 @@ def fake(what: str, a: str, b: str, mean: float, holm: float) -> Difference:
     )  # fmt: skip
 
 
-def test_words_follow_the_numbers(made: tuple[Report, Path, list[Stage]]) -> None:
-    """The same story told of other results says other things."""
+def found_in(made: tuple[Report, Path, list[Stage]]) -> results.Results:
+    """The results of the small studies."""
     _, out, _ = made
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "studies", small)
-        found = results.results(runs.run_all(out / "runs", workers=1, quick=True))
+        return results.results(runs.run_all(out / "runs", workers=1, quick=True))
+
+
+def dulled(
+    found: results.Results, told: dict[tuple[str, str, str], tuple[float, float, float]]
+) -> results.Results:
+    """The same results with nothing told apart but what is named: its mean, share and p."""
+
+    def turned(some: tuple[Difference, ...]) -> tuple[Difference, ...]:
+        out = []
+        for d in some:
+            mean, share, p = told.get((d.what, d.a, d.b), (1.0, 1.0, 1.0))
+            out.append(replace(d, mean=compare.mean([mean, mean]), share=share, holm=p))
+        return tuple(out)
+
+    return replace(
+        found,
+        static_differences=turned(found.static_differences),
+        moving_differences=turned(found.moving_differences),
+    )
+
+
+VARIANTS = {
+    ("ad-gso", "mixed"): "against mixed with gates found on the way by both (",
+    (
+        "ad-gso",
+        "improved",
+    ): "against improved as printed (AD-GSO finds gates on the way, improved closes them",
+    ("ad-gso, gates closed", "improved"): "against improved with gates closed for both (",
+}
+
+
+def test_every_comparison_is_told_with_its_variant(made: tuple[Report, Path, list[Stage]]) -> None:
+    """All pairs with the two hybrids, all measures, where nothing moves and among moving obstacles."""
+    found = found_in(made)
+    assert list(VARIANTS) == [pair for pair in results.PAIRS if pair[1] != "astar"]
+    told = story.conclusion(found, COSTS)
+    still, moving = told.split("Among moving obstacles")
+    checked = 0
+    for words, some in ((still, found.static_differences), (moving, found.moving_differences)):
+        numbers = words.partition("In numbers" if words is still else "in numbers")[2]
+        clauses = {
+            pair: numbers.partition(start)[2].partition("; against")[0] for pair, start in VARIANTS.items()
+        }
+        assert all(clauses.values())
+        assert numbers.index(VARIANTS["ad-gso", "improved"]) < numbers.index(
+            VARIANTS["ad-gso, gates closed", "improved"]
+        )
+        for d in some:
+            if (d.a, d.b) in VARIANTS:
+                assert story.change(d, {"cost": "length"}.get(d.what, d.what)) in clauses[d.a, d.b], d
+                checked += 1
+    assert checked == 2 * 3 * 3
+    for name in ("AD-GSO that finds gates on the way in", "AD-GSO with gates closed beforehand in"):
+        assert name in told.partition("there arrived")[2]
+
+
+def test_a_loss_in_the_comparison_as_printed_is_told(made: tuple[Report, Path, list[Stage]]) -> None:
+    loss = {
+        ("cost", "ad-gso", "improved"): (20.0, 44.0, 0.014),
+        ("ticks", "ad-gso", "improved"): (9.0, 45.6, 0.03),
+    }
+    told = story.conclusion(dulled(found_in(made), loss), COSTS)
+    assert "44.0 % more length (p = 0.014)" in told
+    assert "45.6 % more ticks (p = 0.030)" in told
+    assert "surely loses in: length (only against improved as printed)" in told
+    assert "surely loses in: ticks (only against improved as printed)" in told
+    assert told.count("surely gains in: nothing") == 2
+
+
+def test_a_gain_is_claimed_only_where_it_holds(made: tuple[Report, Path, list[Stage]]) -> None:
+    found = found_in(made)
+    gain = {("iterations", *pair): (-5.0, -20.0, 0.001) for pair in VARIANTS}
+    all_three = story.conclusion(dulled(found, gain), COSTS)
+    assert "surely gains in: iterations (in all 3 comparisons);" in all_three
+    del gain["iterations", "ad-gso", "improved"]
+    two = story.conclusion(dulled(found, gain), COSTS)
+    assert (
+        "surely gains in: iterations (only against mixed with gates found on the way by both and against "
+        "improved with gates closed for both);" in two
+    )
+
+
+def test_words_follow_the_numbers(made: tuple[Report, Path, list[Stage]]) -> None:
+    """The same story told of other results says other things."""
+    found = found_in(made)
     turned = [replace(d, mean=compare.mean([5.0, 5.0]), holm=0.001) for d in found.static_differences]
     other = replace(found, static_differences=tuple(turned))
-    assert "surely gains in: nothing" in story.conclusion(other, COSTS)
+    assert "surely gains in: nothing; it surely loses in: iterations (in all 3" in story.conclusion(
+        other, COSTS
+    )
     turned = [replace(d, mean=compare.mean([-5.0, -5.0]), holm=0.001) for d in found.static_differences]
     other = replace(found, static_differences=tuple(turned))
     kept = tuple(replace(k, kept=1e3) if k.planner == "ad-gso" else k for k in KEPT)
@@ -237,4 +324,5 @@ def test_the_whole(tmp_path: Path) -> None:
     assert dict(report.runs) == {"nt": 2640, "static": 1800, "moving": 600}
     text = {r["id"]: v for r, v in zip(data.rows("text"), report.tables["text"], strict=True)}
     assert text["best-nt"].ours.startswith("beaten by nt 11")
-    assert "surely gains in: iterations;" in report.conclusion
+    assert "surely gains in: iterations (only against mixed" in report.conclusion
+    assert "surely loses in: length (in all 3 comparisons)" in report.conclusion

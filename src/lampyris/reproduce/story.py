@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from lampyris.reproduce import claims
 from lampyris.reproduce.measured import Costs
@@ -71,8 +72,36 @@ def storage(costs: Costs) -> claims.Said:
     return claims.Said(ours, NOT_REPRODUCIBLE, f"no storage was measured there; here {why}")
 
 
-MIXED, IMPROVED = ("ad-gso", "mixed"), ("ad-gso, gates closed", "improved")
-"""What is compared in words: gates found on the way for both, and gates closed beforehand for both."""
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two methods that are compared in words.
+
+    Parameters
+    ----------
+    a, b : their labels in the runs.
+    name : what the pair is called, with its gates.
+    more : which of the two does what, where the name does not say.
+    """
+
+    a: str
+    b: str
+    name: str
+    more: str = ""
+
+
+COMPARED = (
+    Pair("ad-gso", "mixed", "mixed with gates found on the way by both"),
+    Pair(
+        "ad-gso", "improved", "improved as printed",
+        "AD-GSO finds gates on the way, improved closes them beforehand; ",
+    ),
+    Pair("ad-gso, gates closed", "improved", "improved with gates closed for both"),
+)  # fmt: skip
+"""Every comparison is told, each time, with its variant of AD-GSO: the two of the dissertation, where the
+improved method alone closes gates beforehand, and the one that is like with like. None may be left out."""
+STATIC = ("iterations", "cost", "expansions")
+MOVING = ("ticks", "cost", "expansions")
+NAMES = {"cost": "length"}
 
 
 def conclusion(found: Results, costs: Costs) -> str:
@@ -89,12 +118,18 @@ def conclusion(found: Results, costs: Costs) -> str:
 
 
 def _numbers(found: Results) -> str:
-    some, measures = found.static_differences, ("iterations", "cost", "expansions")
-    return (
-        f"In numbers, over {some[0].test.n} queries, with gates found on the way for both, AD-GSO has "
-        f"against the mixed method {_both(some, MIXED, measures)}; with gates closed for both, "
-        f"against the improved method {_both(some, IMPROVED, measures)}."
-    )
+    return f"In numbers, AD-GSO has {_told(found.static_differences, STATIC)}."
+
+
+def _told(some: Iterable[Difference], measures: Iterable[str]) -> str:
+    """Every pair with its variant, its queries and each of its differences."""
+    known, whats = tuple(some), tuple(measures)
+    clauses = []
+    for pair in COMPARED:
+        each = [find(known, what, pair.a, pair.b) for what in whats]
+        words = ", ".join(change(d, NAMES.get(d.what, d.what)) for d in each)
+        clauses.append(f"against {pair.name} ({pair.more}{each[0].test.n} queries) {words}")
+    return "; ".join(clauses)
 
 
 def _shortest(found: Results, costs: Costs) -> str:
@@ -102,7 +137,7 @@ def _shortest(found: Results, costs: Costs) -> str:
     few = _percent(found, "astar", "ad-gso, gates ignored", "expansions")
     share = f"{100 * gap.value:.1f} % [{100 * gap.low:.1f}, {100 * gap.high:.1f}] (n {gap.n})"
     return (
-        f"Where gates are left alone its ways are longer than the shortest by {share}, because the lowest "
+        f"With gates ignored its ways are longer than the shortest by {share}, because the lowest "
         f"luciferin is not the least cost; plain A* finds the shortest with {few} of its expansions, and "
         f"took {1000 * costs.astar_s:.3f} ms where AD-GSO took {1000 * costs.plan_s:.3f}, of which its field "
         f"{1000 * costs.field_s:.3f} and each jump {1000 * costs.jump_s:.4f} (medians, this machine)."
@@ -112,20 +147,28 @@ def _shortest(found: Results, costs: Costs) -> str:
 def _memory(costs: Costs) -> str:
     kept = {k.planner: k.kept for k in costs.kept}
     return (
-        f"A session of it keeps {kept['ad-gso'] / 1000:.1f} kB where Dijkstra's keeps "
+        f"Its session then keeps {kept['ad-gso'] / 1000:.1f} kB where Dijkstra's keeps "
         f"{kept['dijkstra'] / 1000:.1f}: the window is small, but the field stays and luciferin is added."
     )
 
 
 def _moving(found: Results) -> str:
-    some, measures = found.moving_differences, ("ticks", "expansions")
+    variants = dict.fromkeys(name for pair in COMPARED for name in (pair.a, pair.b))
+    arrived = ", ".join(f"{_CALLED[name]} in {_share(found, name)}" for name in variants)
     return (
-        f"Among moving obstacles it has against the mixed method {_both(some, MIXED, measures)}, and against "
-        f"the improved one {_both(some, IMPROVED, measures)}; it arrived in {_share(found, 'ad-gso')} of its "
-        f"runs, the mixed method in {_share(found, 'mixed')}, the improved one in "
-        f"{_share(found, 'improved')}. (The two baselines are ours, from what the dissertation tells of "
-        "them, and all three look over their whole way at each call.)"
+        f"Among moving obstacles it {_surely(found.moving_differences, MOVING)}; in numbers, it has "
+        f"{_told(found.moving_differences, MOVING)}. Of their runs there arrived: {arrived}. (The two "
+        "baselines are ours, from what the dissertation tells of them, and all look over their whole way at "
+        "each call.)"
     )
+
+
+_CALLED = {
+    "ad-gso": "AD-GSO that finds gates on the way",
+    "ad-gso, gates closed": "AD-GSO with gates closed beforehand",
+    "mixed": "mixed",
+    "improved": "improved",
+}
 
 
 def _published() -> str:
@@ -137,27 +180,42 @@ def _published() -> str:
 
 
 def _gains(found: Results, costs: Costs) -> str:
-    """One sentence: which measures are surely better against both baselines, and which are not."""
-    better: list[str] = []
-    not_better: list[str] = []
-    for what in ("iterations", "cost", "expansions"):
-        both = [find(found.static_differences, what, *pair) for pair in (MIXED, IMPROVED)]
-        good = all(d.sure and d.mean.value < 0 for d in both)
-        (better if good else not_better).append("path length" if what == "cost" else what)
+    """What is surely better and what surely worse, each with the comparisons in which it is."""
     kept = {k.planner: k.kept for k in costs.kept}
-    (better if kept["ad-gso"] < kept["dijkstra"] else not_better).append("memory against Dijkstra")
-    (better if costs.plan_s < costs.astar_s else not_better).append("time of a plan against A*")
-    gains = ", ".join(better) or "nothing"
+    alone = {
+        "memory against Dijkstra": kept["ad-gso"] < kept["dijkstra"],
+        "time of a plan against A*": costs.plan_s < costs.astar_s,
+    }
+    better = ", ".join(what for what, good in alone.items() if good) or "nothing"
+    worse = ", ".join(what for what, good in alone.items() if not good) or "nothing"
     return (
-        f"On our six maps, where nothing moves, AD-GSO surely gains in: {gains}; it does not in: "
-        f"{', '.join(not_better) or 'nothing'}."
+        f"On our six maps, where nothing moves, AD-GSO {_surely(found.static_differences, STATIC)}; with "
+        f"gates ignored, as memory and time were measured, it gains in: {better}; it does not in: {worse}."
     )
 
 
-def _both(some: Iterable[Difference], pair: tuple[str, str], measures: Iterable[str]) -> str:
+def _surely(some: Iterable[Difference], measures: Iterable[str]) -> str:
+    """Gains and losses that are told apart, each with the pairs in which they are."""
     known = tuple(some)
-    names = {"cost": "length"}
-    return ", ".join(change(find(known, m, *pair), names.get(m, m)) for m in measures)
+    gains: list[str] = []
+    losses: list[str] = []
+    for what in measures:
+        each = [(find(known, what, pair.a, pair.b), pair) for pair in COMPARED]
+        name = NAMES.get(what, what)
+        gains += _where(name, [pair for d, pair in each if d.sure and d.mean.value < 0])
+        losses += _where(name, [pair for d, pair in each if d.sure and d.mean.value > 0])
+    return (
+        f"surely gains in: {', '.join(gains) or 'nothing'}; it surely loses in: "
+        f"{', '.join(losses) or 'nothing'}"
+    )
+
+
+def _where(name: str, pairs: list[Pair]) -> list[str]:
+    if not pairs:
+        return []
+    if len(pairs) == len(COMPARED):
+        return [f"{name} (in all {len(COMPARED)} comparisons)"]
+    return [f"{name} (only against {' and against '.join(pair.name for pair in pairs)})"]
 
 
 def _percent(found: Results, a: str, b: str, measure: str) -> str:
