@@ -26,7 +26,7 @@ from lampyris.study.design import Crowd, Ground, Job, Study, Who, canonical
 from lampyris.study.pool import Processes
 from lampyris.study.row import Row
 from lampyris.study.run import results_of, run
-from lampyris.study.where import Finished, Pace, Progress, Where
+from lampyris.study.where import Finished, Progress, Where
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -350,27 +350,6 @@ def test_progress_tells_every_row_once_and_ends_complete(workers: int) -> None:
     assert Counter(row.key for p in told for row in p.rows) == Counter(rows.keys())
     assert any(p.workers == workers for p in told)
     assert len(told) > 3
-
-
-def test_the_seconds_left_are_those_of_the_last_stretch() -> None:
-    pace = Pace(100.0)
-    assert pace.left(100.5, 0, 100) is None
-    assert pace.left(108.0, 10, 100) is None  # eight seconds of starting, and the first results
-    assert pace.left(108.5, 30, 100) is None
-    assert pace.left(110.0, 50, 100) == pytest.approx(5.0)
-    ran = 50
-    for second in range(111, 200):  # ten times slower from here on
-        ran += 2
-        left = pace.left(float(second), ran, 100)
-    assert left == pytest.approx(50.0)
-    assert pace.left(200.0, ran, 0) == 0
-
-
-def test_slow_jobs_have_a_pace_from_the_first_one_on() -> None:
-    pace = Pace(0.0)
-    assert pace.left(30.0, 0, 10) is None
-    assert pace.left(60.0, 1, 9) == pytest.approx(540.0)
-    assert pace.left(90.0, 2, 8) == pytest.approx(240.0)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 10_000])

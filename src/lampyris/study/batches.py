@@ -200,10 +200,22 @@ def distinct(study: Study) -> tuple[int, Iterator[Job]]:
         _firsts((w.ground.hash, w.ground.grid.resolution, w.start, w.goal) for w in study.worlds),
         _firsts(canonical(crowd.plain) for crowd in study.crowds),
         _firsts(study.seeds),
+        *_whose(study),
+    )
+    return prod(map(sum, firsts)), compress(study.jobs(), map(all, product(*firsts)))
+
+
+def entrants(study: Study) -> int:
+    """Pairs of planner and law that have runs of their own; each has as many as the others."""
+    return prod(map(sum, _whose(study)))
+
+
+def _whose(study: Study) -> tuple[list[bool], list[bool]]:
+    """Of each planner and each law, whether it is there for the first time."""
+    return (
         _firsts((who.name, who.origin, canonical(who.settings)) for who in study.planners),
         _firsts((who.name, canonical(who.settings)) for who in study.laws),
     )
-    return prod(map(sum, firsts)), compress(study.jobs(), map(all, product(*firsts)))
 
 
 def shuffled(jobs: Iterator[Job], seed: int) -> Iterator[Job]:

@@ -19,14 +19,15 @@ from types import FrameType, TracebackType
 from typing import Any, Final, Protocol
 
 from lampyris.errors import LampyrisError
-from lampyris.study.batches import Batch, Batches, Letters
+from lampyris.study.batches import Batch, Batches, Letters, entrants
 from lampyris.study.cluster import Cluster
 from lampyris.study.design import Ground, Job, Study
 from lampyris.study.judge import Judge
 from lampyris.study.one import work
+from lampyris.study.pace import Pace
 from lampyris.study.pool import Answer, Hands, Here, Processes, Work
 from lampyris.study.row import Row
-from lampyris.study.where import Finished, Pace, Progress, Where
+from lampyris.study.where import Finished, Progress, Where
 
 Sink = Callable[[Sequence[Row]], None]
 
@@ -40,6 +41,10 @@ EVERY: Final = 0.1
 """Seconds between two calls of the sink, unless a batch takes longer."""
 BEAT: Final = 0.5
 """Seconds between two reports of progress when there is nothing new."""
+
+
+EARLY: Final = 8
+"""Processes that may each compile an entrant's kernels, as far as the time left goes by it."""
 
 
 class _Judging(Protocol):
@@ -112,7 +117,7 @@ class _Sitting:
         self._batches = Batches(study, done, 2 if where.dask else where.workers, where.shuffle)
         self._letters = Letters(self._grounds, study.memory)
         self._began = time.perf_counter()
-        self._pace = Pace(self._began)
+        self._pace = Pace(self._began, entrants(study), min(where.workers, EARLY))
         self._pending: list[Row] = []
         self._fresh: list[Row] = []
         self._withheld: list[Row] = []
@@ -199,6 +204,7 @@ class _Sitting:
             if isinstance(row, Row):
                 self._usable = True
                 self._pending.append(row)
+                self._pace.came(_entrant(job), row.timing.get("wall_s"))
             else:
                 doubtful.append(job)
                 words = words or row or "an answer that is not the one to what was asked"
@@ -222,6 +228,8 @@ class _Sitting:
 
     def _fail(self, batch: Batch, words: str) -> None:
         """Rows of jobs that are given up; not stored before it is known that others fare better."""
+        for job in batch.jobs:
+            self._pace.came(_entrant(job), None)
         self._withheld.extend(Row(job.key, "failed", error=words[:1000]) for job in batch.jobs)
 
     def _store_soon(self, hands: Hands) -> None:
@@ -266,10 +274,14 @@ class _Sitting:
                 self._endings["refused"],
                 self._endings["timeout"],
                 rows,
-                self._pace.left(now, ran, total - done),
+                self._pace.left(now, total - done),
                 hands.workers,
             )
         )
+
+
+def _entrant(job: Job) -> tuple[str, str]:
+    return job.labels["planner"], job.labels["law"]
 
 
 class _Calm:

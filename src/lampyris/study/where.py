@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 
 from lampyris.errors import SettingError, UsageError
@@ -104,37 +103,3 @@ class Finished:
     timeouts: int
     died: int
     seconds: float
-
-
-class Pace:
-    """Seconds left, from what the last stretch brought.
-
-    The stretch is half of the time so far, and no less than :data:`STRETCH`: jobs of one study differ by
-    orders of magnitude and come in blocks, so that a short stretch jumps about, and the mean over
-    everything is slow to notice the next block. It begins with the first result, because what comes before
-    that is starting and compiling (3 s of the first 4 s on two processes, which promised 80 s for 9).
-    """
-
-    STRETCH = 20.0
-    FIRST = 1.0
-    SLOW = 10.0
-
-    def __init__(self, now: float) -> None:
-        self._began = now
-        self._marks: deque[tuple[float, int]] = deque()
-
-    def left(self, now: float, ran: int, remaining: int) -> float | None:
-        """Seconds for ``remaining`` more; None before there is a pace."""
-        if remaining <= 0:
-            return 0.0
-        if ran and (not self._marks or now - self._marks[-1][0] >= 0.2):
-            self._marks.append((now, ran))
-        span = max(self.STRETCH, (now - self._began) / 2)
-        while len(self._marks) > 2 and self._marks[1][0] <= now - span:
-            self._marks.popleft()
-        then, had = self._marks[0] if self._marks else (now, 0)
-        if ran > had and now - then >= self.FIRST:
-            return remaining * (now - then) / (ran - had)
-        if ran and now - self._began >= self.SLOW:
-            return remaining * (now - self._began) / ran
-        return None
