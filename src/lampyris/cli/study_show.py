@@ -241,6 +241,8 @@ def summary(told: Summary) -> None:
         if not any(e.own["collisions"].value > 0 for e in some if "collisions" in e.own):
             names = [n for n in names if n != "collisions"]
         lines = lines or "length_any_angle" in names
+        if "length_any_angle" in names:  # there is room for one of them; the page has both
+            names = [n for n in names if n != "time_s"]
         header = ("", "runs", *(ALL[n].title for n in names))
         rows: list[tuple[Value, ...]] = []
         for e in some:

@@ -39,7 +39,7 @@ class PathMetrics(TypedDict):
 
 def path_metrics(path: Path, grid: Grid) -> PathMetrics:
     """Lengths, steps and turns of a path on its map."""
-    step = np.diff(path.cells.astype(np.int64), axis=0)
+    step = _steps(path.cells)
     kinds = np.bincount(np.abs(step[:, 0] * step[:, 1]), minlength=3)
     length = float(path.arc[-1])
     shape = _shape(step, length)
@@ -75,9 +75,14 @@ def line_metrics(points: Cells, grid: Grid) -> LineMetrics:
     ----------
     points : int32 (k, 2), k >= 1, cells.
     """
-    step = np.diff(points.astype(np.int64), axis=0)
+    step = _steps(points)
     length = math.fsum(math.sqrt(dx * dx + dy * dy) for dx, dy in step.tolist())
     return {"length_cells": length, "length_m": length * grid.resolution, **_shape(step, length)}
+
+
+def _steps(cells: Cells) -> NDArray[np.int64]:
+    at = cells.astype(np.int64)
+    return at[1:] - at[:-1]
 
 
 class _Shape(TypedDict):
