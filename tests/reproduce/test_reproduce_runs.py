@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lampyris.maps import library
-from lampyris.reproduce import Report, Stage, Verdict, data, measured, reproduce, results, runs, story
+from lampyris.reproduce import Report, Stage, Verdict, data, measured, reproduce, results, runs, story, work
 from lampyris.reproduce import printed as judged
 from lampyris.reproduce.measured import Costs, Kept
 from lampyris.reproduce.results import Difference
@@ -299,6 +299,17 @@ def test_words_follow_the_numbers(made: tuple[Report, Path, list[Stage]]) -> Non
     assert story.change(fake("ticks", "a", "b", 0.5, 0.0), "ticks") == "50.0 % more ticks (p < 0.001)"
     none = tuple(replace(d, holm=1.0) for d in found.nt_differences)
     assert story.best_nt(replace(found, nt_differences=none)).ours == "not surely beaten"
+
+
+def test_a_page_is_written_through_a_link_and_keeps_its_rights(tmp_path: Path) -> None:
+    place = tmp_path / "page"
+    place.write_text("old")
+    place.chmod(0o640)
+    (tmp_path / "index.html").symlink_to(place)
+    work._write(tmp_path / "index.html", "new é")
+    assert place.read_text(encoding="utf-8") == "new é"
+    assert place.stat().st_mode & 0o777 == 0o640
+    assert (tmp_path / "index.html").is_symlink()
 
 
 def test_printed_tables_alone_need_no_runs() -> None:

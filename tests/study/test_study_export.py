@@ -20,7 +20,6 @@ from lampyris.study import export
 from lampyris.study.export import latex, write_csv, write_latex, write_parquet
 from lampyris.study.row import Row
 from lampyris.study.table import Table, table_of
-from lampyris.study.whole_file import whole_file
 
 HARD = [
     "",
@@ -215,28 +214,6 @@ def test_no_text_is_obeyed_by_latex() -> None:
 
 
 # ---- whole files --------------------
-
-
-def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
-    path = tmp_path / "t"
-    path.write_text("old")
-    path.chmod(0o640)
-    with pytest.raises(ZeroDivisionError), whole_file(path) as file:
-        file.write(b"half" * (1 // 0))
-    assert path.read_text() == "old"
-    assert names(tmp_path) == ["t"]
-    with whole_file(path) as file:
-        file.write(b"new")
-        file.flush()
-        assert path.read_text() == "old"
-    assert path.read_text() == "new"
-    assert path.stat().st_mode & 0o777 == 0o640
-    (tmp_path / "link").symlink_to(path)
-    with whole_file(tmp_path / "link") as file:
-        file.write(b"through the link")
-    assert path.read_text() == "through the link"
-    assert (tmp_path / "link").is_symlink()
-    assert names(tmp_path) == ["link", "t"]
 
 
 def test_a_pipe_is_written_to_and_stays_a_pipe(tmp_path: Path) -> None:

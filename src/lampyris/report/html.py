@@ -8,16 +8,12 @@ what is not is escaped, and there is no other way in.
 from __future__ import annotations
 
 import base64
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import TypeAlias
 
 from lampyris.errors import InternalFault
 from lampyris.report.html_style import CSS
-from lampyris.report.style import OutFile, cannot_write
 from lampyris.report.tab import Tab
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
@@ -224,33 +220,3 @@ def page(title: str, *inside: Inside, foot: Inside = "") -> str:
     )
     main = tag("main", tag("h1", title), *join_lines(text(part) for part in inside))
     return f"{head}{main}\n{tag('footer', foot)}\n</body>\n</html>\n"
-
-
-def write(out: OutFile, words: str) -> None:
-    """Write a page whole or not at all: beside its place first, then moved there.
-
-    Raises
-    ------
-    FileError : the system refuses.
-    """
-    place = Path(out)
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
-        beside = Path(name)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(words)
-            beside.chmod(0o666 & ~_umask())
-            beside.replace(place)
-        except BaseException:
-            beside.unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise cannot_write(out, error) from None
-
-
-def _umask() -> int:
-    """What the system takes from the rights of new files."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

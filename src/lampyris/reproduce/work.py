@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from lampyris.errors import FileError
-from lampyris.report import html
+from lampyris.report.whole_file import whole_file
 from lampyris.reproduce import comparison, data, measured, page, printed, story
 from lampyris.reproduce.claims import Said
 from lampyris.reproduce.measured import Costs
@@ -173,5 +173,6 @@ def _write(place: Path, words: str) -> Path:
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError("FILE_WRITE", error.strerror or str(error), where=str(place.parent)) from None
-    html.write(place, words)
+    with whole_file(place) as file:
+        file.write(words.encode("utf-8"))
     return place

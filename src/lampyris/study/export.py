@@ -15,8 +15,8 @@ from typing import Any
 
 from lampyris.errors import UsageError
 from lampyris.report.tab import DASH, Tab, Value
+from lampyris.report.whole_file import whole_file
 from lampyris.study.table import TIMING, Table
-from lampyris.study.whole_file import whole_file
 
 CHUNK = 8192
 """Rows that are written at once, and of a group of rows in Parquet."""

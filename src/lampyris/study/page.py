@@ -15,6 +15,7 @@ from lampyris.maps.thumbnail import thumbnail
 from lampyris.report import html
 from lampyris.report.html import Markup
 from lampyris.report.tab import Tab, Value
+from lampyris.report.whole_file import whole_file
 from lampyris.study import page_figures as figures
 from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import RESULTS, Study, Who, canonical
@@ -27,7 +28,6 @@ from lampyris.study.runs import Runs, runs_of
 from lampyris.study.summary import summarise
 from lampyris.study.summary_tabs import crowd_tabs, map_tabs, order_tabs, pair_tabs
 from lampyris.study.table import Table
-from lampyris.study.whole_file import whole_file
 
 LONG = 30
 """Rows from which on a table is closed until it is asked for."""
