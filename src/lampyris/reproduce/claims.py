@@ -211,6 +211,7 @@ def _less(name: str, col: str, method: str) -> Make:
     if name == "cost":
         why += "; but one is a sum of cost-to-go and the other a length, so neither means anything"
         return always(f"none ({right:.2f} of unlike things)", IMPOSSIBLE, why)
+    why += f", and (a - b) / a of them, {a:g} and {b:g}, is {less(a, b):.2f}"
     return number(right, why)
 
 
