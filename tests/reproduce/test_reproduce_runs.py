@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -12,7 +13,20 @@ import numpy as np
 import pytest
 
 from lampyris.maps import library
-from lampyris.reproduce import Report, Stage, Verdict, data, measured, reproduce, results, runs, story, work
+from lampyris.reproduce import (
+    Report,
+    Stage,
+    Verdict,
+    charts,
+    data,
+    measured,
+    page,
+    reproduce,
+    results,
+    runs,
+    story,
+    work,
+)
 from lampyris.reproduce import printed as judged
 from lampyris.reproduce.measured import Costs, Kept
 from lampyris.reproduce.results import Difference
@@ -130,6 +144,29 @@ def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, 
     assert {f"table-{n.replace('.', '-')}" for n in data.tables()} <= reader.ids
     for sign in ("✗", "⊘", "✓"):
         assert sign in words
+
+
+def test_tables_of_means_have_their_intervals_beneath(made: tuple[Report, Path, list[Stage]]) -> None:
+    """At 1280 pixels the widest of them would scroll sideways otherwise."""
+    words = made[0].page.read_text(encoding="utf-8")
+    for name in ("nt-means", "static-means", "moving-means"):
+        assert f'<div class="stacked"><div class="tab" id="tab-{name}">' in words
+        head = words.partition(f'id="tab-{name}"')[2].partition("</thead>")[0]
+        assert head.count("<th ") <= 11
+        assert ">queries</th>" in head
+    assert ".stacked td small { display: block; }" in words
+    assert "<small>[8 runs]</small>" in words
+
+
+def test_the_mark_of_a_missing_bar_is_explained(made: tuple[Report, Path, list[Stage]]) -> None:
+    """The small studies, like quick ones, have no run of some pairs of the first map."""
+    words = made[0].page.read_text(encoding="utf-8")
+    assert words.count("A grey × stands for a pair without runs") == len(charts.BARS) + 1
+    found = found_in(made)
+    whole = {m: dict.fromkeys(found.first[m], (1.0, 2.0)) for m in found.first}
+    assert page._missing(replace(found, first=whole), "cost") == ""
+    whole["mixed"]["cost"] = (1.0, math.nan)
+    assert "grey ×" in page._missing(replace(found, first=whole), "cost")
 
 
 def test_the_page_stands_on_the_runs(made: tuple[Report, Path, list[Stage]]) -> None:

@@ -56,6 +56,9 @@ thead th { color: var(--faint); font-weight: 600; vertical-align: bottom;
 tbody th { font-weight: 500; white-space: nowrap; position: sticky; left: 0; background: var(--paper); }
 .right { text-align: right; }
 td small { color: var(--faint); font-size: 0.82em; }
+.stacked th, .stacked td { padding: 0.32rem 0.4rem; }
+.stacked td small { display: block; }
+.stacked tbody th { white-space: normal; min-width: 7rem; }
 tr.good > * { background: var(--good); }
 tr.bad > * { background: var(--bad); }
 tr.mild > * { background: var(--mild); }

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from lampyris.report.html import Markup, figure, fold, items, join, page, paragraph, section, table, tag
 from lampyris.report.tab import Tab, Value
 from lampyris.reproduce import charts, data, story
+from lampyris.reproduce.comparison import METHODS
 from lampyris.reproduce.grid import LONG, MANY, SIGNS, grid, reasons
 from lampyris.reproduce.measured import Costs
 from lampyris.reproduce.results import Difference, Method, Results
@@ -102,16 +103,16 @@ def _interval(value: compare.Interval, digits: int) -> str:
 def _methods(
     name: str, title: str, some: Sequence[Method], columns: Sequence[tuple[str, str, int]], note: str
 ) -> Markup:
-    """Methods side by side with intervals."""
+    """Methods side by side; intervals beneath their values, or the widest needs scrolling at 1280 pixels."""
     rows: list[tuple[Value, ...]] = []
     for m in some:
         values = [_interval(m.means[c], d) for c, _, d in columns]
         n = max(v.n for v in m.means.values())
         time = "-" if m.plan_ms != m.plan_ms else f"{m.plan_ms:.2f}"
-        rows.append((m.name, m.runs, n, _interval(_percent(m.solved), 0), *values, time))
-    head = ("method", "runs", "queries", "solved (%)", *(h for _, h, _ in columns), "planning (ms)")
+        rows.append((m.name, f"{n} [{m.runs:,} runs]", _interval(_percent(m.solved), 0), *values, time))
+    head = ("method", "queries", "solved (%)", *(h for _, h, _ in columns), "planning (ms)")
     align = "l" + "r" * (len(head) - 1)
-    return table(Tab(name, title, head, tuple(rows), note, align))
+    return tag("div", table(Tab(name, title, head, tuple(rows), note, align)), class_="stacked")
 
 
 def _percent(share: compare.Interval) -> compare.Interval:
@@ -184,7 +185,7 @@ def _comparison(found: Results) -> list[Markup]:
     )
     return [
         paragraph(both),
-        _methods("static-means", "Nothing moves: the thirty pairs of Table 4.11 on our maps", found.static,
+        _methods("static-means", "Nothing moves: pairs of Table 4.11 on our maps", found.static,
                  (*way, ("gap", "gap", 3)), MEANS),
         _differences("static-differences", "Paired differences", found.static_differences),
         _methods("moving-means", "Among 20 random walkers, which yield to the robot", found.moving,
@@ -201,8 +202,9 @@ def _figures(found: Results) -> list[Markup]:
         words = f"Figure {which.figure} in kind: as printed in Table 4.11, environment 1, and ours on env-1."
         if which.column == "path_cost":
             words += " Ours of the improved method is summed over every cell, the printed over every second."
-        out.append(figure(pair, words, wide=True))
+        out.append(figure(pair, words + _missing(found, which.ours), wide=True))
     words = "What a figure of path cost should show: lengths of all three, in the same unit."
+    words += _missing(found, "cost")
     out.append(figure(charts.lengths(found), words))
     for path, name in charts.FIGURES.items():
         words = (
@@ -210,6 +212,13 @@ def _figures(found: Results) -> list[Markup]:
         )
         out.append(figure(charts.path_speed(path), words))
     return out
+
+
+def _missing(found: Results, measure: str) -> str:
+    """What the mark without a bar means, where there is one."""
+    gone = any(v != v for m in METHODS for v in found.first[m][measure])
+    more = " A grey × stands for a pair without runs (--quick makes two of the five) or without a way."
+    return more if gone else ""
 
 
 def _costs(costs: Costs) -> list[Markup]:
