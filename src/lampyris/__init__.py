@@ -28,6 +28,7 @@ _HOME = {
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
     "Drive": "lampyris.model.drive",
+    "Edit": "lampyris.model.edit",
     "Field": "lampyris.model.field",
     "Gate": "lampyris.model.field",
     "Grid": "lampyris.model.grid",
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from lampyris.maps.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.drive import Drive as Drive
+    from lampyris.model.edit import Edit as Edit
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
     from lampyris.model.grid import Grid as Grid

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import LimitError, SceneError, SettingError
+from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import LEAST, Robot
@@ -31,14 +32,17 @@ class Scene:
     traffic : specifications of moving obstacles; one alone is taken as a list of one.
     zones : float64 (height, width): speed limit of each cell, m/s, > 0, infinity where there is none. It
         holds while the robot's centre touches the cell. None: no limits.
+    edits : walls that come and go while a simulation runs, from tick 1 on, in order of time. Nobody knows of
+        them before; plans and profiles of the scene leave them aside, drives refuse them.
 
     Raises
     ------
-    SceneError : an end or a waypoint outside the map. (A blocked end is an answer, not a mistake: see
-        :class:`lampyris.model.plan.Status`.)
+    SceneError : an end, a waypoint or an edited cell outside the map. (A blocked end is an answer, not a
+        mistake: see :class:`lampyris.model.plan.Status`.)
     SettingError : an end that is not two whole numbers, unknown moves, something of the wrong type;
-        ``ZONES``: not one number a cell, or a limit that is not positive.
-    LimitError : a radius of more than 250 cells.
+        ``ZONES``: not one number a cell, or a limit that is not positive; ``EDIT_TICK``: an edit before tick
+        1, or not after the one before.
+    LimitError : a radius of more than 250 cells; more than 10,000 edits.
     """
 
     grid: Grid
@@ -48,6 +52,7 @@ class Scene:
     robot: Robot = field(default_factory=Robot)
     traffic: tuple[Traffic, ...] = ()
     zones: FloatGrid | None = None
+    edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
         for what, kind in (("grid", Grid), ("robot", Robot)):
@@ -70,6 +75,7 @@ class Scene:
             check_obstacle(self.grid, k, one)
         if self.zones is not None:
             object.__setattr__(self, "zones", _zones(self.grid, self.zones))
+        object.__setattr__(self, "edits", check_edits(self.grid, self.edits, first=1))
 
     def _end(self, what: str, given: Any) -> Cell:
         pair = tuple(given) if isinstance(given, tuple | list | np.ndarray) else ()

@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from lampyris.model.edit import Edit
 from lampyris.model.grid import frozen
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
@@ -52,7 +53,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth telling at a tick: ``appear replan wait mend gate hit arrive``."""
+    """Something worth telling at a tick: ``appear wall opened replan wait mend gate hit arrive``."""
 
     tick: int
     word: str
@@ -83,6 +84,7 @@ class Trace:
     detail : why it ended so, in words.
     last_tick : the tick at which it would have ended in any case; None: not known.
     timing : seconds; the only part that differs from run to run.
+    edits : the cells that really turned, by the scene's edits; no edit without a cell.
     """
 
     scene: Scene
@@ -107,6 +109,7 @@ class Trace:
     timing: Mapping[str, float] = field(default_factory=dict)
     last_tick: int | None = None
     flips: int = 0
+    edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", frozen(np.array(self.robot, dtype=np.int32).reshape(-1, 2)))

@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
 from lampyris.referee.bodies import Crowd, Judge
+from lampyris.referee.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
 from lampyris.referee.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.verdict import Violation
+from lampyris.typing import BoolGrid
 
 TOP_SPEED = 80.0
 """The dissertation's greatest speed, velocity units (Table 3.1)."""
@@ -20,23 +22,30 @@ _NEVER_DROVE = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
 def check_trace(trace: Trace) -> Violation | None:
     """Whether a simulation broke a rule: walls, steps, any two bodies at any tick, or the story told of it.
 
-    Rules, in this order: ``lengths``; of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
+    Rules, in this order: ``lengths``; ``edits`` (cells that turned otherwise than by the rule of
+    :mod:`lampyris.referee.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
     ``knight``, ``sweep``; of each body ``appear``, ``footprint``, ``body outside``, ``body step``, ``body
     wall``; of every two bodies ``together``, ``swap``, ``cross``, ``through`` (a long step over somebody);
     then ``outcome``, ``path``, ``moves``, ``steps``, ``cost``, ``waits``,
     ``replans``, ``numbers``, ``events``, ``speed``.
 
+    Walls are those of the tick: a step is judged by the map of the tick at which it ends.
+
     Two bodies are together when their footprints share a cell: the own cell and every cell whose square is
     strictly nearer to the centre than the radius. The one thing allowed is the outcome ``hit``: at the last
     tick, an obstacle that does not yield has moved onto a robot that stood still.
     """
+    broken = _lengths(trace)
+    if broken is not None:
+        return broken
+    eras = eras_of(trace)
     return (
-        _lengths(trace)
-        or _robot(trace)
-        or _bodies(trace)
+        edits_violation(trace, eras)
+        or _robot(trace, eras)
+        or _bodies(trace, eras)
         or _pairs(trace)
         or _outcome(trace)
-        or _way(trace)
+        or _way(trace, eras)
         or _events(trace)
         or _speeds(trace)
     )
@@ -66,30 +75,33 @@ def _lengths(trace: Trace) -> Violation | None:
     return None
 
 
-def _driven(trace: Trace) -> tuple[NDArray[np.int32], Ints]:
-    """The robot's cells without repeats, and the tick at which it left each."""
-    cells = trace.robot
+def _driven(cells: NDArray[np.int32]) -> tuple[NDArray[np.int32], Ints]:
+    """The robot's cells without repeats, and the tick, from the first, at which it left each."""
     moved = (cells[1:] != cells[:-1]).any(axis=1)
     new = np.concatenate((np.ones(1, dtype=np.bool_), moved))
     leaves = np.concatenate((np.flatnonzero(moved), [len(cells) - 1]))
     return cells[new], leaves.astype(np.int64)
 
 
-def _robot(trace: Trace) -> Violation | None:
+def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
     scene = trace.scene
     first = (int(trace.robot[0, 0]), int(trace.robot[0, 1]))
     if first != scene.start:
         return Violation("start", "tick 0", f"the robot is at {first}; the start is {scene.start}")
-    cells, leaves = _driven(trace)
     if trace.outcome is Outcome.START_OCCUPIED:
+        cells, _ = _driven(trace.robot)
         return None if len(cells) == 1 else Violation("outcome", "trace", "drove from an occupied start")
-    fault, _ = walk_violation(cells, scene.grid, scene.robot, scene.moves)
-    if fault is None:
-        return None
-    return Violation(fault.rule, f"robot after tick {leaves[fault.index]}", fault.sentence)
+    for era, grid in with_maps(eras, scene.grid):
+        # The step into an era is made on its map, from a cell that cannot have turned into a wall.
+        cells, leaves = _driven(trace.robot[era.since : era.last + 1])
+        fault, _ = walk_violation(cells, grid, scene.robot, scene.moves)
+        if fault is not None:
+            tick = era.since + int(leaves[fault.index])
+            return Violation(fault.rule, f"robot after tick {tick}", fault.sentence)
+    return None
 
 
-def _bodies(trace: Trace) -> Violation | None:
+def _bodies(trace: Trace, eras: list[Era]) -> Violation | None:
     """Each body alone: its size, its steps, the walls."""
     grid = trace.scene.grid
     for k, body in enumerate(trace.bodies):
@@ -111,22 +123,31 @@ def _bodies(trace: Trace) -> Violation | None:
     far = (np.abs(at[1:] - at[:-1]).max(axis=2, initial=0) > 1) & there[:-1]
     if far.any():
         return _body("body step", far, at, "more than one cell from where it is a tick later")
-    wall = there & grid.blocked[np.where(there, y, 0), np.where(there, x, 0)]
+    found = (_walled(crowd, era, ground.blocked) for era, ground in with_maps(eras, grid))
+    return next((broken for broken in found if broken is not None), None)
+
+
+def _walled(crowd: Crowd, era: Era, blocked: BoolGrid) -> Violation | None:
+    """The first body in a wall during an era."""
+    ticks = slice(era.first, era.last + 1)
+    at, there = crowd.at[ticks, 1:], crowd.there[ticks, 1:]
+    x, y = at[..., 0], at[..., 1]
+    wall = there & blocked[np.where(there, y, 0), np.where(there, x, 0)]
     if wall.any():
-        return _body("body wall", wall, at, "in a wall")
+        return _body("body wall", wall, at, "in a wall", era.first)
     for k, offsets in enumerate(crowd.covers[1:]):
         if len(offsets) > 1:
             t = np.flatnonzero(there[:, k])
-            hit = first_overlap(grid.blocked, x[t, k], y[t, k], offsets)
+            hit = first_overlap(blocked, x[t, k], y[t, k], offsets)
             if hit is not None:
                 wall[t[hit[0]], k] = True
-                return _body("body wall", wall, at, f"over the wall at ({hit[1]}, {hit[2]})")
+                return _body("body wall", wall, at, f"over the wall at ({hit[1]}, {hit[2]})", era.first)
     return None
 
 
-def _body(rule: str, bad: NDArray[np.bool_], at: Ints, what: str) -> Violation:
+def _body(rule: str, bad: NDArray[np.bool_], at: Ints, what: str, since: int = 0) -> Violation:
     t, k = (int(v) for v in np.unravel_index(int(bad.argmax()), bad.shape))
-    return Violation(rule, f"body {k} at tick {t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
+    return Violation(rule, f"body {k} at tick {since + t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
 
 
 def _crowd(trace: Trace) -> Crowd:
@@ -228,9 +249,12 @@ def _outcome(trace: Trace) -> Violation | None:
     return None
 
 
-def _way(trace: Trace) -> Violation | None:
-    """The way really driven, its cost, and how often the robot waited."""
-    cells, _ = _driven(trace)
+def _way(trace: Trace, eras: list[Era]) -> Violation | None:
+    """The way really driven, its cost, and how often the robot waited.
+
+    It costs by the ground of the map as given: a wall that comes and goes leaves it as it was.
+    """
+    cells, _ = _driven(trace.robot)
     waited = len(trace.robot) - len(cells)
     if trace.path is None:
         if trace.outcome not in _NEVER_DROVE or len(cells) > 1:
@@ -241,8 +265,11 @@ def _way(trace: Trace) -> Violation | None:
         moves, grid = trace.scene.moves, trace.scene.grid
         broken = moves_violation(trace.path.moves, moves, grid)
         if broken is None and trace.outcome is not Outcome.START_OCCUPIED:
-            _, code = walk_violation(cells, grid, trace.scene.robot, moves)
-            broken = cost_violation(trace.path, moves, code, grid)
+            codes = []
+            for era, ground in with_maps(eras, grid):
+                part, _ = _driven(trace.robot[era.since : era.last + 1])
+                codes.append(walk_violation(part, ground, trace.scene.robot, moves)[1])
+            broken = cost_violation(trace.path, moves, np.concatenate(codes), grid)
         if broken is not None:
             return broken
     if trace.waits != waited:

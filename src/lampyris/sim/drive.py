@@ -81,7 +81,7 @@ def drive(
     Raises
     ------
     SceneError : obstacles that do not fit the map.
-    SettingError : a setting it does not have, or out of its range.
+    SettingError : a setting it does not have, or out of its range; ``EDITS``: a scene whose walls change.
     UsageError : no such law.
     """
     simulation = DriveSimulation(
@@ -113,6 +113,9 @@ class DriveSimulation:
         **settings: object,
     ) -> None:  # fmt: skip
         began = time.perf_counter()
+        if scene.edits:
+            allowed = "a map that stays as it is; simulations in ticks know edits"
+            raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
         self.settings = one = Settings.of(settings)
         self.scene = scene
         self.seed = _seed(seed)

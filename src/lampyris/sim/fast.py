@@ -80,9 +80,13 @@ def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     """Whether the kernel knows these rules.
 
     AD-GSO on its field alone, gates ignored or closed; random walkers of one specification; bodies of one
-    cell; single steps over plain ground; the dissertation's speed law.
+    cell; single steps over plain ground that nobody edits; the dissertation's speed law.
     """
-    if type(planner) is not AdGso or not (law == "dissertation" or isinstance(law, DissertationLaw)):
+    if (
+        scene.edits
+        or type(planner) is not AdGso
+        or not (law == "dissertation" or isinstance(law, DissertationLaw))
+    ):
         return False
     plain = planner.gates != "replan" and planner.choice != "roulette" and planner.iter_max is None
     plain = plain and not (planner.crowding or planner.warmth or planner.keep_away)

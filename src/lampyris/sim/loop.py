@@ -2,6 +2,7 @@
 
 From tick t to t + 1, in this order:
 
+0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.editing`).
 1. **Obstacles move**: recorded ones (whatever anybody does), crossing ones, patrols, random walkers; within
    a kind in order of index. Each sees the new places of those that have moved and the old places of the
    rest.
@@ -17,7 +18,7 @@ it too. One step takes one tick, a knight's step as well.
 
 The planner is asked at tick 0, whenever the steps that its plan commits to have been driven (not a replan),
 and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
-plan reports as met is a replan too. Where the old plan's next step was legal and the new plan goes another
+plan reports as met is a replan too, and so is to be asked because walls have come into the way, or gone. Where the old plan's next step was legal and the new plan goes another
 way, the robot changed its mind, a *flip*: many of them are what people call dithering.
 
 Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
@@ -46,6 +47,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.planners.base import Budget, Planner
+from lampyris.sim.editing import Walls
 from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.following import Following, follow
 from lampyris.sim.pace import Pace, SpeedLaw
@@ -53,7 +55,7 @@ from lampyris.sim.sense import seen_bodies, seen_cells, sense
 from lampyris.sim.space import Space, Step, robot_shape
 from lampyris.sim.traffic import open_traffic
 from lampyris.sim.world import World
-from lampyris.typing import Cell, Cells
+from lampyris.typing import Cell
 
 PATIENCE = 50
 """Ticks in a row the robot waits before it gives up.
@@ -133,6 +135,8 @@ class Simulation:
         space = Space(scene.grid)
         self.world = World(space, robot_shape(scene, space), space.number(scene.start))
         self.crowd = open_traffic(scene, self.world, self.seed)
+        self.walls = Walls(scene, self.world, self.crowd)
+        self._news = ""
         self.session = planner.open(scene, self._stream())
         self.plan: Plan
         self._on = Following(counted=True)
@@ -163,6 +167,8 @@ class Simulation:
             self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
         if not self.plan:
             verdict = self._without_traffic() if self.crowd.bodies else self.plan
+            if verdict.status is Status.NO_PATH and self.walls.may_open:
+                return
             if verdict.status in _NEVER:
                 self._started = False
                 self._end(_NEVER[verdict.status], verdict.sentence)
@@ -188,7 +194,7 @@ class Simulation:
         began = time.perf_counter()
         mended = self._mended
         ahead = self._ahead()
-        plan = self.plan = self.session.plan(change, self.budget)
+        plan = self.plan = self.session.plan(self.walls.told(change), self.budget)
         self._mended = plan.mended
         if plan.mended and not mended:
             self._tell("mend", self._robot[-1], "Obstacles in the way count as walls until they leave.")
@@ -235,6 +241,7 @@ class Simulation:
             return
         began = time.perf_counter()
         self.now += 1
+        self._turn()
         for body in self.crowd.advance(self.now):
             self._tracks.append([])
             self._tell("appear", self.world.space.cell(self.world.where[body]), "An obstacle appeared.")
@@ -251,13 +258,22 @@ class Simulation:
             self._end(Outcome.TIMEOUT, too_late(self.now))
         self._total_s += time.perf_counter() - began
 
+    def _turn(self) -> None:
+        """Walls come and go."""
+        turned = self.walls.turn(self.now, self._on.way[self._on.at :])
+        if turned is not None:
+            self._events += turned.events
+            self._news = turned.why
+            self.pace.scene = self.walls.scene
+
     def _choose(self) -> Step | None:
-        step = self._planned()
+        step = None if self._news else self._planned()
         if step is not None:
             return step
-        if self._on.to_be_driven or self._patient or not self._on.way:
+        if self._news or self._on.to_be_driven or self._patient or not self._on.way:
             self._replans += 1
             self._tell("replan", self._robot[-1], self._why())
+            self._news = ""
         change = self._sense()
         self._ask(change)
         step = self._planned()
@@ -270,6 +286,8 @@ class Simulation:
         return step
 
     def _why(self) -> str:
+        if self._news:
+            return self._news
         if self._patient or not self._on.way:
             return "Asked again after waiting."
         return f"The next cell, {self._on.ahead}, cannot be entered now; chose anew."
@@ -346,7 +364,6 @@ class Simulation:
 
     def trace(self) -> Trace:
         """What has happened so far; before the end its outcome is ``timeout``."""
-        space = self.world.space
         driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
         way = np.array([self._robot[0], *driven])
         grid = self.scene.grid
@@ -356,7 +373,7 @@ class Simulation:
             seed=self.seed,
             outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
             robot=np.array(self._robot, dtype=np.int32),
-            tracks=tuple(_cells(track, space) for track in self._tracks),
+            tracks=tuple(map(self.world.space.cells, self._tracks)),
             appears=tuple(self.crowd.appears),
             bodies=tuple(self.crowd.bodies),
             speed=np.array(self._speed),
@@ -373,12 +390,8 @@ class Simulation:
             detail=self.detail,
             timing={"total_s": self._total_s, "planning_s": self._planning_s},
             last_tick=self.last_tick,
+            edits=tuple(self.walls.done),
         )
-
-
-def _cells(track: list[int], space: Space) -> Cells:
-    y, x = np.divmod(np.array(track, dtype=np.int64), space.stride)
-    return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
 
 
 def _whole(what: str, value: int, least: int) -> int:

@@ -8,6 +8,7 @@ long.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -17,7 +18,7 @@ from lampyris.field.footprint import footprint
 from lampyris.field.layers import free_cells, moves_for
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.typing import BoolGrid, Cell
+from lampyris.typing import BoolGrid, Cell, Cells
 
 Step: TypeAlias = tuple[int, int, int]
 """One step: the cell number it ends in, dx, dy."""
@@ -57,6 +58,11 @@ class Space:
         y, x = divmod(number, self.stride)
         return x - 1, y - 1
 
+    def cells(self, numbers: Sequence[int]) -> Cells:
+        """The (x, y) of each cell number; int32, (n, 2)."""
+        y, x = np.divmod(np.array(numbers, dtype=np.int64), self.stride)
+        return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+
     def numbers(self, mask: BoolGrid) -> NDArray[np.int64]:
         """Numbers of all True cells, rising; int64, (n,)."""
         ys, xs = np.nonzero(mask)
@@ -86,15 +92,19 @@ class Shape:
         corner_cutting: bool,
     ) -> None:
         self.space = space
-        self.free = free
-        self.open: BoolGrid = free if barred is None else free & ~barred
         self.offsets = offsets
         self.corner_cutting = corner_cutting
         self.small = offsets == ((0, 0),)
-        self._known = steps
+        self._known, self._barred = steps, barred
+        self._cover: dict[int, tuple[int, ...]] = {}
+        self.renew(free)
+
+    def renew(self, free: BoolGrid) -> None:
+        """Take a new map: where there is no wall under the footprint now."""
+        self.free = free
+        self.open: BoolGrid = free if self._barred is None else free & ~self._barred
         self._opened, self._freed = _bordered(self.open), _bordered(self.free)
         self._steps: dict[int, tuple[Step, ...]] = {}
-        self._cover: dict[int, tuple[int, ...]] = {}
 
     def cover(self, number: int) -> tuple[int, ...]:
         """Numbers of the cells covered by a body that stands on this one; cells off the map are left out."""

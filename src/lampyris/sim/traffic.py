@@ -12,6 +12,7 @@ specifications.
   about new walls.
 * **Patrols** drive along their waypoints and back for ever and wait while their next cell is taken, by
   whomever.
+* Both turn round at a wall that has come into their way (:mod:`lampyris.sim.editing`).
 * **Random walkers** step to a uniformly chosen legal neighbour or stay.
 
 None but recorded ones ever covers a cell that the robot covers at its start or goal, so nobody of our own
@@ -124,13 +125,13 @@ class Shuttle:
 
     def advance(self, world: World, tick: int) -> None:
         """One step along the route, or wait."""
-        if len(self.route) == 1:
-            return
-        if not 0 <= self.at + self.ahead < len(self.route):
+        for _ in range(2):
+            step = self._next(world)
+            if step is not None:
+                break
             self.ahead = -self.ahead
-        (x0, y0), to = world.space.cell(self.route[self.at]), self.route[self.at + self.ahead]
-        x1, y1 = world.space.cell(to)
-        step = (to, x1 - x0, y1 - y0)
+        else:
+            return  # a route of one cell, or walls on both sides
         if world.may_step(self.body, step, self.yields):
             world.move(self.body, step)
             self.at += self.ahead
@@ -139,6 +140,14 @@ class Shuttle:
         self.waited += 1
         if self.turn_after is not None and self.waited >= self.turn_after:
             self.ahead, self.waited = -self.ahead, 0
+
+    def _next(self, world: World) -> Step | None:
+        """The step ahead as far as walls go; None at the end of the route, or where a wall has come."""
+        if not 0 <= self.at + self.ahead < len(self.route):
+            return None
+        to = self.route[self.at + self.ahead]
+        steps = world.shapes[self.body].steps(self.route[self.at])
+        return next((step for step in steps if step[0] == to), None)
 
 
 @dataclass

@@ -1,0 +1,140 @@
+"""Edit: cells of the map that turn into walls or free while a simulation runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import LimitError, SceneError, SettingError
+from lampyris.model.grid import Grid
+from lampyris.typing import Cell
+
+MAX_EDITS = 10_000
+MAX_EDITED = 2**24
+"""Cells in all edits of a scene together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """Cells that turn at the beginning of a tick; tick 0 is before the first plan.
+
+    Parameters
+    ----------
+    tick : >= 0.
+    blocked : cells (x, y) that turn into walls, as far as they may: see :mod:`lampyris.sim.editing`.
+    freed : cells that turn free.
+
+    Raises
+    ------
+    SettingError : ``EDIT``: a tick or a cell that is none, or a cell named twice.
+    """
+
+    tick: int
+    blocked: tuple[Cell, ...] = ()
+    freed: tuple[Cell, ...] = ()
+
+    def __post_init__(self) -> None:
+        t: Any = self.tick
+        if not isinstance(t, int | np.integer) or isinstance(t, bool) or t < 0:
+            raise SettingError("EDIT", f"tick {t!r}", where="edit", allowed="a whole number >= 0")
+        object.__setattr__(self, "tick", int(t))
+        seen: set[Cell] = set()
+        for what in ("blocked", "freed"):
+            cells = _cells(what, getattr(self, what))
+            object.__setattr__(self, what, cells)
+            for cell in cells:
+                if cell in seen:
+                    raise SettingError(
+                        "EDIT",
+                        f"{cell} twice at tick {t}",
+                        where=f"edit.{what}",
+                        allowed="each cell once, blocked or freed",
+                    )
+                seen.add(cell)
+
+
+def check_edits(grid: Grid, edits: Any, *, first: int = 0) -> tuple[Edit, ...]:
+    """Edits as a tuple, in order, on the map; one alone is taken as a list of one.
+
+    Parameters
+    ----------
+    first : the earliest tick that any may have.
+
+    Raises
+    ------
+    SettingError : ``TYPE``; ``EDIT_TICK``: a tick too early, or not after the one before.
+    SceneError : ``EDIT_OUTSIDE``: a cell outside the map.
+    LimitError : more than 10,000 edits, or 2^24 cells.
+    """
+    if not isinstance(edits, tuple | list):
+        edits = () if edits is None else (edits,)
+    if len(edits) > MAX_EDITS:
+        raise LimitError("LIMIT", f"{len(edits):,} edits", where="edits", allowed=f"at most {MAX_EDITS:,}")
+    least, cells = first, 0
+    for k, edit in enumerate(edits):
+        if not isinstance(edit, Edit):
+            raise SettingError("TYPE", f"a {type(edit).__name__}", where=f"edits[{k}]", allowed="an Edit")
+        if edit.tick < least:
+            raise SettingError(
+                "EDIT_TICK", f"tick {edit.tick}", where=f"edits[{k}]", allowed=f"at least {least} here"
+            )
+        least = edit.tick + 1
+        cells += len(edit.blocked) + len(edit.freed)
+        if cells > MAX_EDITED:
+            raise LimitError("LIMIT", f"{cells:,} edited cells", where="edits", allowed=f"{MAX_EDITED:,}")
+        check_edit(grid, edit, f"edits[{k}]")
+    return tuple(edits)
+
+
+def check_edit(grid: Grid, edit: Edit, where: str) -> None:
+    """Refuse an edit with a cell outside the map.
+
+    Raises
+    ------
+    SceneError : ``EDIT_OUTSIDE``.
+    """
+    for cell in (*edit.blocked, *edit.freed):
+        if not grid.contains(cell):
+            raise SceneError(
+                "EDIT_OUTSIDE",
+                f"cell {cell} is outside the map",
+                where=where,
+                allowed=f"x 0 to {grid.width - 1}, y 0 to {grid.height - 1}",
+            )
+
+
+def applied(grid: Grid, edits: Iterable[Edit]) -> Grid:
+    """The map after these edits, one after the other; itself if there are none.
+
+    An edited cell is known. Terrain is that of the map as given wherever a cell is free: a wall does not
+    change the ground it stands on.
+    """
+    edits = tuple(edits)
+    if not edits:
+        return grid
+    walls = grid.blocked.copy()
+    unknown = None if grid.unknown is None else grid.unknown.copy()
+    for edit in edits:
+        for cells, blocked in ((edit.freed, False), (edit.blocked, True)):
+            if cells:
+                x, y = np.array(cells, dtype=np.int64).T
+                walls[y, x] = blocked
+                if unknown is not None:
+                    unknown[y, x] = False
+    return replace(grid, blocked=walls, unknown=unknown)
+
+
+def _cells(what: str, given: Any) -> tuple[Cell, ...]:
+    made = []
+    for cell in given if isinstance(given, tuple | list | np.ndarray) else (given,):
+        pair = tuple(cell) if isinstance(cell, tuple | list | np.ndarray) else ()
+        whole = all(isinstance(v, int | np.integer) and not isinstance(v, bool | np.bool_) for v in pair)
+        if len(pair) != 2 or not whole:
+            raise SettingError(
+                "EDIT", f"{cell!r} is not a cell", where=f"edit.{what}", allowed="two whole numbers x, y"
+            )
+        made.append((int(pair[0]), int(pair[1])))
+    return tuple(made)

@@ -1,0 +1,125 @@
+"""Edits: which cells really turned, by the rule alone, and the map of each tick.
+
+The rule is written down here a second time: at the beginning of a tick the cells of its edit turn, but for
+cells that the robot or a body covered at the tick before, and the goal, which never turn into walls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.model.edit import Edit
+from lampyris.model.grid import Grid
+from lampyris.model.trace import Trace
+from lampyris.referee.shapes import disc_cells
+from lampyris.referee.verdict import Violation
+from lampyris.typing import Cell
+
+
+@dataclass(frozen=True, slots=True)
+class Era:
+    """Ticks with one map.
+
+    Parameters
+    ----------
+    first, last : ticks, both among them. The step that ends at ``first`` is made on this map, too.
+    turned : the cells that turned at ``first``; of the first era none.
+    """
+
+    first: int
+    last: int
+    turned: Edit
+
+    @property
+    def since(self) -> int:
+        """The tick at which its first step begins."""
+        return max(self.first - 1, 0)
+
+
+def eras_of(trace: Trace) -> list[Era]:
+    """The times of a trace, in order: one, and one more for each edit that turned a cell."""
+    walls = trace.scene.grid.blocked.copy()
+    eras = [Era(0, trace.ticks, Edit(0))]
+    for edit in trace.scene.edits:
+        if edit.tick > trace.ticks:
+            break
+        turned = _turned(trace, walls, edit)
+        if turned.blocked or turned.freed:
+            _turn(walls, turned)
+            eras[-1] = replace(eras[-1], last=edit.tick - 1)
+            eras.append(Era(edit.tick, trace.ticks, turned))
+    return eras
+
+
+def with_maps(eras: list[Era], grid: Grid) -> Iterator[tuple[Era, Grid]]:
+    """Each era with its map, from the map as given; one at a time, for there may be thousands."""
+    yield eras[0], grid
+    walls = grid.blocked.copy()
+    for era in eras[1:]:
+        _turn(walls, era.turned)
+        yield era, replace(grid, blocked=walls)
+
+
+def _turn(walls: NDArray[np.bool_], turned: Edit) -> None:
+    for cells, wall in ((turned.blocked, True), (turned.freed, False)):
+        for x, y in cells:
+            walls[y, x] = wall
+
+
+def _turned(trace: Trace, blocked: NDArray[np.bool_], edit: Edit) -> Edit:
+    """The cells of an edit that turn."""
+    kept = _covered(trace, edit.tick - 1)
+    kept.add(trace.scene.goal)
+    walls = tuple(c for c in edit.blocked if not blocked[c[1], c[0]] and c not in kept)
+    return Edit(edit.tick, walls, tuple(c for c in edit.freed if blocked[c[1], c[0]]))
+
+
+def _covered(trace: Trace, tick: int) -> set[Cell]:
+    """Every cell that the robot or a body covers at a tick."""
+    resolution = trace.scene.grid.resolution
+    at = [(trace.robot[tick], trace.scene.robot.radius)]
+    for track, since, body in zip(trace.tracks, trace.appears, trace.bodies, strict=True):
+        if since <= tick:
+            at.append((track[tick - since], body.radius))
+    found: set[Cell] = set()
+    for cell, radius in at:
+        around = disc_cells(radius, resolution) + cell.astype(np.int64)
+        found.update((x, y) for x, y in around.tolist())
+    return found
+
+
+def edits_violation(trace: Trace, eras: list[Era]) -> Violation | None:
+    """Whether the trace tells of exactly the cells that turned, in its edits and in its events."""
+    ours = [era.turned for era in eras[1:]]
+    for k, (mine, theirs) in enumerate(zip([*ours, None], [*trace.edits, None], strict=False)):
+        if mine is not None and theirs is not None and _same(mine, theirs):
+            continue
+        if mine is not None or theirs is not None:
+            what = f"tells of {_said(theirs)}; by the rule {_said(mine)}"
+            return Violation("edits", f"edit {k} of the trace", what)
+    told = [(event.tick, event.word) for event in trace.events if event.word in ("wall", "opened")]
+    last = trace.ticks
+    for edit in ours:
+        for word, cells in (("wall", edit.blocked), ("opened", edit.freed)):
+            if told.count((edit.tick, word)) != bool(cells) and (cells or word == "opened"):
+                what = f"{told.count((edit.tick, word))} events {word!r}; {len(cells)} cells turned"
+                return Violation("edits", f"tick {edit.tick}", what)
+    asked = {edit.tick for edit in trace.scene.edits if edit.tick <= last}
+    stray = next(((t, word) for t, word in told if t not in asked), None)
+    if stray is not None:
+        return Violation("edits", f"tick {stray[0]}", f"{stray[1]!r} is told where nothing was edited")
+    return None
+
+
+def _same(a: Edit, b: Edit) -> bool:
+    return (a.tick, sorted(a.blocked), sorted(a.freed)) == (b.tick, sorted(b.blocked), sorted(b.freed))
+
+
+def _said(edit: Edit | None) -> str:
+    if edit is None:
+        return "none"
+    return f"{len(edit.blocked)} walls and {len(edit.freed)} free cells at tick {edit.tick}"
