@@ -92,24 +92,21 @@ class Walls:
 
     def _keep_lanes(self, crowd: Crowd) -> None:
         """Refuse walls in the lanes of recorded tracks."""
-        lanes: dict[int, int] = {}
-        number = self._world.space.number
-        for body, track in [] if crowd.recording is None else crowd.recording.tracks:
-            for cell in dict.fromkeys(track.track):
-                for c in self._world.shapes[body].cover(number(cell)):
-                    lanes.setdefault(c, body)
-        if not lanes:
+        if crowd.recording is None:
             return
         specs = [k for k, one in enumerate(self._given.traffic) if isinstance(one, Recorded)]
-        order = {body: k for (body, _), k in zip(crowd.recording.tracks, specs, strict=True)}  # type: ignore[union-attr]
-        for k, edit in enumerate(self._given.edits):
+        lanes: dict[int, int] = {}
+        number = self._world.space.number
+        for (body, track), k in zip(crowd.recording.tracks, specs, strict=True):
+            for cell in dict.fromkeys(track.track):
+                lanes |= dict.fromkeys(self._world.shapes[body].cover(number(cell)), k)
+        for edit in self._given.edits:
             for cell in edit.blocked:
-                body = lanes.get(number(cell))
-                if body is not None:
+                if (met := lanes.get(number(cell))) is not None:
                     raise SceneError(
                         "EDIT_TRACK",
-                        f"edit {k}, of tick {edit.tick}, walls {cell}, which obstacle {order[body]} drives over",
-                        allowed="walls off the lanes of recorded obstacles",
+                        f"a wall at {cell} from tick {edit.tick} on is in the lane of obstacle {met}",
+                        allowed="walls off the cells that recorded obstacles ever cover",
                     )
 
     # ---- one tick --------------------

@@ -82,11 +82,9 @@ def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     AD-GSO on its field alone, gates ignored or closed; random walkers of one specification; bodies of one
     cell; single steps over plain ground that nobody edits; the dissertation's speed law.
     """
-    if (
-        scene.edits
-        or type(planner) is not AdGso
-        or not (law == "dissertation" or isinstance(law, DissertationLaw))
-    ):
+    if type(planner) is not AdGso or not (law == "dissertation" or isinstance(law, DissertationLaw)):
+        return False
+    if scene.edits:
         return False
     plain = planner.gates != "replan" and planner.choice != "roulette" and planner.iter_max is None
     plain = plain and not (planner.crowding or planner.warmth or planner.keep_away)

@@ -18,8 +18,9 @@ it too. One step takes one tick, a knight's step as well.
 
 The planner is asked at tick 0, whenever the steps that its plan commits to have been driven (not a replan),
 and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
-plan reports as met is a replan too, and so is to be asked because walls have come into the way, or gone. Where the old plan's next step was legal and the new plan goes another
-way, the robot changed its mind, a *flip*: many of them are what people call dithering.
+plan reports as met is a replan too, and so is to be asked because walls have come into the way, or gone.
+Where the old plan's next step was legal and the new plan goes another way, the robot changed its mind, a
+*flip*: many of them are what people call dithering.
 
 Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
 obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
@@ -167,9 +168,8 @@ class Simulation:
             self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
         if not self.plan:
             verdict = self._without_traffic() if self.crowd.bodies else self.plan
-            if verdict.status is Status.NO_PATH and self.walls.may_open:
-                return
-            if verdict.status in _NEVER:
+            closed = verdict.status is Status.NO_PATH and self.walls.may_open
+            if verdict.status in _NEVER and not closed:
                 self._started = False
                 self._end(_NEVER[verdict.status], verdict.sentence)
                 return
@@ -263,8 +263,7 @@ class Simulation:
         turned = self.walls.turn(self.now, self._on.way[self._on.at :])
         if turned is not None:
             self._events += turned.events
-            self._news = turned.why
-            self.pace.scene = self.walls.scene
+            self._news, self.pace.scene = turned.why, self.walls.scene
 
     def _choose(self) -> Step | None:
         step = None if self._news else self._planned()
