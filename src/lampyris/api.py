@@ -81,8 +81,8 @@ def plan(
 
     Parameters
     ----------
-    scene : what to plan in. Of its traffic, planners that see traffic (``sipp``) plan with the recorded
-        obstacles, from tick 0; nobody else looks at it: see :func:`simulate`.
+    scene : what to plan in, as it is at tick 0: later edits are left aside. Of its traffic, planners that see
+        traffic (``sipp``) plan with the recorded obstacles; nobody else looks at it: see :func:`simulate`.
     planner : a name (see ``lampyris.planners()``) or a planner object.
     seed : root of every draw; the same seed gives the same plan.
     budget : when to give up.
@@ -273,7 +273,7 @@ def simulate(
 
     Parameters
     ----------
-    scene : where.
+    scene : where; its edits come to pass.
     planner : a name or a planner object.
     traffic : moving obstacles; None: the scene's own.
     seed : root of every draw; the same seed gives the same trace.
@@ -286,7 +286,7 @@ def simulate(
 
     Raises
     ------
-    SceneError : obstacles that do not fit the map.
+    SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
     InternalFault : the referee refused the trace; a bug of ours.
     """
     chosen = _planner(planner, settings)
@@ -337,7 +337,7 @@ def drive(
     Raises
     ------
     SceneError : obstacles that do not fit the map.
-    SettingError : a setting that neither a drive nor the planner has, or out of its range.
+    SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``.
     InternalFault : the referee refused the drive; a bug of ours.
     """
     ours, rest = split_settings(settings)

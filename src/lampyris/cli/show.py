@@ -147,6 +147,10 @@ def trace(run: Trace, *, name: str = "") -> None:
         ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
         ("held by", _causes(run.cause)),
     ]
+    if run.edits:
+        walls, freed = (sum(len(getattr(e, what)) for e in run.edits) for what in ("blocked", "freed"))
+        times = f"{len(run.edits)} time" + "s" * (len(run.edits) > 1)
+        rows.insert(-4, ("edits", f"{times}: {walls} cells turned into walls, {freed} free"))
     console.print(_facts("", rows))
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -19,6 +19,7 @@ from lampyris.errors import FileError, LimitError
 from lampyris.maps.csv_table import MAX_BYTES
 from lampyris.maps.document import read_regular
 from lampyris.maps.make import MAX_CELLS
+from lampyris.model.edit import MAX_EDITS, Edit, applied, check_edits
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import MAX_BODIES
@@ -79,6 +80,13 @@ class Scenario:
     where : the file it was read from.
     zones : the file that the scene's speed zones are from; None: there are none, or they are in no file.
     drive : settings of a drive in continuous time; None: it is none.
+    edits : walls that come and go, all of them, in order of time; None: those of the scene. The scene follows
+        them: what is of tick 0 is in its grid, the later ones are its edits.
+    ground : the map before the edit of tick 0; None: the scene's grid. The scene's grid is made from it.
+
+    Raises
+    ------
+    SettingError, SceneError, LimitError : as :func:`lampyris.model.edit.check_edits`.
     """
 
     scene: Scene
@@ -96,6 +104,27 @@ class Scenario:
     where: str = ""
     zones: str | None = None
     drive: Mapping[str, Any] | None = None
+    edits: tuple[Edit, ...] = None  # type: ignore[assignment]
+    ground: Grid | None = None
+
+    def __post_init__(self) -> None:
+        scene, given = self.scene, self.ground
+        edits = scene.edits if self.edits is None else check_edits(scene.grid, self.edits)
+        object.__setattr__(self, "edits", edits)
+        now = edits[:1] if edits and edits[0].tick == 0 else ()
+        later = edits[len(now) :]
+        if now and given is None:
+            object.__setattr__(self, "ground", scene.grid)
+        elif given is not None and not now:
+            object.__setattr__(self, "ground", None)
+        grid = scene.grid if given is None and not now else applied(given or scene.grid, now)
+        if grid is not scene.grid or later != scene.edits:
+            object.__setattr__(self, "scene", replace(scene, grid=grid, edits=later))
+
+    @property
+    def drawn(self) -> Grid:
+        """The map before any edit: what ``map`` and its hash are of."""
+        return self.scene.grid if self.ground is None else self.ground
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -104,7 +133,7 @@ class Scenario:
         return (
             (a.start, a.goal, a.moves, a.robot, a.traffic) == (b.start, b.goal, b.moves, b.robot, b.traffic)
             and _decided(self) == _decided(other)
-            and _same_map(a.grid, b.grid)
+            and _same_map(self.drawn, other.drawn)
             and _same(a.zones, b.zones)
         )
 
@@ -114,7 +143,7 @@ class Scenario:
 def _decided(one: Scenario) -> tuple[Any, ...]:
     who = (one.planner, dict(one.settings), one.law, dict(one.law_settings), one.seed)
     drive = None if one.drive is None else dict(one.drive)
-    return (*who, one.simulated, one.ticks, one.patience, one.name, drive)
+    return (*who, one.simulated, one.ticks, one.patience, one.name, drive, one.edits)
 
 
 def _same_map(a: Grid, b: Grid) -> bool:
@@ -169,10 +198,11 @@ def read_scenario(
     from lampyris.maps.scenario_file import VERSION, ScenarioFile
 
     said = read_document(os.fspath(path), VERSION)
-    obstacles = said.data.get("obstacles")
-    if isinstance(obstacles, list) and len(obstacles) > MAX_BODIES:
-        what = f"{len(obstacles):,} obstacles"
-        raise LimitError("LIMIT", what, where=spot(said, ("obstacles",)), allowed=f"at most {MAX_BODIES:,}")
+    for key, most in (("obstacles", MAX_BODIES), ("edits", MAX_EDITS)):
+        given = said.data.get(key)
+        if isinstance(given, list) and len(given) > most:
+            what = f"{len(given):,} {key}"
+            raise LimitError("LIMIT", what, where=spot(said, (key,)), allowed=f"at most {most:,}")
     try:
         file = ScenarioFile.model_validate(said.data)
     except ValidationError as problem:

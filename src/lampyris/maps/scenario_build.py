@@ -17,6 +17,7 @@ from lampyris.maps.scenario_maps import Files, placed
 from lampyris.maps.tracks import MAX_TICKS, read_track
 from lampyris.maps.yaml_text import Where
 from lampyris.maps.zones import read_zones
+from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
@@ -62,6 +63,7 @@ class _Build:
         traffic = self._traffic(map_[0].grid if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
         zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
+        edits = self._edits(map_[0].grid if map_ else None)
         scene = None
         if map_ and start and goal and not self.faults:
             parts = (map_[0].grid, start, goal, file.moves or moves, robot, traffic, zones)
@@ -75,11 +77,13 @@ class _Build:
                 "nothing is simulated (no `simulate` or `drive`): the obstacles are left aside, "
                 "but for recorded ones by planners that see traffic"
             )
+        if any(edit.tick for edit in edits) and how is None:
+            self.notes.append("nothing is simulated (no `simulate`): edits after tick 0 are left aside")
         ticks, patience = (None, None) if how is None else (how.ticks, how.patience)
         return Scenario(
             scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
             file.name or "", map_[1], tuple(self.notes), self.said.where,
-            self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive,
+            self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
         )  # fmt: skip
 
     def _drive(self) -> dict[str, Any] | None:
@@ -93,6 +97,27 @@ class _Build:
             self.faults.append(placed(fault, self.said, ("drive",)))
         self.tried(("drive",), self.names.drive, settings)
         return settings
+
+    def _edits(self, grid: Grid | None) -> tuple[Edit, ...]:
+        """Walls that come and go, each checked by itself and against the one before."""
+        made: list[Edit] = []
+        for k, spec in enumerate(self.file.edits):
+            way: Where = ("edits", k)
+            edit = self.tried(way, Edit, spec.tick, _cells(spec.blocked), _cells(spec.freed))
+            if edit is None:
+                continue
+            if grid is not None:
+                self.tried(way, check_edit, grid, edit, "")
+            if made and edit.tick <= made[-1].tick:
+                allowed = f"later than {made[-1].tick}, the edit before"
+                fault = SettingError("EDIT_TICK", f"tick {edit.tick}", allowed=allowed)
+                self.faults.append(placed(fault, self.said, (*way, "tick")))
+                continue
+            if edit.tick and self.file.drive is not None:
+                fault = SettingError("EDITS", "an edit in a drive", allowed="edits of tick 0, or `simulate`")
+                self.faults.append(placed(fault, self.said, way))
+            made.append(edit)
+        return tuple(made)
 
     def tried(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""

@@ -236,7 +236,7 @@ def _value(data: Any, way: Where) -> Any:
 
 def _inner(loc: Sequence[str | int]) -> bool:
     """Whether a place is an item of a list of cells."""
-    return isinstance(loc[-1], int) and loc[-2] in ("track", "waypoints")
+    return isinstance(loc[-1], int) and loc[-2] in ("track", "waypoints", "blocked", "freed")
 
 
 def _allowed(kind: str, rule: Rule | None) -> str:

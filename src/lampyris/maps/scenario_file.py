@@ -16,6 +16,7 @@ from lampyris.maps.load import COLOURS, VALUES
 from lampyris.maps.scenario import PRESETS
 from lampyris.maps.scenario_form import FileName, Metres, Pair, Resolution, Rule, Seed, Settings, Table, Word
 from lampyris.maps.scenario_how import DriveTable, SimulateTable
+from lampyris.model.edit import MAX_EDITS
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.traffic import MAX_BODIES
 
@@ -255,6 +256,21 @@ Obstacle: TypeAlias = Annotated[
 ]
 
 
+# ---- walls that come and go --------------------
+
+Painted: TypeAlias = Annotated[list[Pair], Rule("EDIT", "a list of cells [x, y]")]
+
+
+class EditTable(Table):
+    """Cells that turn into walls or free at the beginning of a tick."""
+
+    tick: Annotated[int, Field(ge=0), Rule("EDIT", "a whole number >= 0")] = Field(
+        description="When; 0: before the first plan. Later than the edit before."
+    )
+    blocked: Painted = Field([], description="Cells that turn into walls.")
+    freed: Painted = Field([], description="Cells that turn free.")
+
+
 # ---- the whole --------------------
 
 
@@ -302,6 +318,11 @@ class ScenarioFile(Table):
         [],
         max_length=MAX_BODIES,
         description="What moves besides the robot, for simulations; called by their places in the list.",
+    )
+    edits: list[EditTable] = Field(
+        [],
+        max_length=MAX_EDITS,
+        description="Walls that come and go in a simulation; `map_hash` is of the map before them.",
     )
     simulate: SimulateTable = Field(
         None,  # type: ignore[assignment]

@@ -22,6 +22,7 @@ from lampyris.maps.map_hash import map_hash
 from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.scenario import Bundled, Made, MapFile, Scenario
 from lampyris.maps.text import MEANING
+from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
@@ -134,7 +135,7 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
         data["name"] = scenario.name
     data |= {
         "map": _map(scenario, folder),
-        "map_hash": map_hash(scene.grid),
+        "map_hash": map_hash(scenario.drawn),
         "start": list(scene.start),
         "goal": list(scene.goal),
         "robot": {f.name: getattr(scene.robot, f.name) for f in fields(Robot)},
@@ -146,6 +147,8 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
     }
     if (zones := _zones(scenario, folder)) is not None:
         data["zones"] = zones
+    if scenario.edits:
+        data["edits"] = [_edit(one) for one in scenario.edits]
     if scenario.simulated:
         data["simulate"] = {"ticks": scenario.ticks, "patience": scenario.patience}
     if scenario.drive is not None:
@@ -171,7 +174,7 @@ def _named_file(path: str, folder: Path) -> str:
 
 
 def _map(scenario: Scenario, folder: Path) -> dict[str, Any]:
-    grid, source = scenario.scene.grid, scenario.map
+    grid, source = scenario.drawn, scenario.map
     if isinstance(source, Bundled):
         return {"bundled": source.name, "resolution": grid.resolution}
     if isinstance(source, MapFile):
@@ -227,6 +230,10 @@ def _obstacle(one: Traffic) -> dict[str, Any]:
     return {"kind": "recorded", "track": [list(c) for c in one.track], "radius": one.radius}
 
 
+def _edit(one: Edit) -> dict[str, Any]:
+    return {"tick": one.tick, "blocked": list(map(list, one.blocked)), "freed": list(map(list, one.freed))}
+
+
 def _settings(owner: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     return {key: _plain_value(owner, key, value) for key, value in settings.items()}
 
@@ -251,11 +258,11 @@ def _count(value: Any) -> int:
 
 
 def json_of(data: Mapping[str, Any]) -> str:
-    """JSON, one key a line at the top and one obstacle a line."""
+    """JSON, one key a line at the top and one obstacle or edit a line."""
     lines = []
     for key, value in data.items():
         text = json.dumps(value, allow_nan=False)
-        if key == "obstacles" and value:
+        if key in ("obstacles", "edits") and value:
             text = "[\n    " + ",\n    ".join(json.dumps(one, allow_nan=False) for one in value) + "\n  ]"
         lines.append(f"  {json.dumps(key)}: {text}")
     return "{\n" + ",\n".join(lines) + "\n}\n"

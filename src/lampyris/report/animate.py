@@ -63,10 +63,10 @@ def film(
 ) -> None:
     """Draw a simulation as a film, WebP (lossless) or GIF by the file's suffix.
 
-    Walls are dark; the way driven stays behind as a line coloured by speed; obstacles differ by kind in
-    shape, colour and letter; a ring flashes around the robot when it waits (grey) or plans anew (violet).
-    Below stand the tick, the speed and what binds it, and in the end the outcome. The same trace gives the
-    same bytes.
+    Walls are dark, and those that come or go do so at their tick; the way driven stays behind as a line
+    coloured by speed; obstacles differ by kind in shape, colour and letter; a ring flashes around the robot
+    when it waits (grey) or plans anew (violet). Below stand the tick, the speed and what binds it, and in the
+    end the outcome. The same trace gives the same bytes.
 
     Parameters
     ----------

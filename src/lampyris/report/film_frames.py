@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from lampyris.model.edit import applied
 from lampyris.model.trace import Event, Trace
 from lampyris.report import sprites
 from lampyris.report.sheet import BAD, FLASH, GOOD, Sheet
@@ -41,8 +43,20 @@ class Stage:
     def rewind(self) -> None:
         """Back to the first moment."""
         self._trail = self._sheet.paper.copy()
+        self._grid, self._edits = self.trace.scene.grid, list(self.trace.edits)
         self._drawn = 0
         self._captioned = -1
+
+    def _turn(self, tick: int) -> None:
+        """Draw the map anew, and the way driven upon it, where walls have come or gone."""
+        due = [edit for edit in self._edits if edit.tick <= tick]
+        if due:
+            self._edits = self._edits[len(due) :]
+            self._grid = applied(self._grid, due)
+            if self.trace.scene.grid.terrain is not None:
+                self._grid = replace(self._grid, terrain=self.trace.scene.grid.terrain)
+            self._trail = self._sheet.paper_of(self._grid)
+            self._drawn, self._captioned = 0, -1
 
     def frame(self, moment: float) -> Rgb:
         """The picture at a moment, in ticks; whole, or between two.
@@ -51,6 +65,7 @@ class Stage:
         frame.
         """
         tick, sheet = int(moment), self._sheet
+        self._turn(tick)
         for t in range(self._drawn, tick):
             self._leg(self._trail, t, 1.0)
         self._drawn = max(self._drawn, tick)

@@ -41,6 +41,8 @@ METRICS = (
 
 * ``outcome``: the word of the status or outcome. ``found``: a way was planned; ``arrived``: the robot stands
   on the goal (of a plan: the same as found).
+* Of a simulation with edits the optimum, the gap, the cost-to-go and the clearance are by the map at tick 0:
+  a gap can be less than 0 then.
 * ``collisions``: of the robot's own making. ``hits``: obstacles that ran into the standing robot.
 * ``near_m``: the least free distance between the robot's rim and an obstacle's over the whole run, metres, 0
   where they touch; None without obstacles. Of a simulation at its ticks, of a drive every :data:`LOOK`

@@ -45,7 +45,7 @@ def draw_plan(
     Walls are dark, unknown cells hatched; the landscape (``luciferin`` or ``cost`` of the field) lies
     beneath, or without one the terrain, ochre where it is dear; the path is coloured by the profile's
     speeds. Start, goal, gates (dead ends apart) and AD-GSO's jumps are marked; the legend stands below the
-    map. The same arguments give the same bytes.
+    map. The map is that of the plan, before any edit of a simulation. The same arguments give the same bytes.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ def plan_record(plan: Plan, scene: Scene, profile: Profile | None, *, seed: int 
 
 
 def trace_record(trace: Trace) -> dict[str, Any]:
-    """A simulation; ``obstacles`` holds one list a tick, in order of appearance."""
+    """A simulation; ``obstacles``: a list a tick, in order of appearance; ``edits``: what really turned."""
     return {
         "outcome": trace.outcome.value,
         "sentence": trace.sentence,
@@ -88,6 +88,10 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         "events": [
             {"tick": e.tick, "word": e.word, "cell": list(e.cell), "sentence": e.sentence}
             for e in trace.events
+        ],
+        "edits": [
+            {"tick": e.tick, "blocked": list(map(list, e.blocked)), "freed": list(map(list, e.freed))}
+            for e in trace.edits
         ],
         "timing": dict(trace.timing),
     }

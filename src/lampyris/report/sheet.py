@@ -66,29 +66,38 @@ class Sheet:
     """
 
     def __init__(self, grid: Grid, goal: tuple[int, int], kinds: Iterable[str], scale: int | None) -> None:
-        self.grid = grid
-        side = max(grid.width, grid.height)
-        raster = draw_map(grid, LONG if scale is None else scale * side)
+        self.grid, self._goal = grid, goal
+        self._long = LONG if scale is None else scale * max(grid.width, grid.height)
+        raster = draw_map(grid, self._long)
         self.scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
-        entries = _entries(grid, kinds)
+        self._entries = entries = _entries(grid, kinds)
         # Even sizes: some players of films refuse others.
         legend = sum(_ICON + _length(name, 13) + _GAP for *_, name in entries)
         self.width = _even(max(_WIDE, columns + 2 * MARGIN, legend + 2 * MARGIN))
         self.height = _even(rows + MARGIN + CAPTION)
         self.left, self.top = (self.width - columns) // 2, MARGIN
         self._foot = self.height - CAPTION + 6
-        self.paper = np.full((self.height, self.width, 3), PAPER, dtype=np.uint8)
-        box = self.paper[self.top - 1 : self.top + rows + 1, self.left - 1 : self.left + columns + 1]
-        box[:] = sprites.INK
-        box[1:-1, 1:-1] = raster.rgb
-        self._lines(rows, columns)
-        self._legend(entries)
         self.size = max(LEAST, round(self.scale * (0.86 if self.scale >= 16 else 1.0)))
         self.robot = sprites.sprite("circle", sprites.ROBOT, "", max(self.size, LEAST + 3))
-        star = sprites.sprite("star", sprites.GOAL, "", max(LEAST + 6, round(self.scale * 0.95)))
-        blend(self.paper, star, *self.at(*goal))
+        self.paper = self._draw(raster.rgb)
         self._speeds = np.round(255 * speed_map()(np.linspace(0, 1, 256))[:, :3]).astype(int)
+
+    def paper_of(self, grid: Grid) -> Rgb:
+        """The ground with another map of the same size on it."""
+        return self._draw(draw_map(grid, self._long).rgb)
+
+    def _draw(self, rgb: Rgb) -> Rgb:
+        rows, columns = rgb.shape[:2]
+        paper: Rgb = np.full((self.height, self.width, 3), PAPER, dtype=np.uint8)
+        box = paper[self.top - 1 : self.top + rows + 1, self.left - 1 : self.left + columns + 1]
+        box[:] = sprites.INK
+        box[1:-1, 1:-1] = rgb
+        self._lines(box[1:-1, 1:-1])
+        self._legend(paper)
+        star = sprites.sprite("star", sprites.GOAL, "", max(LEAST + 6, round(self.scale * 0.95)))
+        blend(paper, star, *self.at(*self._goal))
+        return paper
 
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Pixel of a place in cells."""
@@ -137,21 +146,20 @@ class Sheet:
         strip = np.array(colours, dtype=np.uint8).repeat(each, axis=0)[: self.width]
         return np.broadcast_to(strip, (24, *strip.shape)).copy()
 
-    def _lines(self, rows: int, columns: int) -> None:
+    def _lines(self, box: Rgb) -> None:
         """Faint lines between cells, where cells are large enough."""
         if self.scale < 10:
             return
         step = round(self.scale)
-        box = self.paper[self.top : self.top + rows, self.left : self.left + columns]
         for part in (box[step::step], box[:, step::step]):
             np.subtract(part, 14, out=part, where=part > 60)
 
-    def _legend(self, entries: list[Entry]) -> None:
+    def _legend(self, paper: Rgb) -> None:
         """The entries in a row below."""
         x, y = MARGIN + 2, self._foot + 30
-        for shape, colour, letter, name in entries:
-            blend(self.paper, sprites.sprite(shape, colour, letter, 17), x + 9, y + 9)
-            _write(self.paper, x + _ICON, y + 1, name, 13, FAINT)
+        for shape, colour, letter, name in self._entries:
+            blend(paper, sprites.sprite(shape, colour, letter, 17), x + 9, y + 9)
+            _write(paper, x + _ICON, y + 1, name, 13, FAINT)
             x += _ICON + _length(name, 13) + _GAP
 
 
