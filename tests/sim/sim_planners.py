@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -38,11 +38,20 @@ class Breadth:
 class _BreadthSession:
     scene: Scene
 
+    def walls(self, change):
+        """The map as it is now."""
+        if change is not None and (change.blocked or change.freed):
+            walls = self.scene.grid.blocked.copy()
+            for cells, wall in ((change.freed, False), (change.blocked, True)):
+                for x, y in cells:
+                    walls[y, x] = wall
+            self.scene = replace(self.scene, grid=replace(self.scene.grid, blocked=walls), edits=())
+        return self.scene.grid.blocked
+
     def plan(self, change=None, budget=None):
-        s = self.scene
+        blocked, s = self.walls(change), self.scene
         start = s.start if change is None or change.robot is None else change.robot
         shut = frozenset() if change is None else change.obstacles
-        blocked = s.grid.blocked
         if blocked[start[1], start[0]]:
             return Plan(Status.START_OCCUPIED, "test")
         if blocked[s.goal[1], s.goal[0]]:

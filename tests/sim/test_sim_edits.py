@@ -1,0 +1,502 @@
+"""Walls that come and go: by hand, exhaustively on small maps, at random over all planners, turned over."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim_planners import Breadth, Scripted, drive, fail, grid_of, row
+from test_sim_monitored import KINDS, seeded_scene
+
+import lampyris
+from lampyris import referee
+from lampyris.errors import SceneError, SettingError
+from lampyris.maps.scenario import Scenario
+from lampyris.model.edit import Edit, applied
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome
+from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
+from lampyris.planners import registry
+from lampyris.report.plain import trace_record
+from lampyris.sim import fast
+from lampyris.sim.editing import Walls
+from lampyris.sim.loop import run
+from lampyris.sim.space import Shape
+from reference.edit_twin import EditMonitor, reach_of
+
+LANE = grid_of("......", "......", "......")
+
+
+def story(trace):
+    return [(e.tick, e.word, e.cell) for e in trace.events]
+
+
+def judged(trace):
+    assert referee.check_trace(trace) is None, referee.check_trace(trace)
+    assert EditMonitor(trace).faults() == []
+    return trace
+
+
+def record(trace):
+    return trace_record(trace) | {"timing": {}}
+
+
+# ---- by hand --------------------
+
+
+def test_a_wall_across_the_way_is_driven_around():
+    scene = Scene(LANE, (0, 1), (5, 1), edits=Edit(2, ((3, 0), (3, 1))))
+    trace = judged(run(scene, registry.make("astar", {})))
+    assert trace.arrived
+    assert trace.robot.tolist() == [[0, 1], [1, 1], [2, 2], [3, 2], [4, 2], [5, 1]]
+    assert story(trace) == [(2, "wall", (3, 0)), (2, "replan", (1, 1)), (5, "arrive", (5, 1))]
+    assert trace.events[0].sentence == "2 cells turned into walls."
+    assert trace.events[1].sentence == "Walls have come into the way; planned anew."
+    assert (trace.replans, trace.waits) == (1, 0)
+    assert trace.edits == scene.edits
+
+
+def test_who_stands_there_and_the_goal_stay_free():
+    patrol = Patrol(((4, 2),))
+    scene = Scene(LANE, (0, 1), (5, 1), traffic=patrol, edits=Edit(2, ((1, 1), (4, 2), (5, 1), (0, 0))))
+    trace = judged(run(scene, Scripted((drive(row(1, 0, 5)),))))
+    assert trace.edits == (Edit(2, ((0, 0),)),)
+    told = "1 cell turned into walls. 3 cells stayed free: somebody is there, or it is the goal."
+    assert trace.events[0].sentence == told
+    only = replace(scene, edits=Edit(2, ((1, 1), (5, 1))))
+    trace = judged(run(only, Scripted((drive(row(1, 0, 5)),))))
+    assert trace.edits == ()
+    assert trace.events[0].sentence.startswith("0 cells turned into walls. 2 cells stayed free")
+    assert story(trace)[0] == (2, "wall", (1, 1))
+
+
+def test_a_held_cell_is_not_tried_again():
+    scene = Scene(LANE, (0, 1), (5, 1), edits=Edit(1, ((0, 1),)))
+    trace = judged(run(scene, Breadth()))
+    assert trace.arrived
+    assert trace.edits == ()
+
+
+def test_the_footprint_counts_not_the_own_cell():
+    open_ = Grid(np.zeros((9, 14), bool))
+    scene = Scene(open_, (2, 4), (11, 4), robot=Robot(radius=1.0), edits=Edit(1, ((3, 4), (3, 3), (4, 4))))
+    trace = judged(run(scene, registry.make("astar", {})))
+    assert trace.edits == (Edit(1, ((4, 4),)),)
+    assert trace.arrived
+
+
+def test_a_way_that_a_wall_only_narrows_is_asked_about():
+    """The cells of the way stay free; a robot with a size does not fit any more."""
+    open_ = Grid(np.zeros((11, 16), bool))
+    way = [(x, 5) for x in range(2, 14)]
+    scripted = Scripted((drive(way),))
+    scene = Scene(open_, (2, 5), (13, 5), robot=Robot(radius=1.2), edits=Edit(1, ((8, 4),)))
+    trace = run(scene, scripted, patience=1)
+    assert (1, "replan", (2, 5)) in story(trace)
+    assert scripted.told[1].blocked == ((8, 4),)
+
+
+def test_a_corner_is_cut_off_by_a_wall_beside_the_way():
+    way = [(0, 0), (1, 1), (2, 2)]
+    for moves, asked in (("octile", True), ("dissertation", False)):
+        scene = Scene(grid_of("...", "...", "..."), (0, 0), (2, 2), moves, edits=Edit(1, ((1, 2),)))
+        trace = run(scene, Scripted((drive(way),)), ticks=3)
+        assert ("replan" in [w for _, w, _ in story(trace)]) == asked, moves
+
+
+def test_a_wall_elsewhere_is_told_at_the_next_asking_only():
+    track = ((3, 1), (3, 1), (3, 1), (3, 1), (3, 0))
+    scripted = Scripted((drive(row(1, 0, 5)),))
+    scene = Scene(
+        LANE, (0, 1), (5, 1), traffic=Recorded(track), edits=(Edit(1, ((0, 2),)), Edit(2, ((1, 2),)))
+    )
+    trace = judged(run(scene, scripted))
+    assert trace.arrived
+    first, then, *rest = scripted.told
+    assert (first.blocked, first.freed) == ((), ())
+    assert then.blocked == ((0, 2), (1, 2))
+    assert then.tick >= 2
+    assert all(c.blocked == () for c in rest)
+
+
+def test_what_turns_free_is_told_at_once_with_its_ground():
+    terrain = np.zeros((3, 6), np.uint8)
+    terrain[0, 2] = 100
+    scene = Scene(
+        Grid(LANE.blocked, terrain=terrain), (0, 1), (5, 1),
+        edits=(Edit(1, ((2, 0), (3, 0))), Edit(3, (), ((2, 0), (3, 0), (4, 0)))),
+    )  # fmt: skip
+    scripted = Scripted((drive(row(1, 0, 5)),))
+    trace = run(scene, scripted)
+    assert [c.tick for c in scripted.told] == [0, 2]
+    last = scripted.told[-1]
+    # What turned and turned back before the planner was asked is as it was.
+    assert (last.blocked, last.freed) == ((), ((2, 0), (3, 0)))
+    assert dict(last.terrain) == {(2, 0): 100, (3, 0): 0}
+    assert [e.sentence for e in trace.events if e.word != "wall"][:2] == [
+        "2 cells turned free.",
+        "Walls have gone; planned anew.",
+    ]
+
+
+def test_terrain_comes_back_with_the_cell_and_costs_what_it_did():
+    terrain = np.full((3, 7), 126, np.uint8)
+    grid = Grid(np.zeros((3, 7), bool), terrain=terrain)
+    shut = tuple((3, y) for y in range(3))
+    scene = Scene(grid, (0, 1), (6, 1), edits=(Edit(1, shut), Edit(4, (), shut)))
+    for name in ("astar", "ad-gso", "dstar-lite", "lpa-star", "sipp"):
+        trace = judged(run(scene, registry.make(name, {})))
+        assert trace.arrived, name
+        assert trace.cost == pytest.approx(6 * 3.0), name
+
+
+def test_a_closed_way_that_will_open_is_waited_for():
+    grid = grid_of("..#..", "..#..")
+    opens = Scene(grid, (0, 0), (4, 0), edits=Edit(5, (), ((2, 0),)))
+    trace = judged(run(opens, registry.make("astar", {})))
+    assert trace.arrived
+    assert trace.waits == 4
+    shuts = replace(opens, edits=Edit(5, ((0, 1),)))
+    assert judged(run(shuts, registry.make("astar", {}))).outcome is Outcome.NO_PATH
+    late = replace(opens, edits=Edit(20, (), ((2, 0),)))
+    blocked = judged(run(late, registry.make("astar", {}), patience=6))
+    assert blocked.outcome is Outcome.BLOCKED
+    assert "separate" in blocked.sentence
+
+
+def test_a_way_that_closes_for_good_ends_in_patience():
+    scene = Scene(LANE, (0, 1), (5, 1), edits=Edit(2, ((3, 0), (3, 1), (3, 2))))
+    for name in ("astar", "ad-gso", "sipp", "dstar-lite", "gso"):
+        trace = judged(run(scene, registry.make(name, {}), patience=4))
+        assert trace.outcome is Outcome.BLOCKED, name
+        assert trace.waits == 5, name
+
+
+def test_walkers_patrols_and_crossings_keep_off_new_walls_and_turn_round():
+    grid = Grid(np.zeros((7, 20), bool))
+    wall = tuple((10, y) for y in range(7))
+    patrol = Scene(
+        grid, (0, 0), (0, 6), traffic=Patrol(((5, 3), (15, 3))), edits=(Edit(3, wall), Edit(40, (), wall))
+    )
+    standing = Scripted((fail(),))
+    trace = judged(run(patrol, standing, ticks=70, patience=100))
+    xs = trace.tracks[0][:, 0].tolist()
+    assert xs[:12] == [5, 6, 7, 8, 9, 8, 7, 6, 5, 6, 7, 8]
+    assert max(xs[3:40]) == 9
+    assert max(xs[40:]) == 15
+    many = replace(patrol, traffic=(Crossing(3), RandomWalk(12), RandomWalk(3, rate=0.2)))
+    trace = judged(run(many, standing, seed=4, ticks=70, patience=100))
+    for track, since in zip(trace.tracks, trace.appears, strict=True):
+        sides = {int(np.sign(x - 10)) for x in track[max(5 - since, 0) : max(39 - since, 0), 0].tolist()}
+        assert sides <= {-1} or sides <= {1}
+
+
+def test_a_lane_must_not_be_walled():
+    for radius, cell, fits in ((0.0, (4, 2), True), (0.0, (4, 1), False), (0.8, (4, 2), False)):
+        grid = Grid(np.zeros((8, 9), bool))
+        scene = Scene(
+            grid, (0, 7), (8, 7), traffic=(RandomWalk(1), Recorded(((4, 1), (5, 1)), radius)),
+            edits=Edit(9, (cell,)),
+        )  # fmt: skip
+        if fits:
+            judged(run(scene, Breadth()))
+            continue
+        with pytest.raises(SceneError) as caught:
+            run(scene, Breadth())
+        assert caught.value.code == "EDIT_TRACK"
+        assert "obstacle 1" in caught.value.what
+        assert "tick 9" in caught.value.what
+
+
+def test_drives_refuse_and_fast_runs_stand_back():
+    scene = Scene(LANE, (0, 1), (5, 1), "dissertation", traffic=RandomWalk(1), edits=Edit(9, ((4, 2),)))
+    with pytest.raises(SettingError) as caught:
+        lampyris.drive(scene)
+    assert caught.value.code == "EDITS"
+    planner = registry.make("ad-gso", {})
+    assert not fast.supported(scene, planner, "dissertation")
+    bare = replace(scene, edits=())
+    assert fast.supported(bare, planner, "dissertation")
+    found = fast.run(scene, planner, law="dissertation", ticks=9, patience=100)
+    assert record(found) == record(run(scene, planner, law="dissertation", ticks=9, patience=100))
+    assert lampyris.drive(bare)
+
+
+@pytest.mark.parametrize(("law", "resolution"), [("physical", 0.1), ("dissertation", 1.0)])
+def test_speeds_know_the_new_walls(law, resolution):
+    grid = Grid(np.zeros((9, 30), bool), resolution=resolution)
+    beside = tuple((x, y) for x in range(14, 30) for y in (3, 5))
+    scene = Scene(grid, (0, 4), (29, 4), edits=Edit(2, beside))
+    always = Scene(applied(grid, scene.edits), (0, 4), (29, 4))
+    free, close, known = (
+        run(s, registry.make("astar", {}), law=law) for s in (replace(scene, edits=()), scene, always)
+    )
+    assert (free.robot == judged(close).robot).all()
+    assert close.speed[20] < free.speed[20]
+    assert (close.speed[2:] == known.speed[2:]).all()
+    assert close.cause[2:] == known.cause[2:]
+
+
+# ---- exhaustively --------------------
+
+
+def least(blocked, here, goal, offsets, cutting):
+    return reach_of(blocked, here, offsets, cutting).get(goal)
+
+
+@pytest.mark.parametrize("name", ["astar", "lpa-star"])
+def test_every_edit_of_a_small_room(name):
+    """3 x 3, every set of cells at tick 1: the robot arrives exactly where it can, by a best way."""
+    cells = [(x, y) for y in range(3) for x in range(3)]
+    planner, ended = registry.make(name, {}), Counter()
+    for bits in range(512):
+        some = tuple(c for k, c in enumerate(cells) if bits >> k & 1)
+        scene = Scene(grid_of("...", "...", "..."), (0, 0), (2, 2), edits=Edit(1, some))
+        trace = run(scene, planner, patience=1)
+        monitor = EditMonitor(trace)
+        assert monitor.faults() == [], some
+        assert referee.check_trace(trace) is None, some
+        best = least(monitor.maps[1], (0, 0), (2, 2), scene.moves.offsets, scene.moves.corner_cutting)
+        assert trace.arrived == (best is not None), some
+        if best is not None:
+            assert trace.path.steps == best, some
+        ended[trace.outcome] += 1
+    assert min(ended.values()) > 30, ended
+
+
+def test_every_pair_of_edits_of_a_lane():
+    """4 x 2 with a body that patrols: every set walled at one tick and every set freed later."""
+    cells = [(x, y) for y in range(2) for x in range(4)]
+    planner, count = registry.make("astar", {}), 0
+    for walls in itertools.product((False, True), repeat=6):
+        some = tuple(c for c, w in zip(cells[1:7], walls, strict=True) if w)
+        for kept in range(0, len(some) + 1, 2):
+            edits = (Edit(1, some), Edit(3, cells[:1], some[kept:]))
+            scene = Scene(
+                grid_of("....", "...."), (0, 0), (3, 1), traffic=Patrol(((2, 0), (2, 1))), edits=edits
+            )
+            trace = run(scene, planner, patience=4)
+            assert EditMonitor(trace).faults() == [], edits
+            assert referee.check_trace(trace) is None, edits
+            count += 1
+    assert count > 120
+
+
+# ---- at random --------------------
+
+
+def with_edits(scene, rng, many=3):
+    """The same with random edits that leave recorded lanes alone."""
+    grid, height, width = scene.grid, scene.grid.height, scene.grid.width
+    lanes = set()
+    for one in scene.traffic:
+        if isinstance(one, Recorded):
+            r = math.ceil(one.radius) + 1
+            lanes |= {
+                (x + dx, y + dy) for x, y in one.track for dx in range(-r, r + 1) for dy in range(-r, r + 1)
+            }
+    edits, tick = [], 0
+    for _ in range(int(rng.integers(1, many + 1))):
+        tick += int(rng.integers(1, 8))
+        if rng.random() < 0.5:
+            # A wall across, with a gap or without.
+            x, gap = int(rng.integers(1, width - 1)), int(rng.integers(-4, height))
+            line = [(x, y) for y in range(height) if y != gap]
+        else:
+            line = [(int(rng.integers(width)), int(rng.integers(height))) for _ in range(12)]
+        line = [c for c in dict.fromkeys(line) if c not in lanes]
+        freed = [(x, y) for y in range(height) for x in range(width) if grid.blocked[y, x]]
+        freed = [c for c in freed if rng.random() < 0.2 and c not in line]
+        edits.append(Edit(tick, tuple(line), tuple(freed)))
+    again = Edit(tick + 3, (), tuple(dict.fromkeys(c for e in edits for c in e.blocked)))
+    return replace(scene, edits=(*edits, again))
+
+
+def random_runs(name, seeds, kinds=KINDS, **how):
+    ended, turned = Counter(), 0
+    planner = Breadth() if name == "breadth" else registry.make(name, {})
+    for kind in kinds:
+        for seed in seeds:
+            scene = seeded_scene(seed, kind, **how)
+            scene = with_edits(scene, np.random.default_rng((seed, 77)))
+            try:
+                trace = run(scene, planner, seed=seed, patience=12, ticks=90)
+            except SceneError as error:
+                ended[error.code] += 1
+                continue
+            faults = EditMonitor(trace).faults()
+            assert faults == [], (name, kind, seed, faults[:5])
+            verdict = referee.check_trace(trace)
+            assert verdict is None, (name, kind, seed, verdict)
+            turned += sum(len(e.blocked) for e in trace.edits)
+            ended[trace.outcome.value] += 1
+    assert "EDIT_TRACK" not in ended
+    return ended, turned
+
+
+def test_random_edits_among_every_kind_of_traffic():
+    ended, turned = random_runs("breadth", range(10), moves="dissertation")
+    assert ended["arrived"] > 20, ended
+    assert turned > 400
+
+
+@pytest.mark.parametrize(
+    "how", [{"robot_radius": 0.8, "body_radius": 1.2}, {"moves": "sixteen"}, {"moves": "four"}]
+)
+def test_random_edits_for_other_bodies_and_moves(how):
+    ended, turned = random_runs("astar", range(5), **how)
+    assert ended["arrived"] > 8, ended
+    assert turned > 150
+
+
+@pytest.mark.parametrize("name", list(registry.table()))
+def test_every_planner_lives_with_edits(name):
+    slow = registry.planner_class(name).traits.stochastic
+    ended, turned = random_runs(name, range(300, 301 if slow else 302), kinds=("random-walk", "all"))
+    assert sum(ended.values()) >= 2
+    assert turned > 0
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", list(registry.table()))
+def test_every_planner_lives_with_many_edits(name):
+    ended, _ = random_runs(name, range(310, 322))
+    assert ended["arrived"] > 10, ended
+
+
+# ---- turned over --------------------
+
+
+@pytest.mark.parametrize("name", ["astar", "ad-gso", "sipp", "dstar-lite"])
+def test_an_edit_at_tick_0_is_the_edited_map(name):
+    planner = registry.make(name, {})
+    for seed in range(6):
+        scene = seeded_scene(seed, "random-walk")
+        rng = np.random.default_rng(seed)
+        xs, ys = rng.integers(3, scene.grid.width - 3, 9), rng.integers(3, scene.grid.height - 3, 9)
+        cells = list(dict.fromkeys(zip(xs.tolist(), ys.tolist(), strict=True)))
+        edit = Edit(0, tuple(cells[:6]), tuple(cells[6:]))
+        edited = Scenario(scene, edits=(edit,)).scene
+        by_hand = replace(scene, grid=Grid(edited.grid.blocked))
+        assert record(run(edited, planner, seed=seed)) == record(run(by_hand, planner, seed=seed))
+
+
+@pytest.mark.parametrize("name", ["astar", "dijkstra", "jps", "dstar-lite", "lpa-star"])
+def test_a_wall_in_nobodys_way_changes_no_track(name):
+    planner, checked = registry.make(name, {}), 0
+    for seed in range(8):
+        scene = replace(seeded_scene(seed, "random-walk"), traffic=())
+        plain = run(scene, planner)
+        if not plain.arrived:
+            continue
+        way = {(x + dx, y + dy) for x, y in plain.robot.tolist() for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
+        off = [(x, y) for y in range(scene.grid.height) for x in range(scene.grid.width) if (x, y) not in way]
+        edited = judged(run(replace(scene, edits=Edit(2, tuple(off))), planner))
+        assert (edited.robot == plain.robot).all()
+        assert edited.replans == plain.replans
+        assert edited.expansions == plain.expansions
+        checked += bool(edited.edits)
+    assert checked >= 4
+
+
+def test_what_is_so_already_does_not_turn():
+    for seed in range(6):
+        scene = seeded_scene(seed, "all")
+        ys, xs = np.nonzero(scene.grid.blocked)
+        walls = tuple(zip(xs.tolist(), ys.tolist(), strict=True))
+        ys, xs = np.nonzero(~scene.grid.blocked)
+        free = tuple(zip(xs.tolist(), ys.tolist(), strict=True))
+        try:
+            plain = run(scene, Breadth(), seed=seed)
+        except SceneError:
+            continue
+        edited = judged(run(replace(scene, edits=(Edit(1, walls, free),)), Breadth(), seed=seed))
+        assert record(edited) == record(plain)
+
+
+@pytest.mark.parametrize("name", ["astar", "ad-gso", "sipp"])
+def test_what_comes_later_is_not_known_before(name):
+    """Painting at the shown tick leaves what was shown as it was."""
+    planner = registry.make(name, {})
+    for seed in range(8):
+        scene = seeded_scene(seed, KINDS[seed % 6])
+        later = with_edits(scene, np.random.default_rng(seed))
+        try:
+            plain, edited = (run(s, planner, seed=seed, patience=9) for s in (scene, later))
+        except SceneError:
+            continue
+        n = min(later.edits[0].tick, plain.ticks + 1)
+        assert (plain.robot[:n] == edited.robot[:n]).all()
+        assert (plain.speed[:n] == edited.speed[:n]).all()
+        assert all(plain.obstacles_at(t) == edited.obstacles_at(t) for t in range(n))
+
+
+def test_one_wall_at_once_or_cell_by_cell_in_the_ticks_before_anyone_looks():
+    """Nobody but the planner at its next asking can tell, as long as no way is touched."""
+    grid = Grid(np.zeros((9, 30), bool))
+    cells = tuple((20 + k, 7) for k in range(4))
+    once = Scene(grid, (0, 1), (29, 1), edits=Edit(4, cells))
+    split = replace(once, edits=tuple(Edit(1 + k, (c,)) for k, c in enumerate(cells)))
+    a, b = (judged(run(s, registry.make("astar", {}))) for s in (once, split))
+    assert (a.robot == b.robot).all()
+    assert (a.speed == b.speed).all()
+    assert sorted(c for e in a.edits for c in e.blocked) == sorted(c for e in b.edits for c in e.blocked)
+
+
+# ---- broken on purpose --------------------
+
+
+def test_a_loop_that_ignores_edits_is_caught(monkeypatch):
+    scene = Scene(LANE, (0, 1), (5, 1), edits=Edit(2, ((3, 0), (3, 1))))
+    lawful = run(scene, registry.make("astar", {}))
+    monkeypatch.setattr(Walls, "turn", lambda self, tick, way: None)
+    trace = run(scene, registry.make("astar", {}))
+    assert referee.check_trace(trace).rule == "edits"
+    assert EditMonitor(trace).faults()
+    # Even one that tells what it did not do.
+    lying = replace(trace, edits=lawful.edits, events=lawful.events[:1])
+    assert referee.check_trace(lying).rule == "wall"
+
+
+def careless(self, tick, way):
+    """Walls come over anybody."""
+    world = self._world
+    taken, own, world.taken, world.robot_cover = world.taken, world.robot_cover, {}, frozenset()
+    try:
+        return _TURN(self, tick, way)
+    finally:
+        world.taken, world.robot_cover = taken, own
+
+
+def shapeless(self, done):
+    """Nobody's steps follow the map."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Shape, "renew", lambda self, free: None)
+        _BUILD(self, done)
+
+
+_TURN, _BUILD = Walls.turn, Walls._build
+
+
+@pytest.mark.parametrize(("part", "broken"), [("turn", careless), ("_build", shapeless)])
+def test_a_rule_taken_out_is_caught(monkeypatch, part, broken):
+    monkeypatch.setattr(Walls, part, broken)
+    planner, caught, seen = registry.make("astar", {}), 0, 0
+    for seed in range(12):
+        scene = with_edits(seeded_scene(seed, "random-walk"), np.random.default_rng((seed, 77)))
+        trace = run(scene, planner, seed=seed, patience=12, ticks=60)
+        caught += referee.check_trace(trace) is not None
+        seen += bool(EditMonitor(trace).faults())
+    assert (caught, seen) >= (6, 6)
+
+
+def test_a_planner_that_is_not_told_waits_before_the_wall(monkeypatch):
+    monkeypatch.setattr(Walls, "told", lambda self, change: change)
+    scene = Scene(LANE, (0, 1), (5, 1), edits=Edit(2, ((3, 0), (3, 1))))
+    assert run(scene, registry.make("astar", {}), patience=3).outcome is Outcome.BLOCKED
