@@ -3,6 +3,7 @@
 HEAD = "version: 1\nmap: guide\n"
 ROBOT = HEAD + "robot: "
 BODIES = HEAD + "simulate: {}\nobstacles:\n"
+EDITS = HEAD + "simulate: {}\nedits:\n"
 MISTAKES = [
     (HEAD + "start: [1.5, 2]", "TYPE", "3:9: /start/0", "1.5 is not a whole number"),
     (HEAD + 'goal: ["1", 2]', "TYPE", "3:8: /goal/0", "'1' is not a whole number"),
@@ -180,4 +181,20 @@ MISTAKES = [
         "5:40: /obstacles/0/id",
         "with a .dob file",
     ),
+    (EDITS + "  - {tick: -1}", "EDIT", "5:12: /edits/0/tick", "-1; allowed: a whole number >= 0"),
+    (EDITS + "  - {tick: 1.5}", "TYPE", "5:12: /edits/0/tick", "1.5 is not a whole number"),
+    (EDITS + "  - {blocked: []}", "KEY", "5:5: /edits/0", "`tick` is missing"),
+    (EDITS + "  - {tick: 1, blockd: []}", "KEY", "5:15: /edits/0/blockd", "did you mean /edits/0/blocked?"),
+    (EDITS + "  - {tick: 1, blocked: [[1]]}", "TYPE", "5:25: /edits/0/blocked/0", "1 value; allowed: [x, y]"),
+    (EDITS + "  - {tick: 1, freed: [[1, x]]}", "TYPE", "5:27: /edits/0/freed/0/1", "'x' is not a whole"),
+    (EDITS + "  - {tick: 1, blocked: 5}", "TYPE", "5:24: /edits/0/blocked", "5 is not a list"),
+    (EDITS + "  - {tick: 1, freed: [[10, 0]]}", "EDIT_OUTSIDE", "5:5: /edits/0", "x 0 to 9, y 0 to 9"),
+    (
+        EDITS + "  - {tick: 1, blocked: [[1, 0]], freed: [[1, 0]]}",
+        "EDIT",
+        "5:5: /edits/0: edit.freed",
+        "twice at tick 1",
+    ),
+    (EDITS + "  - {tick: 2}\n  - {tick: 2}", "EDIT_TICK", "6:12: /edits/1/tick", "later than 2"),
+    (HEAD + "drive: {}\nedits:\n  - {tick: 1}", "EDITS", "5:5: /edits/0", "edits of tick 0, or `simulate`"),
 ]

@@ -20,7 +20,7 @@ SCHEMA = json_schema()
 BY_MEANING = {
     "START_OUTSIDE", "GOAL_OUTSIDE", "RADIUS", "PLANNER", "SETTING", "CHOICE", "LAW", "LAW_SETTING",
     "FILE_MISSING", "MAP_CELL", "MAP_TRUNCATED", "RECIPE", "MAP_TOO_LARGE", "OBSTACLE_TRACK",
-    "OBSTACLE_SPEED", "TRACK", "ZONES_MAP", "PATH_OUTSIDE",
+    "OBSTACLE_SPEED", "TRACK", "ZONES_MAP", "PATH_OUTSIDE", "EDIT_OUTSIDE", "EDIT_TICK", "EDITS",
 }  # fmt: skip
 MEANT = (
     "one of them",
@@ -29,6 +29,7 @@ MEANT = (
     "`start` is missing",
     "late.csv",
     "with a .dob file",
+    "twice at tick",
 )
 
 
