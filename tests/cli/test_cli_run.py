@@ -384,3 +384,25 @@ def test_an_interrupt_is_exit_130_without_a_traceback() -> None:
         process.send_signal(signal.SIGINT)
         err = process.stderr.read()
         assert (process.wait(30), err) == (130, "interrupted\n")
+
+
+def test_edits_run_again_to_the_same_bytes() -> None:
+    """What an app would save after somebody painted while it played."""
+    bodies = [{"kind": "random-walk", "count": 9}, {"kind": "crossing", "count": 2}]
+    painted = [{"tick": 0, "freed": [[9, 9]]}, {"tick": 6, "blocked": [[x, 20] for x in range(44)]}]
+    given = {"version": 1, "map": "env-3", "start": [2, 2], "goal": [45, 45], "seed": 4, "simulate": {}}
+    Path("a.json").write_text(json.dumps(given | {"obstacles": bodies, "edits": painted}))
+    code, first, _ = call("run", "a.json", "--json", "--no-timing", "--save-scenario", "b.yaml")
+    said = json.loads(first)
+    assert code in (0, 4)
+    assert [e["tick"] for e in said["edits"]] == [6]
+    assert {"wall", "replan"} <= {e["word"] for e in said["events"]}
+    for again in ("a.json", "b.yaml"):
+        assert call("run", again, "--json", "--no-timing")[:2] == (code, first)
+    _, told, _ = call("run", "b.yaml")
+    assert "cells turned into walls, 0 free" in told
+    Path("plan.yaml").write_text("version: 1\nmap: guide\nedits: [{tick: 3, blocked: [[1, 1]]}]\n")
+    assert "edits after tick 0 are left aside" in call("run", "plan.yaml")[2]
+    Path("drive.yaml").write_text(Path("plan.yaml").read_text() + "drive: {}\n")
+    code, _, said_ = call("run", "drive.yaml")
+    assert (code, "error[EDITS]: drive.yaml:3:9" in said_) == (3, True)

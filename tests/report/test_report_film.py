@@ -11,6 +11,7 @@ from PIL import Image
 from report_samples import sample_trace
 
 from lampyris.errors import FileError, UsageError
+from lampyris.model.edit import Edit
 from lampyris.model.trace import Outcome, Trace
 from lampyris.report import animate, sprites, style
 from lampyris.report.animate import film
@@ -178,3 +179,35 @@ def test_what_a_film_cannot_be_is_refused(tmp_path: Path) -> None:
         film(trace, tmp_path / "run.gif", scale=0)
     with pytest.raises(FileError):
         film(trace, tmp_path / "nowhere" / "run.gif")
+
+
+def test_walls_are_drawn_from_their_tick_on_and_the_way_stays() -> None:
+    trace = sample_trace()
+    x, y = (int(v) for v in trace.robot[1])
+    cells = [(cx, cy) for cy, cx in np.argwhere(~trace.scene.grid.blocked).tolist()]
+    taken = {c for t in range(trace.ticks + 1) for c in trace.obstacles_at(t)}
+    free = [c for c in cells if c not in taken and max(abs(c[0] - x), abs(c[1] - y)) > 3][:4]
+    edited = replace(trace, edits=(Edit(2, tuple(free)), Edit(4, (), tuple(free[:2]))))
+    with_walls, without = Stage(edited, 12), Stage(trace, 12)
+    sheet = without._sheet
+
+    def middle(frame: np.ndarray, cell: tuple[int, int]) -> bool:
+        px, py = (round(v) for v in sheet.at(*cell))
+        return bool(np.abs(frame[py, px].astype(int) - style.WALL).max() < 8)
+
+    for moment in (0.0, 1.0, 1.5):
+        assert (with_walls.frame(moment) == without.frame(moment)).all()
+    for moment, walls in ((2.0, free), (3.5, free), (4.0, free[2:]), (float(trace.ticks), free[2:])):
+        a, b = with_walls.frame(moment), without.frame(moment)
+        assert [c for c in free if middle(a, c)] == list(walls), moment
+        # Elsewhere nothing is other than it was: the trail above all.
+        same = (a == b).all(axis=-1)
+        for c in walls:
+            px, py = (int(v) for v in sheet.at(*c))
+            same[py - 12 : py + 13, px - 12 : px + 13] = True
+        assert same.all(), moment
+    with_walls.rewind()
+    assert (with_walls.frame(0.0) == Stage(trace, 12).frame(0.0)).all()
+    late = Stage(edited, 12)
+    late.frame(float(trace.ticks))
+    assert (late.frame(float(trace.ticks)) == with_walls.frame(float(trace.ticks))).all()

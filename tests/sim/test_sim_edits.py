@@ -51,7 +51,7 @@ def test_who_stands_there_and_the_goal_stay_free():
     scene = Scene(LANE, (0, 1), (5, 1), traffic=patrol, edits=Edit(2, ((1, 1), (4, 2), (5, 1), (0, 0))))
     trace = judged(run(scene, Scripted((drive(row(1, 0, 5)),))))
     assert trace.edits == (Edit(2, ((0, 0),)),)
-    told = "1 cell turned into walls. 3 cells stayed free: somebody is there, or it is the goal."
+    told = "1 cell turned into a wall. 3 cells stayed free: somebody is there, or it is the goal."
     assert trace.events[0].sentence == told
     only = replace(scene, edits=Edit(2, ((1, 1), (5, 1))))
     trace = judged(run(only, Scripted((drive(row(1, 0, 5)),))))
@@ -127,6 +127,21 @@ def test_what_turns_free_is_told_at_once_with_its_ground():
         "2 cells turned free.",
         "Walls have gone; planned anew.",
     ]
+
+
+def test_no_planner_is_shown_what_is_still_to_come():
+    shown = []
+
+    class Curious(Scripted):
+        def open(self, scene, rng, *, record=False):
+            shown.append(scene)
+            return super().open(scene, rng, record=record)
+
+    scene = Scene(LANE, (0, 1), (5, 1), traffic=Patrol(((5, 2),)), edits=Edit(9, ((0, 0),)))
+    trace = run(scene, Curious((fail(), fail(), drive(row(1, 0, 5)))))
+    assert trace.scene is scene
+    assert [s.edits for s in shown] == [(), ()]
+    assert all(s.grid is scene.grid and s.traffic == scene.traffic for s in shown)
 
 
 def test_terrain_comes_back_with_the_cell_and_costs_what_it_did():

@@ -63,6 +63,7 @@ class Walls:
     Attributes
     ----------
     scene : the scene as it stands, without its traffic.
+    known : the scene as planners are given it: nobody can look at what is still to come.
     done : what has turned.
 
     Raises
@@ -71,7 +72,8 @@ class Walls:
     """
 
     def __init__(self, scene: Scene, world: World, crowd: Crowd) -> None:
-        self.scene = replace(scene, traffic=(), edits=()) if scene.edits else scene
+        self.known = replace(scene, edits=()) if scene.edits else scene
+        self.scene = replace(self.known, traffic=()) if scene.edits else scene
         self.done: list[Edit] = []
         self._given, self._world = scene, world
         self._left = deque(scene.edits)
@@ -182,7 +184,7 @@ def _story(
 ) -> tuple[Event, ...]:
     events = []
     if walls or held:
-        told = f"{_cells(len(walls))} turned into walls."
+        told = f"{_cells(len(walls))} turned into {'a wall' if len(walls) == 1 else 'walls'}."
         if held:
             told += f" {_cells(len(held))} stayed free: somebody is there, or it is the goal."
         events.append(Event(tick, "wall", (*walls, *held)[0], told))

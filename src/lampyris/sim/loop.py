@@ -138,7 +138,7 @@ class Simulation:
         self.crowd = open_traffic(scene, self.world, self.seed)
         self.walls = Walls(scene, self.world, self.crowd)
         self._news = ""
-        self.session = planner.open(scene, self._stream())
+        self.session = planner.open(self.walls.known, self._stream())
         self.plan: Plan
         self._on = Following(counted=True)
         self._patient = self._held = 0
@@ -179,7 +179,7 @@ class Simulation:
     def _without_traffic(self) -> Plan:
         """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
         began = time.perf_counter()
-        session = self.planner.open(self.scene, self._stream())
+        session = self.planner.open(self.walls.known, self._stream())
         plan = session.plan(Change(robot=self.scene.start), self.budget)
         self._planning_s += time.perf_counter() - began
         self._expansions += plan.expansions
