@@ -44,8 +44,13 @@ def told(edits: Sequence[Edit]) -> tuple[Event, ...]:
 def trace_of(
     way: Sequence[Cell], edits: Sequence[Edit], turned: Sequence[Edit] | None = None, **more: Any
 ) -> Trace:
-    """A robot alone (``more`` is of the scene) that drives these cells; what turned is told as given."""
+    """A robot alone that drives these cells; what turned is told as given, the rest as held."""
     n, turned = len(way), edits if turned is None else turned
+    there = {e.tick for e in turned}
+    held = [
+        Event(e.tick, "wall", e.blocked[0], "0 cells") for e in edits if e.blocked and e.tick not in there
+    ]
+    events = sorted((*told(turned), *(e for e in held if e.tick < n)), key=lambda e: e.tick)
     moves = MOVES[more.pop("moves", "octile")]
     grid = more.pop("grid", Grid(np.zeros((5, 6), bool)))
     scene = Scene(grid, way[0], more.pop("goal", way[-1]), moves, edits=tuple(edits), **more)
@@ -55,7 +60,7 @@ def trace_of(
     arrived = way[-1] == scene.goal
     return Trace(
         scene, "walker", 0, Outcome.ARRIVED if arrived else Outcome.TIMEOUT, np.array(way), (), (), (),
-        np.zeros(n), ("waiting",) * n, "physical", "m/s", told(turned), 0, waits, 1, 0,
+        np.zeros(n), ("waiting",) * n, "physical", "m/s", tuple(events), 0, waits, 1, 0,
         path_of(np.array(driven), paid, grid.terrain), edits=tuple(turned),
     )  # fmt: skip
 
@@ -81,6 +86,9 @@ def test_a_lawful_trace_and_every_lie_about_what_turned() -> None:
     }
     for what, lie in lies.items():
         assert judge(replace(good, **lie)) == "edits", what  # type: ignore[arg-type]
+    held = trace_of(ROW, (Edit(3, ((2, 2),)),), ())
+    assert judge(held) is None
+    assert judge(replace(held, events=())) == "edits"
     # In any order within a tick; and what comes after the end has not come.
     assert judge(replace(good, edits=(replace(WALL, blocked=WALL.blocked[::-1]), OPEN))) is None
     assert judge(trace_of(ROW, (WALL, OPEN, Edit(6, ((0, 0),))), (WALL, OPEN))) is None

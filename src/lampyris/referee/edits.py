@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +29,13 @@ class Era:
     ----------
     first, last : ticks, both among them. The step that ends at ``first`` is made on this map, too.
     turned : the cells that turned at ``first``; of the first era none.
+    held : whether cells that were to turn into walls stayed free.
     """
 
     first: int
     last: int
     turned: Edit
+    held: bool = False
 
     @property
     def since(self) -> int:
@@ -41,17 +44,20 @@ class Era:
 
 
 def eras_of(trace: Trace) -> list[Era]:
-    """The times of a trace, in order: one, and one more for each edit that turned a cell."""
+    """The times of a trace, in order: one, and one more for each edit that came to pass."""
     walls = trace.scene.grid.blocked.copy()
     eras = [Era(0, trace.ticks, Edit(0))]
     for edit in trace.scene.edits:
         if edit.tick > trace.ticks:
             break
-        turned = _turned(trace, walls, edit)
-        if turned.blocked or turned.freed:
-            _turn(walls, turned)
-            eras[-1] = replace(eras[-1], last=edit.tick - 1)
-            eras.append(Era(edit.tick, trace.ticks, turned))
+        kept = _covered(trace, edit.tick - 1)
+        kept.add(trace.scene.goal)
+        new = [c for c in edit.blocked if not walls[c[1], c[0]]]
+        freed = tuple(c for c in edit.freed if walls[c[1], c[0]])
+        turned = Edit(edit.tick, tuple(c for c in new if c not in kept), freed)
+        _turn(walls, turned)
+        eras[-1] = replace(eras[-1], last=edit.tick - 1)
+        eras.append(Era(edit.tick, trace.ticks, turned, not kept.isdisjoint(new)))
     return eras
 
 
@@ -70,14 +76,6 @@ def _turn(walls: NDArray[np.bool_], turned: Edit) -> None:
             walls[y, x] = wall
 
 
-def _turned(trace: Trace, blocked: NDArray[np.bool_], edit: Edit) -> Edit:
-    """The cells of an edit that turn."""
-    kept = _covered(trace, edit.tick - 1)
-    kept.add(trace.scene.goal)
-    walls = tuple(c for c in edit.blocked if not blocked[c[1], c[0]] and c not in kept)
-    return Edit(edit.tick, walls, tuple(c for c in edit.freed if blocked[c[1], c[0]]))
-
-
 def _covered(trace: Trace, tick: int) -> set[Cell]:
     """Every cell that the robot or a body covers at a tick."""
     resolution = trace.scene.grid.resolution
@@ -94,24 +92,19 @@ def _covered(trace: Trace, tick: int) -> set[Cell]:
 
 def edits_violation(trace: Trace, eras: list[Era]) -> Violation | None:
     """Whether the trace tells of exactly the cells that turned, in its edits and in its events."""
-    ours = [era.turned for era in eras[1:]]
-    for k, (mine, theirs) in enumerate(zip([*ours, None], [*trace.edits, None], strict=False)):
-        if mine is not None and theirs is not None and _same(mine, theirs):
-            continue
-        if mine is not None or theirs is not None:
+    ours = [era.turned for era in eras if era.turned.blocked or era.turned.freed]
+    for k, (mine, theirs) in enumerate(zip_longest(ours, trace.edits)):
+        if mine is None or theirs is None or not _same(mine, theirs):
             what = f"tells of {_said(theirs)}; by the rule {_said(mine)}"
             return Violation("edits", f"edit {k} of the trace", what)
+    due = []
+    for era in eras:
+        due += [(era.first, "wall")] * bool(era.turned.blocked or era.held)
+        due += [(era.first, "opened")] * bool(era.turned.freed)
     told = [(event.tick, event.word) for event in trace.events if event.word in ("wall", "opened")]
-    last = trace.ticks
-    for edit in ours:
-        for word, cells in (("wall", edit.blocked), ("opened", edit.freed)):
-            if told.count((edit.tick, word)) != bool(cells) and (cells or word == "opened"):
-                what = f"{told.count((edit.tick, word))} events {word!r}; {len(cells)} cells turned"
-                return Violation("edits", f"tick {edit.tick}", what)
-    asked = {edit.tick for edit in trace.scene.edits if edit.tick <= last}
-    stray = next(((t, word) for t, word in told if t not in asked), None)
-    if stray is not None:
-        return Violation("edits", f"tick {stray[0]}", f"{stray[1]!r} is told where nothing was edited")
+    for told_of, due_is in zip_longest(told, due):
+        if told_of != due_is:
+            return Violation("edits", "events", f"the next is {told_of}; by the rule {due_is}")
     return None
 
 
