@@ -62,7 +62,7 @@ class Walls:
 
     Attributes
     ----------
-    scene : the scene as it stands, without its traffic.
+    scene : the scene as it stands, as far as walls go: without its traffic, and terrain lost under walls.
     known : the scene as planners are given it: nobody can look at what is still to come.
     done : what has turned.
 
@@ -142,8 +142,6 @@ class Walls:
         """The map, and the shapes by which everybody steps."""
         self.done.append(done)
         grid = applied(self.scene.grid, (done,))
-        if self._given.grid.terrain is not None:
-            grid = replace(grid, terrain=self._given.grid.terrain)
         self.scene = replace(self.scene, grid=grid)
         free: dict[float, BoolGrid] = {}
         for shape, radius in self._shapes:
