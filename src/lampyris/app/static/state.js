@@ -1,0 +1,149 @@
+// State: one scenario and how it is looked at. Everything that decides a run is in the scenario; it can be undone,
+// it is kept as a draft in the browser, and it fits into a link.
+
+/** @typedef {import("./types.js").Scenario} Scenario */
+
+const DRAFT = "lampyris-draft";
+const DEEP = 200;
+
+/** @returns {Scenario} */
+export function blank() {
+  return {
+    version: 1, map: "env-3", start: null, goal: null, robot: {}, preset: "robot", moves: null,
+    planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
+    simulate: { ticks: null, patience: null },
+  };
+}
+
+export class Store {
+  constructor() {
+    /** @type {Scenario} */
+    this.scenario = blank();
+    /** @type {Scenario[]} */
+    this._past = [];
+    /** @type {Scenario[]} */
+    this._future = [];
+    /** @type {Set<(changed: Set<string>) => void>} */
+    this._listeners = new Set();
+    this._mark = "";
+  }
+
+  /** Be told of each change, with the keys that changed. @param {(changed: Set<string>) => void} listener */
+  listen(listener) {
+    this._listeners.add(listener);
+  }
+
+  /**
+   * Change some keys. Changes with the same `mark` one after the other (a drag, a stroke) are undone at once.
+   * @param {Partial<Scenario>} patch
+   * @param {string} [mark]
+   */
+  set(patch, mark = "") {
+    if (!mark || mark !== this._mark) {
+      this._past.push(this.scenario);
+      if (this._past.length > DEEP) this._past.shift();
+    }
+    this._mark = mark;
+    this._future = [];
+    this.scenario = { ...this.scenario, ...patch };
+    this._told(new Set(Object.keys(patch)));
+  }
+
+  /** The stroke or drag is over: the next one is undone apart from it. */
+  settle() {
+    this._mark = "";
+  }
+
+  /** Put another scenario in the place of this one. @param {Scenario} scenario @param {boolean} [undoable] */
+  replace(scenario, undoable = true) {
+    if (undoable) this._past.push(this.scenario);
+    this._future = [];
+    this._mark = "";
+    const keys = new Set([...Object.keys(this.scenario), ...Object.keys(scenario)]);
+    this.scenario = { ...blank(), ...scenario };
+    this._told(keys);
+  }
+
+  get canUndo() {
+    return this._past.length > 0;
+  }
+
+  get canRedo() {
+    return this._future.length > 0;
+  }
+
+  undo() {
+    this._step(this._past, this._future);
+  }
+
+  redo() {
+    this._step(this._future, this._past);
+  }
+
+  /** @param {Scenario[]} from @param {Scenario[]} to */
+  _step(from, to) {
+    const scenario = from.pop();
+    if (!scenario) return;
+    to.push(this.scenario);
+    const keys = changed(this.scenario, scenario);
+    this.scenario = scenario;
+    this._mark = "";
+    this._told(keys);
+  }
+
+  /** @param {Set<string>} keys */
+  _told(keys) {
+    keep(this.scenario);
+    for (const listener of this._listeners) listener(keys);
+  }
+}
+
+/** Keys whose values differ. @param {Scenario} a @param {Scenario} b */
+function changed(a, b) {
+  const keys = new Set([...Object.keys(a), ...Object.keys(b)]);
+  for (const key of [...keys]) {
+    if (/** @type {any} */ (a)[key] === /** @type {any} */ (b)[key]) keys.delete(key);
+  }
+  return keys;
+}
+
+/** Keep a draft; a browser that refuses (private windows, no room) costs the draft and nothing else. @param {Scenario} scenario */
+function keep(scenario) {
+  try {
+    localStorage.setItem(DRAFT, JSON.stringify(scenario));
+  } catch {
+    // Said nowhere: the link still holds everything.
+  }
+}
+
+/** What was drawn last in this browser, if anything. @returns {Scenario | null} */
+export function draft() {
+  try {
+    const text = localStorage.getItem(DRAFT);
+    return text ? JSON.parse(text) : null;
+  } catch {
+    return null;
+  }
+}
+
+/** A scenario as a part of a link. @param {Scenario} scenario @returns {Promise<string>} */
+export async function toLink(scenario) {
+  const packed = new Blob([JSON.stringify(scenario)]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+  const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
+  let text = "";
+  for (const byte of bytes) text += String.fromCharCode(byte);
+  return btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+/** The scenario of a link. @param {string} text @returns {Promise<Scenario>} */
+export async function ofLink(text) {
+  const plain = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
+  const bytes = Uint8Array.from(plain, (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return JSON.parse(await new Response(stream).text());
+}
+
+/** Parts of the fragment: `t` the token, `s` a scenario. */
+export function fragment() {
+  return new URLSearchParams(location.hash.slice(1));
+}
