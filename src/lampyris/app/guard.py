@@ -57,6 +57,7 @@ SAFE: Final[Mapping[bytes, bytes]] = {
 """Headers of every answer. A route may tell its own content-security-policy, and nothing else."""
 
 _OWN_SITE: Final = (b"same-origin", b"none")
+_ARRIVES: Final = ([b"navigate"], [b"document"])
 _PLAIN_PATH: Final = re.compile(r"(/[A-Za-z0-9._-]{0,128})+", re.ASCII)
 
 log = logging.getLogger("lampyris.app")
@@ -94,12 +95,15 @@ class Way:
     method : the only one it has.
     takes : content type of what is sent; None: nothing is.
     open : whether it is answered without a token.
+    entrance : whether a browser may be sent here by a link elsewhere. The page alone: it says nothing secret,
+        the token is in the fragment of the link, and no other page can look into it.
     """
 
     path: str
     method: str = "GET"
     takes: str | None = None
     open: bool = False
+    entrance: bool = False
 
     def leads(self, segments: Sequence[str]) -> bool:
         """Whether these are the segments of a path of this way."""
@@ -175,8 +179,8 @@ class Guard:
         headers: Headers = scope["headers"]
         path = scope.get("raw_path") or scope["path"].encode("utf-8", "surrogatepass")
         self._size(headers, path, scope.get("query_string", b""))
-        self._whence(headers)
         way, others = self._way(scope["method"], path)
+        self._whence(headers, way)
         if not (way and way.open):
             self._known(headers)
         if way is None:
@@ -195,7 +199,7 @@ class Guard:
         if len(path) + len(query) + 1 > MAX_URL:
             raise Refused(414, "URL", "the address is too long", f"at most {MAX_URL} characters")
 
-    def _whence(self, headers: Headers) -> None:
+    def _whence(self, headers: Headers, way: Way | None) -> None:
         hosts = _all(headers, b"host")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
             raise Refused(421, "HOST", "not a name of this server", "the address it printed when it started")
@@ -203,7 +207,9 @@ class Guard:
         if len(origins) > 1 or any(origin != b"http://" + hosts[0] for origin in origins):
             raise Refused(403, "ORIGIN", "asked by a page that is not of this server")
         sites = _all(headers, b"sec-fetch-site")
-        if len(sites) > 1 or any(site not in _OWN_SITE for site in sites):
+        arrives = (_all(headers, b"sec-fetch-mode"), _all(headers, b"sec-fetch-dest")) == _ARRIVES
+        own = sites[0] in _OWN_SITE if len(sites) == 1 else not sites
+        if not own and not (arrives and way and way.entrance and len(sites) == 1):
             raise Refused(403, "ORIGIN", "asked by a page that is not of this server")
         words = b",".join(_all(headers, b"connection")).lower().split(b",")
         if _all(headers, b"upgrade") or b"upgrade" in (word.strip() for word in words):

@@ -31,7 +31,7 @@ TICKETS: Final = 16
 TICKET_SECONDS: Final = 30.0
 
 WAYS: Final = (
-    Way("/", open=True),
+    Way("/", open=True, entrance=True),
     Way("/static/{name}", open=True),
     Way("/view/{ticket}", open=True),
     Way("/api/hello"),
@@ -147,6 +147,12 @@ class Services:
     studies: StudiesLike | None = None
     tickets: dict[str, tuple[float, str]] = field(default_factory=dict)
     streams: int = 0
+
+    async def close(self) -> None:
+        """End what was started."""
+        for each in (self.engines, self.studies):
+            if (close := getattr(each, "close", None)) is not None:
+                await close()
 
 
 def application(services: Services, door: Door) -> App:
