@@ -71,6 +71,8 @@ class Streamed:
                     await send({"type": "http.response.start", "status": 200, "headers": self._headers})
                 body = payload if self._unpack else piece
                 await send({"type": "http.response.body", "body": body, "more_body": True})
+                # Frames that are all there, and a client that is not, would let nobody else have a turn.
+                await asyncio.sleep(0)
         if not begun:
             await send({"type": "http.response.start", "status": 200, "headers": self._headers})
         await send({"type": "http.response.body", "body": b"", "more_body": False})

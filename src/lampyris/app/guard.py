@@ -12,6 +12,7 @@ such path, 405 method, 400 query, 415 type, 413/408 body. No cookie, no CORS hea
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import hmac
 import json
 import logging
@@ -34,7 +35,8 @@ MAX_URL: Final = 2 * 1024
 MAX_BODY: Final = 16 * 2**20
 BODY_SECONDS: Final = 30.0
 DRAIN_SECONDS: Final = 1.0
-"""How long a refused body is still read: a sender that is cut off in the middle never sees the answer."""
+MAX_DRAIN: Final = 64 * 2**20
+"""What is still read of a refused body: who is cut off in the middle never sees the answer."""
 
 TOKEN: Final = b"x-lampyris-token"
 JSON: Final = "application/json"
@@ -306,14 +308,13 @@ class Reply:
             headers.append((b"allow", no.error["allowed"].encode()))
         await self({"type": "http.response.start", "status": no.status, "headers": headers})
         await self({"type": "http.response.body", "body": body, "more_body": True})
-        try:
+        drained, more = 0, True
+        with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(DRAIN_SECONDS):
-                while True:
+                while more and drained < MAX_DRAIN:
                     message = await receive()
-                    if message["type"] != "http.request" or not message.get("more_body", False):
-                        break
-        except TimeoutError:
-            pass
+                    drained += len(message.get("body", b""))
+                    more = message["type"] == "http.request" and message.get("more_body", False)
         await self({"type": "http.response.body", "body": b"", "more_body": False})
 
 

@@ -25,7 +25,8 @@ from lampyris.errors import UsageError
 
 HEAD_SECONDS: Final = 10.0
 CONNECTIONS: Final = 32
-BACKLOG: Final = 64
+BACKLOG: Final = 256
+"""Connections the system holds for us; beyond them a sound client waits a second for its next try."""
 LINGER_SECONDS: Final = 0.2
 
 _REQUEST_LINE: Final = re.compile(rb"([A-Z]{1,16}) (/[\x21-\x7e]*) HTTP/1\.1")
