@@ -55,4 +55,50 @@
  * }} Plan
  */
 
+/**
+ * The player of a run. It fills `page.map.moment` from the run, between ticks too. Without a run, or with one of
+ * another scenario, `toggle` asks for one with `page.simulate()`.
+ * @typedef {{
+ *   tick: number, playing: boolean, speed: number, seek: (t: number) => void, toggle: () => void,
+ *   step: (n: number) => void, rate: (f: number) => void,
+ * }} Play
+ */
+
+/** @typedef {"note" | "good" | "bad"} Tone */
+
+/**
+ * What every module gets. Made by page.js, filled by main.js.
+ *
+ * Told by name: "ground" (a map came or its cells changed), "plan" (page.plan is new; detail: Plan or null),
+ * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
+ * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
+ * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
+ * "tab" (detail: id of the section that came to be shown), "map" (the view panned or zoomed).
+ * Changes of the scenario are told by `store.listen(changed keys)`.
+ *
+ * @typedef {{
+ *   store: import("./state.js").Store, api: import("./api.js").Api, map: import("./map.js").MapView,
+ *   hello: any, ground: Ground | null, base: Uint8Array | null, plan: Plan | null, run: Run | null, play: Play,
+ *   dark: boolean, gone: boolean, tool: string,
+ *   on: (name: string, hear: (detail: any) => void) => void,
+ *   tell: (name: string, detail?: any) => void,
+ *   say: (sentence: string, tone?: Tone) => void,
+ *   fault: (error: unknown) => void,
+ *   simulate: (how?: {tick?: number, play?: boolean}) => Promise<void>,
+ *   stop: () => void,
+ *   replan: () => void,
+ *   open: (map: unknown) => Promise<void>,
+ *   adopt: (scenario: Scenario) => Promise<void>,
+ *   asked: () => Scenario,
+ *   link: () => Promise<string>,
+ *   show: (section: string) => void,
+ *   use: (tool: string) => void,
+ * }} Page
+ *
+ * `base`: cells of the map before any edit. `fault`: say what went wrong, whatever was thrown. `simulate`: run the
+ * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
+ * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it. `link`: this state's
+ * address without the token. `show`: open the tab with a section. `use`: take up a tool.
+ */
+
 export {};
