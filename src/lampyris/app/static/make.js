@@ -41,12 +41,12 @@ function dress(made, set) {
 
 /** @param {string} text @param {() => void} act @param {Record<string, any>} [set] */
 export function button(text, act, set) {
-  return el("button", { type: "button", onclick: act, ...set }, text);
+  return el("button", { type: "button", class: "btn", onclick: act, ...set }, text);
 }
 
 /** Words that only screen readers say. @param {string} text */
 export function spoken(text) {
-  return el("span", { class: "spoken" }, text);
+  return el("span", { class: "unseen" }, text);
 }
 
 /** Put other contents into an element. @param {Element} into @param {...Part} parts */
@@ -56,7 +56,7 @@ export function fill(into, ...parts) {
 
 /** A table with a head; cells may be nodes. @param {string} caption @param {Part[]} head @param {Part[][]} rows */
 export function table(caption, head, rows) {
-  return el("table", null,
+  return el("table", { class: "data" },
     el("caption", null, caption),
     el("thead", null, el("tr", null, ...head.map((part) => el("th", { scope: "col" }, part)))),
     el("tbody", null, ...rows.map((row) => el("tr", null,
@@ -77,15 +77,8 @@ export function spelled(cell) {
   return `(${cell[0]},${cell[1]})`;
 }
 
-/** The sheet of these parts, once. */
-export function dressed() {
-  if (document.querySelector('link[href$="panels.css"]')) return;
-  document.head.append(el("link", { rel: "stylesheet", href: "/static/panels.css" }));
-}
-
 /** A part of a section, made once for each page. @param {Element} into @param {string} name @param {string} title */
 export function block(into, name, title) {
-  dressed();
   const old = into.querySelector(`:scope > .${name}`);
   if (old) return null;
   const made = el("section", { class: `block ${name}`, "aria-label": title }, el("h2", null, title));
