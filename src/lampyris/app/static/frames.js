@@ -79,22 +79,24 @@ export function addTicks(bytes, run) {
   const n = view.getUint16(4, true);
   const bodies = view.getUint16(6, true);
   if (first !== run.ticks) throw new Error(`ticks from ${first} on, not from ${run.ticks}`);
+  const size = 8 + n * (4 + 4 + 1 + 4 * bodies + 4);
+  if (bytes.length !== size) throw new Error(`${n} ticks in ${bytes.length} bytes, not in ${size}`);
   const last = first + n;
   run.robot = grown(run.robot, 2 * last);
   run.speed = grown(run.speed, last);
   run.cause = grown(run.cause, last);
-  let at = 8;
-  for (let k = 0; k < 2 * n; k++, at += 2) run.robot[2 * first + k] = view.getInt16(at, true);
-  for (let k = 0; k < n; k++, at += 4) run.speed[first + k] = view.getFloat32(at, true);
-  run.cause.set(bytes.subarray(at, at + n), first);
-  at += n;
-  for (let k = 0; k < n; k++) {
-    const places = new Int16Array(2 * bodies);
-    for (let b = 0; b < 2 * bodies; b++, at += 2) places[b] = view.getInt16(at, true);
-    run.places.push(places);
-  }
   run.near = grown(run.near, last);
-  for (let k = 0; k < n; k++, at += 4) run.near[first + k] = view.getFloat32(at, true);
+  // Copied out as bytes, so that nothing has to lie at a multiple of its size. Machines that run browsers are
+  // little endian, as the frames are.
+  let at = 8;
+  /** @param {number} length */
+  const next = (length) => bytes.slice(at, (at += length)).buffer;
+  run.robot.set(new Int16Array(next(4 * n)), 2 * first);
+  run.speed.set(new Float32Array(next(4 * n)), first);
+  run.cause.set(bytes.subarray(at, (at += n)), first);
+  const places = new Int16Array(next(4 * n * bodies));
+  for (let k = 0; k < n; k++) run.places.push(places.subarray(2 * bodies * k, 2 * bodies * (k + 1)));
+  run.near.set(new Float32Array(next(4 * n)), first);
   run.ticks = last;
 }
 

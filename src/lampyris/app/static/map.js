@@ -12,8 +12,8 @@ import { View } from "./view.js";
 /** @typedef {import("./types.js").Layer} Layer */
 
 /**
- * A way on the map: nodes in cells, a colour or a value 0 to 1 for each, a dash.
- * @typedef {{cells: ArrayLike<number>, shares?: ArrayLike<number> | null, colour?: string, dash?: number[], wide?: number}} Way
+ * A way on the map: nodes in cells, a colour or a value 0 to 1 for each, a dash; how many nodes of them, if not all.
+ * @typedef {{cells: ArrayLike<number>, count?: number, shares?: ArrayLike<number> | null, colour?: string, dash?: number[], wide?: number}} Way
  */
 
 /**
@@ -276,7 +276,7 @@ export class MapView {
 
   /** @param {CanvasRenderingContext2D} pen @param {Way} way */
   _way(pen, way) {
-    const n = way.cells.length / 2;
+    const n = way.count ?? way.cells.length / 2;
     if (n < 2) return;
     const wide = way.wide ?? Math.min(Math.max(2.5, this.view.scale * 0.28), 9);
     const dark = THEMES[this.dark ? "dark" : "light"].ink;
