@@ -13,11 +13,13 @@ from __future__ import annotations
 import json
 import os
 import queue
+import signal
 import struct
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any, BinaryIO
+from io import RawIOBase
+from typing import Any, BinaryIO, cast
 
 MEMORY = 2 * 2**30
 """Bytes of address space beyond what the libraries map."""
@@ -43,6 +45,11 @@ class Asked:
         """The next question; None: there will be no more."""
         return self._questions.get()
 
+    @property
+    def waiting(self) -> bool:
+        """Whether there is a question that nobody has taken."""
+        return not self._questions.empty()
+
     def look(self, job: int) -> Callable[[], None]:
         """A function that raises :class:`Cancelled` once the job is cancelled."""
 
@@ -61,29 +68,53 @@ class Asked:
                 # The server is gone, or speaks another language: whatever is running is for nobody.
                 self._questions.put(None)
                 os._exit(0)
-            said = json.loads(body)
-            if "cancel" in said:
-                self._cancelled.add(int(said["cancel"]))
-            else:
+            try:
+                said = json.loads(body)
+                cancelled, job = said.get("cancel"), int(said.get("job", 0))
+            except (ValueError, RecursionError, AttributeError, TypeError):
+                os._exit(2)
+            if cancelled is None:
+                self._cancelled.discard(job)
                 self._questions.put(said)
+            else:
+                self._cancelled.add(cancelled)
 
 
 def main() -> None:
-    """Answer until the standard input ends."""
+    """Answer until the standard input ends. ``sys.argv``: CPU seconds of a question, bytes of memory."""
     from lampyris.app import work
 
-    limit_memory(MEMORY)
-    out = os.fdopen(os.dup(1), "wb", buffering=0)
+    seconds, memory = map(int, sys.argv[1:3]) if len(sys.argv) > 2 else (SECONDS, MEMORY)
+    limit_memory(memory)
+    out = cast(RawIOBase, os.fdopen(os.dup(1), "wb", buffering=0))
     # Whatever else prints, prints to stderr.
     os.dup2(2, 1)
     sys.stdout = sys.stderr
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of a Ctrl-C the server decides
     asked = Asked(sys.stdin.buffer)
+    _warm(asked)
     while (question := asked.next()) is not None:
         job = int(question["job"])
-        limit_seconds(SECONDS)
+        limit_seconds(seconds)
         for piece in _answered(work.answer(question, asked.look(job))):
-            out.write(struct.pack("<II", len(piece), job) + piece)
-        out.write(struct.pack("<II", 0, job))
+            _write(out, struct.pack("<II", len(piece), job) + piece)
+        _write(out, struct.pack("<II", 0, job))
+
+
+def _write(out: RawIOBase, data: bytes) -> None:
+    """All of it: a pipe takes what it has room for."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[out.write(rest) or 0 :]
+
+
+def _warm(asked: Asked) -> None:
+    """Have the compiled code at hand, unless somebody is already waiting."""
+    from lampyris.app import work
+
+    for _ in _answered(work.warm({}, lambda: None)):
+        if asked.waiting:
+            return
 
 
 def _answered(frames: Iterator[bytes]) -> Iterator[bytes]:
@@ -111,6 +142,7 @@ def limit_memory(more: int) -> None:
         with open("/proc/self/statm") as told:
             now = int(told.read().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (now + more, now + more))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, OSError, ValueError):
         pass
 

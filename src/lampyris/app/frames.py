@@ -1,4 +1,4 @@
-"""Frames: nouns as the bytes that the page reads. A length, a kind of one letter and a payload, little endian.
+"""Frames: nouns as the bytes that the page reads: a length, a kind of one letter, a payload, little endian.
 
 ======  ================================================================================================
 ``H``   JSON: what is to come

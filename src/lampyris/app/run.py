@@ -99,6 +99,7 @@ async def _serve(app: Any, sockets: list[Any], services: Services) -> None:
         except NotImplementedError:
             signal.signal(word, end)
     try:
+        await services.start()
         await server.serve(sockets=sockets)
     finally:
         await services.close()

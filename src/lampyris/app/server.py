@@ -148,6 +148,11 @@ class Services:
     tickets: dict[str, tuple[float, str]] = field(default_factory=dict)
     streams: int = 0
 
+    async def start(self) -> None:
+        """Start what takes a while, before anybody asks."""
+        if (start := getattr(self.engines, "start", None)) is not None:
+            await start()
+
     async def close(self) -> None:
         """End what was started."""
         for each in (self.engines, self.studies):

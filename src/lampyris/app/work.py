@@ -6,75 +6,126 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
-
-import numpy as np
+from typing import Any, TypeAlias
 
 from lampyris import api
-from lampyris.app.frames import NOWHERE, json_frame, layer_frame, ticks_frame
+from lampyris.app.frames import json_frame
+from lampyris.app.known import known
 from lampyris.app.said import said_scenario
+from lampyris.app.watched import WORDS, begin, body_record, finish, watch
 from lampyris.errors import UsageError
 from lampyris.maps.scenario import Scenario
 from lampyris.model.trace import Trace
 from lampyris.planners import registry
-from lampyris.referee import check_trace, demand
-from lampyris.report.measure import near_by_tick
-from lampyris.report.plain import plan_record, trace_record
+from lampyris.report.measure import trace_metrics
+from lampyris.report.plain import grid_record, plan_record, profile_record, trace_record
 from lampyris.scenarios import speed_law
-from lampyris.sim.endings import why
 from lampyris.sim.loop import Simulation
 
-Look = Callable[[], None]
+Look: TypeAlias = Callable[[], None]
 """Raises when nobody waits for the answer any more."""
-
-CHUNK_S = 0.03
-"""Seconds of work between two frames of ticks."""
 
 
 def answer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
-    """The frames of the answer to a question."""
-    verb = VERBS.get(question["verb"])
+    """The frames of the answer to a question.
+
+    Raises
+    ------
+    UsageError : VERB.
+    LampyrisError : what is wrong with the question.
+    """
+    verb = _VERBS.get(str(question.get("verb")))
     if verb is None:
-        raise UsageError("VERB", f"{question['verb']!r}", where="verb", allowed=", ".join(VERBS))
+        allowed = ", ".join(_VERBS)
+        raise UsageError("VERB", f"{question.get('verb')!r:.60}", where="verb", allowed=allowed)
     yield from verb(question, look)
 
 
 def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
-    """A plan with its speeds."""
-    scenario = said_scenario(question)
+    """A plan with its speeds: one frame ``Z``."""
     began = time.perf_counter()
+    scenario = said_scenario(question)
     planner = registry.make(scenario.planner, scenario.settings)
     found = api.plan(scenario.scene, planner, scenario.seed, record=bool(question.get("record")))
     law: Any = speed_law(scenario.law, scenario.law_settings)
     profile = api.profile(found, scenario.scene, law) if found else None
     record = plan_record(found, scenario.scene, profile, seed=scenario.seed)
+    if profile is not None:
+        record["speed"] = profile_record(profile, caps=True)
+    if "gates" not in (question.get("layers") or ()):
+        # A map of scattered cells has ten thousand: a megabyte and a half for each step of a drag.
+        record["gates"]["in_map"] = []
+    record["notes"] = list(scenario.notes)
     record["seconds"] = time.perf_counter() - began
     yield json_frame("Z", record)
 
 
 def simulate(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
-    """A simulation, tick by tick."""
+    """A simulation, tick by tick: ``H``, ``E`` and ``T`` as they come, ``Z``."""
     scenario = said_scenario(question)
-    run = Simulation(
-        scenario.scene,
-        registry.make(scenario.planner, scenario.settings),
-        seed=scenario.seed,
-        ticks=scenario.ticks,
-        law=speed_law(scenario.law, scenario.law_settings),
-        patience=scenario.patience,
-    )
-    yield json_frame("H", {"planner": scenario.planner, "law": scenario.law, "map": scenario.scene.grid.name})
-    told = 0
-    last = time.perf_counter()
-    while run.outcome is None:
-        run.tick()
-        look()
-        if time.perf_counter() - last > CHUNK_S:
-            trace = run.trace()
-            yield from _ticks(trace, told)
-            told = trace.ticks + 1
-            last = time.perf_counter()
-    trace = run.trace()
-    demand(check_trace(trace))
-    yield from _ticks(trace, told)
-    yield json_frame("Z", _ending(trace, scenario))
+    yield from simulated(scenario, look, {"job": question.get("job"), "label": scenario.planner})
+
+
+def simulated(scenario: Scenario, look: Look, head: Mapping[str, Any]) -> Iterator[bytes]:
+    """The frames of one simulation; ``head``: what its header says besides."""
+    run = begin(scenario)
+    yield json_frame("H", {**head, **header(run, scenario)})
+    yield from watch(run, look)
+    yield json_frame("Z", ending(finish(run), head))
+
+
+def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
+    """What is to come: who, by which law, where; ``bodies``: those that are there from the start."""
+    return {
+        "planner": scenario.planner,
+        "law": run.pace.name,
+        "units": run.pace.units,
+        "seed": scenario.seed,
+        "map": grid_record(scenario.scene.grid),
+        "start": list(scenario.scene.start),
+        "goal": list(scenario.scene.goal),
+        "causes": list(WORDS),
+        "bodies": [body_record(body) for body in run.crowd.bodies],
+        "last_tick": run.last_tick,
+        "notes": list(scenario.notes),
+    }
+
+
+def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
+    """How a simulation ended, with the measures of studies."""
+    return {
+        **head,
+        "outcome": trace.outcome.value,
+        "sentence": trace.sentence,
+        "ticks": trace.ticks,
+        "last_tick": trace.last_tick,
+        "metrics": trace_metrics(trace, known(trace.scene)),
+        "bodies": [body_record(body) for body in trace.bodies],
+        "digest": digest(trace),
+        "timing": dict(trace.timing),
+    }
+
+
+def digest(trace: Trace) -> str:
+    """SHA-256 of what ``lampyris run --json --no-timing`` prints of it, without the line's end."""
+    record = {**trace_record(trace), "timing": {}}
+    text = json.dumps(record, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Have the code of plans and simulations ready, which takes seconds the first time."""
+    for name in ("guide", "random-512"):
+        data = {"version": 1, "map": name, "obstacles": [{"kind": "random-walk", "count": 2}]}
+        for planner in ("astar", "ad-gso"):
+            yield from plan({"scenario": {**data, "planner": planner}}, look)
+        for _ in simulate({"scenario": {**data, "simulate": {"ticks": 20}}}, look):
+            look()
+    yield json_frame("Z", {})
+
+
+_VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
+    "plan": plan,
+    "simulate": simulate,
+    "warm": warm,
+}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import UnionType
 from typing import Any, NoReturn, Protocol, Union, get_args, get_origin
 
@@ -53,6 +54,22 @@ class Document(Protocol):
     def at_key(self, *way: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a key."""
         ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlainDocument:
+    """Plain data that is in no file; its places are JSON pointers alone."""
+
+    data: dict[str, Any]
+    where: str
+
+    def at(self, *way: str | int) -> str:
+        """What the whole is called."""
+        return self.where
+
+    def at_key(self, *way: str | int) -> str:
+        """What the whole is called."""
+        return self.where
 
 
 def spot(document: Document, way: Where) -> str:
