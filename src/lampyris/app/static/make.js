@@ -90,3 +90,42 @@ export function block(into, name, title) {
 export function sentence(error) {
   return error instanceof Error ? error.message : String(error);
 }
+
+/** @type {WeakMap<Page, Promise<any>>} */
+const greetings = new WeakMap();
+
+/** What there is to choose from, asked for once. @param {Page} page */
+export async function greeted(page) {
+  if (page.hello) return page.hello;
+  let asked = greetings.get(page);
+  if (!asked) {
+    asked = page.api.json("/api/hello");
+    greetings.set(page, asked);
+    asked.catch(() => greetings.delete(page));
+  }
+  page.hello ??= await asked;
+  return page.hello;
+}
+
+/** Do something once it is known what there is; again when the server is back. @param {Page} page @param {() => void} then */
+export function whenGreeted(page, then) {
+  let done = false;
+  const attempt = async () => {
+    if (done) return;
+    try {
+      await greeted(page);
+    } catch (error) {
+      page.fault(error);
+      return;
+    }
+    if (!done) {
+      done = true;
+      then();
+    }
+  };
+  page.on("gone", (gone) => {
+    if (!gone) void attempt();
+  });
+  page.on("token", () => void attempt());
+  void attempt();
+}
