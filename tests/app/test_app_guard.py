@@ -114,6 +114,11 @@ def test_names_of_this_server_are_not_one_anothers_origin() -> None:
     assert told.status == 403
 
 
+def test_an_origin_is_said_once() -> None:
+    twice = [("Origin", f"http://{HOST}")] * 2
+    assert run(World().ask("GET", "/api/maps", own(*twice))).status == 403
+
+
 def test_rebinding_is_refused_though_host_and_origin_agree() -> None:
     world = World()
     for path in PATHS:

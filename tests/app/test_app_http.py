@@ -160,6 +160,14 @@ def test_who_takes_too_long_for_a_body_is_let_go() -> None:
     assert world.reached == 0
 
 
+def test_a_body_that_says_it_is_too_long_is_not_read() -> None:
+    world = World()
+    headers = own(("Content-Type", "application/octet-stream"), ("Content-Length", str(MAX_BODY + 1)))
+    told = run(world.ask("POST", "/api/maps", headers, [b"x", b"y"]))
+    assert (told.status, told.error()["code"]) == (413, "BODY_SIZE")
+    assert world.reached == 0
+
+
 def test_two_hundred_connections_do_not_lock_the_user_out(live: tuple[int, World]) -> None:
     port, _ = live
     held = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(200)]
@@ -216,21 +224,21 @@ def test_sixteen_streams_and_no_more() -> None:
 # ---------------------------------------------------------------------------------- smuggling (W14)
 
 SMUGGLED = [
-    (["Content-Length: 5", "Transfer-Encoding: chunked"], b"0\r\n\r\n"),
-    (["Transfer-Encoding: chunked", "Content-Length: 5"], b"0\r\n\r\n"),
+    (["Content-Length: 5", "Transfer-Encoding: chunked"], b"3\r\nabc\r\n0\r\n\r\n"),
+    (["Transfer-Encoding: chunked", "Content-Length: 5"], b"3\r\nabc\r\n0\r\n\r\n"),
     (["Content-Length: 5", "Content-Length: 6"], b"xxxxxx"),
     (["Content-Length: 5", "Content-Length: 5"], b"xxxxx"),
-    (["Transfer-Encoding: xchunked"], b"0\r\n\r\n"),
-    (["Transfer-Encoding: chunked, identity"], b"0\r\n\r\n"),
-    (["Transfer-Encoding: identity"], b"0\r\n\r\n"),
-    (["Transfer-Encoding: chunked", "Transfer-Encoding: chunked"], b"0\r\n\r\n"),
-    (["Transfer-Encoding : chunked"], b"0\r\n\r\n"),
-    (["Transfer-Encoding:\x0bchunked"], b"0\r\n\r\n"),
-    ([" Transfer-Encoding: chunked"], b"0\r\n\r\n"),
+    (["Transfer-Encoding: xchunked"], b"3\r\nabc\r\n0\r\n\r\n"),
+    (["Transfer-Encoding: chunked, identity"], b"3\r\nabc\r\n0\r\n\r\n"),
+    (["Transfer-Encoding: identity"], b"3\r\nabc\r\n0\r\n\r\n"),
+    (["Transfer-Encoding: chunked", "Transfer-Encoding: chunked"], b"3\r\nabc\r\n0\r\n\r\n"),
+    (["Transfer-Encoding : chunked"], b"3\r\nabc\r\n0\r\n\r\n"),
+    (["Transfer-Encoding:\x0bchunked"], b"3\r\nabc\r\n0\r\n\r\n"),
+    ([" Transfer-Encoding: chunked"], b"3\r\nabc\r\n0\r\n\r\n"),
     (["X: a", "\tb", "Content-Length: 1"], b"x"),
     (["X: a\x00b", "Content-Length: 1"], b"x"),
     (["X: a\rb", "Content-Length: 1"], b"x"),
-    (["X: a\nTransfer-Encoding: chunked"], b"0\r\n\r\n"),
+    (["X: a\nTransfer-Encoding: chunked"], b"3\r\nabc\r\n0\r\n\r\n"),
     (["no colon", "Content-Length: 1"], b"x"),
     ([": nameless", "Content-Length: 1"], b"x"),
 ]
@@ -246,6 +254,7 @@ def test_what_can_be_read_in_two_ways_is_not_read(
     got = raw(port, head(port, "POST", "/api/maps", *lines) + body + second)
     assert answers(got) == 1
     assert parsed(got).status == 400
+    assert parsed(got).error()["code"] == "HTTP"
     check_safe(parsed(got))
     assert (len(world.library.changes), len(world.engines.asked)) == before
 
@@ -501,7 +510,7 @@ def test_an_error_behind_the_first_frame_is_a_frame_and_breaks_off_a_file() -> N
         )
         got = raw(port, sent + body)
         assert b"half" in got
-        assert not got.endswith(b"0\r\n\r\n")  # it does not look whole
+        assert not got.endswith(b"3\r\nabc\r\n0\r\n\r\n")  # it does not look whole
 
 
 def test_when_the_page_leaves_its_job_ends() -> None:

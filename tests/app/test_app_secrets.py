@@ -43,8 +43,10 @@ class Ended(Engines):
             yield json_frame('P', {})
     async def close(self):
         print('engines ended', flush=True)
-sys.exit(run_app('guide', port=int(sys.argv[2]), browser=bool(sys.argv[3:]),
-                 services=lambda folder: Services(Ended(), Library(), dict, Studies())))
+def services(folder):
+    (folder / 'kept').write_text('something of the user')
+    return Services(Ended(), Library(), dict, Studies())
+sys.exit(run_app('guide', port=int(sys.argv[2]), browser=bool(sys.argv[3:]), services=services))
 """
 
 
