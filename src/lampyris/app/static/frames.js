@@ -101,6 +101,18 @@ export function addTicks(bytes, run) {
 }
 
 /**
+ * Events of a simulation, put into the run; who appears says what it is.
+ * @param {Uint8Array} bytes
+ * @param {import("./types.js").Run} run
+ */
+export function addEvents(bytes, run) {
+  for (const event of json(bytes)) {
+    run.events.push(event);
+    if (event.body) run.bodies.push(event.body);
+  }
+}
+
+/**
  * The same array, or a longer one with its contents.
  * @template {Int16Array | Float32Array | Uint8Array} T
  * @param {T} array

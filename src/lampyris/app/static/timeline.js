@@ -24,13 +24,9 @@ class Timeline {
   constructor(page, element) {
     this.page = page;
     this.width = 1;
-    this._marked = "";
     this._said = 0;
     this._shown = -1;
-    this._drawn = 0;
     this._wanted = false;
-    /** Events that the marks were drawn of. */
-    this._left = 0;
     this._mode = "";
 
     this.main = el("button", { type: "button", class: "btn primary icon", "aria-keyshortcuts": "Space", onclick: () => page.play.toggle() });
@@ -171,7 +167,8 @@ class Timeline {
   _event(way) {
     const { page, play } = this;
     const told = (page.run?.events ?? []).filter((event) => EVENTS[event.word]?.tell);
-    const next = way > 0 ? told.find((event) => event.tick > play.tick + 1e-6) : told.findLast((event) => event.tick < play.tick - 1e-6);
+    if (way < 0) told.reverse();
+    const next = told.find((event) => way * (event.tick - play.tick) > 1e-6);
     if (!next) return;
     play.pause();
     play.seek(next.tick);
