@@ -101,6 +101,9 @@ class Studies:
     def progress(self, job: str) -> dict[str, Any]:
         return {"job": job, "done": 1, "of": 1}
 
+    async def cancel(self, job: str) -> None:
+        self.begun.append(("cancel", job))
+
     def report(self, job: str) -> bytes:
         if job != "job1":
             raise UsageError("JOB", "no such study")

@@ -566,7 +566,9 @@ def test_jobs_are_cancelled_by_number() -> None:
     world = World()
     assert run(world.ask("POST", "/api/cancel", own(json_=True), b'{"job": 7}')).status == 200
     assert world.engines.cancelled == [7]
-    for body in (b'{"job": "7"}', b'{"job": true}', b"{}", b'{"job": 1.5}'):
+    assert run(world.ask("POST", "/api/cancel", own(json_=True), b'{"job": "s1"}')).status == 200
+    assert world.studies.begun == [("cancel", "s1")]
+    for body in (b'{"job": true}', b"{}", b'{"job": 1.5}'):
         assert run(world.ask("POST", "/api/cancel", own(json_=True), body)).status == 400
     assert world.engines.cancelled == [7]
 

@@ -13,7 +13,7 @@ from lampyris.app.guard import JSON, Message, Receive, Scope, Send, error_body
 
 FRAMES = "application/x-lampyris-frames"
 
-STATUS = {"BUSY": 429, "INTERNAL": 500, "ENGINE": 503}
+STATUS = {"BUSY": 429, "INTERNAL": 500, "ENGINE": 503, "MAP": 404, "JOB": 404}
 """By an error's code; others are the asker's: 400."""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import cache
 from typing import Any
 
 from lampyris import __version__
@@ -32,8 +33,9 @@ class _Nothing:
         return "nothing"
 
 
+@cache
 def hello() -> dict[str, Any]:
-    """All there is to choose from."""
+    """All there is to choose from; made once."""
     return {
         "version": __version__,
         "planners": [_planner(row) for row in registry.table().values()],

@@ -100,7 +100,10 @@ async def _serve(app: Any, sockets: list[Any], services: Services) -> None:
             signal.signal(word, end)
     try:
         await services.start()
+        # The page asks for it first of all, and it takes a third of a second: while the browser opens.
+        greeting = asyncio.ensure_future(asyncio.to_thread(services.hello))
         await server.serve(sockets=sockets)
+        await asyncio.gather(greeting, return_exceptions=True)
     finally:
         await services.close()
 

@@ -57,6 +57,8 @@ ASKED: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """The keys of each question to an engine; others are refused."""
 
+STUDY: Final = ("scenario", "planners", "laws", "seeds", "queries")
+
 EXPORTS: Final[Mapping[str, tuple[str, str]]] = {
     "png": ("image/png", "png"),
     "svg": ("image/svg+xml", "svg"),
@@ -126,10 +128,13 @@ class StudiesLike(Protocol):
         """Begin one; its job."""
 
     def progress(self, job: str) -> dict[str, Any]:
-        """How far it is."""
+        """How far it is: ``state`` and ``done`` of ``total`` runs."""
 
     def report(self, job: str) -> bytes:
         """The finished report, HTML."""
+
+    async def cancel(self, job: str) -> None:
+        """Stop one."""
 
 
 @dataclass
@@ -279,25 +284,25 @@ class Desk:
                     yield piece
         except LampyrisError as fault:
             yield error_frame(fault)
-        except Exception as fault:
-            if status_of(fault) == 500:
-                raise
-            yield error_frame(InputError("BUSY", str(fault) or "too many jobs", todo="wait for one to end"))
         finally:
             self._all.streams -= 1
 
     async def cancel(self, request: Request) -> Response:
-        """Stop a job."""
+        """Stop a job: of an engine by its number, a study by its word."""
         job = (await said(request, ("job",))).get("job")
-        if isinstance(job, bool) or not isinstance(job, int):
-            raise Refused(400, "TYPE", "job is not a whole number", "the number of a job")
-        await self._all.engines.cancel(job)
+        if isinstance(job, str):
+            await self._studies().cancel(job)
+        elif isinstance(job, bool) or not isinstance(job, int):
+            raise Refused(400, "TYPE", "job is no job", "the number of a job, or the word of a study")
+        else:
+            await self._all.engines.cancel(job)
         return told({"cancelled": job})
 
     async def study(self, request: Request) -> Response:
         """Begin a study."""
-        body = await said(request, None)
-        return told({"job": await self._studies().start(body)})
+        body = await said(request, STUDY)
+        ground = await self._ground_of(body.get("scenario"))
+        return told({"job": await self._studies().start({**body, **ground})})
 
     async def study_progress(self, request: Request) -> Response:
         """How far a study is."""
@@ -338,18 +343,13 @@ def static_files() -> dict[str, tuple[str, bytes]]:
     return found
 
 
-def status_of(fault: Exception) -> int:
-    """The status of an error that was not refused by the guard."""
-    if isinstance(fault, InternalFault):
-        return 500
-    if isinstance(fault, LampyrisError):
-        return STATUS.get(fault.code, 404 if fault.code in ("MAP", "MAP_NAME", "NOT_FOUND", "JOB") else 400)
-    return 429 if type(fault).__name__ == "Busy" else 500
-
-
 def _fault(request: Request, fault: Exception) -> Response:
     assert isinstance(fault, LampyrisError)
-    return Response(error_body(fault_of(fault)), status_code=status_of(fault), media_type=JSON)
+    return Response(
+        error_body(fault_of(fault)),
+        status_code=STATUS.get(fault.code, 500 if isinstance(fault, InternalFault) else 400),
+        media_type=JSON,
+    )
 
 
 def _refused(request: Request, fault: Exception) -> Response:
