@@ -21,7 +21,7 @@ export class Gone extends Error {}
 export class Api {
   /** @param {string} token */
   constructor(token) {
-    this._token = token;
+    this.token = token;
     /** Told when the server stops answering, and when it is back. @type {(gone: boolean) => void} */
     this.onGone = () => {};
   }
@@ -33,7 +33,7 @@ export class Api {
    */
   async call(path, body) {
     /** @type {Record<string, string>} */
-    const headers = { "X-Lampyris-Token": this._token };
+    const headers = { "X-Lampyris-Token": this.token };
     /** @type {RequestInit} */
     const init = { headers, cache: "no-store", credentials: "omit", redirect: "error", signal: body?.signal };
     if (body && (body.json !== undefined || body.bytes)) {
@@ -49,7 +49,8 @@ export class Api {
       this.onGone(true);
       throw new Gone("the server does not answer");
     }
-    this.onGone(false);
+    // Another server has this one's port: for who holds the old token, theirs is gone.
+    this.onGone(answer.status === 401);
     if (answer.ok) return answer;
     let fault = { code: "HTTP", what: `the server says ${answer.status}` };
     try {

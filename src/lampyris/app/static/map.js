@@ -12,8 +12,10 @@ import { View } from "./view.js";
 /** @typedef {import("./types.js").Layer} Layer */
 
 /**
- * A way on the map: nodes in cells, a colour or a value 0 to 1 for each, a dash; how many nodes of them, if not all.
- * @typedef {{cells: ArrayLike<number>, count?: number, shares?: ArrayLike<number> | null, colour?: string, dash?: number[], wide?: number}} Way
+ * A way on the map: nodes in cells, a colour or a value 0 to 1 for each, a dash.
+ * `count`: only so many of the nodes; `faint`: something else matters more now.
+ * @typedef {{cells: ArrayLike<number>, shares?: ArrayLike<number> | null, colour?: string, dash?: number[], wide?: number,
+ *   count?: number, faint?: boolean}} Way
  */
 
 /**
@@ -23,6 +25,8 @@ import { View } from "./view.js";
  *   trail: Way | null, others?: Array<{robot: [number, number], line: number}>,
  * }} Moment
  */
+
+/** Waypoints of a patrol; a draft is still being drawn. @typedef {{cells: Cell[], draft: boolean}} Patrol */
 
 export class MapView {
   /** @param {HTMLCanvasElement} canvas */
@@ -50,6 +54,10 @@ export class MapView {
     /** @type {Moment} */
     this.moment = { robot: null, bodies: null, kinds: [], radii: [], trail: null };
     this.robotRadius = 0;
+    /** @type {Patrol[]} */
+    this.patrols = [];
+    /** The brush under the pointer. @type {{at: Cell, size: number} | null} */
+    this.brush = null;
     this._cells = document.createElement("canvas");
     this._heat = document.createElement("canvas");
     this._base = document.createElement("canvas");
@@ -220,6 +228,7 @@ export class MapView {
     for (const cell of this.gates) this._gate(pen, cell);
     for (const way of this.ways) this._way(pen, way);
     for (const mark of this.marks) this._mark(pen, mark);
+    for (const patrol of this.patrols) this._patrol(pen, patrol);
     if (this.start) this._end(pen, this.start, START, "S");
     if (this.goal) this._end(pen, this.goal, GOAL, "G");
   }
@@ -274,6 +283,30 @@ export class MapView {
     pen.stroke();
   }
 
+  /** @param {CanvasRenderingContext2D} pen @param {Patrol} patrol */
+  _patrol(pen, { cells, draft }) {
+    const [, colour] = KINDS.patrol;
+    pen.strokeStyle = colour;
+    pen.lineWidth = 2;
+    pen.setLineDash([5, 5]);
+    this._line(pen, cells.flat(), 0, cells.length - 1);
+    pen.setLineDash([]);
+    const half = Math.max(4, Math.min(this.view.scale * 0.36, 11));
+    cells.forEach((cell, k) => {
+      const [x, y] = this.view.pixel(cell[0], cell[1]);
+      pen.fillStyle = draft ? "#fff" : colour;
+      pen.strokeStyle = draft ? colour : "#fff";
+      pen.fillRect(x - half, y - half, 2 * half, 2 * half);
+      pen.strokeRect(x - half, y - half, 2 * half, 2 * half);
+      if (half < 7) return;
+      pen.fillStyle = draft ? "#20242c" : "#fff";
+      pen.font = `bold ${Math.round(half * 1.2)}px system-ui, sans-serif`;
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      pen.fillText(String(k + 1), x, y + 0.5);
+    });
+  }
+
   /** @param {CanvasRenderingContext2D} pen @param {Way} way */
   _way(pen, way) {
     const n = way.count ?? way.cells.length / 2;
@@ -311,6 +344,7 @@ export class MapView {
       }
     }
     pen.setLineDash([]);
+    pen.globalAlpha = 1;
   }
 
   /** @param {CanvasRenderingContext2D} pen @param {ArrayLike<number>} cells @param {number} from @param {number} to */
@@ -395,6 +429,17 @@ export class MapView {
       const [x, y] = view.pixel(moment.robot[0], moment.robot[1]);
       if (this.robotRadius * view.scale > 8) this._disc(pen, x, y, this.robotRadius * view.scale, ROBOT);
       this._robot(pen, x, y, ROBOT);
+    }
+    if (this.brush) {
+      const { at, size } = this.brush;
+      const low = -Math.floor((size - 1) / 2);
+      const s = Math.max(size * view.scale, 4);
+      pen.strokeStyle = "#fff";
+      pen.lineWidth = 3;
+      pen.strokeRect(view.x + (at[0] + low) * view.scale, view.y + (at[1] + low) * view.scale, s, s);
+      pen.strokeStyle = "#20242c";
+      pen.lineWidth = 1;
+      pen.strokeRect(view.x + (at[0] + low) * view.scale, view.y + (at[1] + low) * view.scale, s, s);
     }
     if (this.cursor) {
       const [cx, cy] = this.cursor;

@@ -91,9 +91,15 @@ export class Store {
     this._told(keys);
   }
 
+  /** What was done so far cannot be undone: it was not done by the person. */
+  forget() {
+    this._past = [];
+    this._future = [];
+    this._told(new Set());
+  }
+
   /** @param {Set<string>} keys */
   _told(keys) {
-    keep(this.scenario);
     for (const listener of this._listeners) listener(keys);
   }
 }
@@ -146,4 +152,81 @@ export async function ofLink(text) {
 /** Parts of the fragment: `t` the token, `s` a scenario. */
 export function fragment() {
   return new URLSearchParams(location.hash.slice(1));
+}
+
+/** A link longer than this is not put into the address bar: browsers and mail cut it. */
+const LONGEST = 60_000;
+const SOON = 300;
+
+/**
+ * The address of a state, as long as the server and its token are the same.
+ * @param {import("./types.js").Page} page
+ */
+async function address(page) {
+  return `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(page.store.scenario)}`;
+}
+
+/** Keep draft and address with the state, not at each step of a drag. @param {import("./types.js").Page} page */
+export function mount(page) {
+  const { store } = page;
+  let timer = 0;
+  let begun = false;
+  const now = async () => {
+    clearTimeout(timer);
+    timer = 0;
+    const { scenario } = store;
+    keep(scenario);
+    const made = await address(page);
+    if (scenario !== store.scenario) return;
+    // Too long for an address: the draft has it, and a file can.
+    if (made.length <= LONGEST) history.replaceState(null, "", made);
+    else history.replaceState(null, "", `${location.origin}/#t=${fragment().get("t") ?? ""}`);
+  };
+  store.listen(() => {
+    if (!begun) {
+      begun = true;
+      return;
+    }
+    if (!timer) timer = window.setTimeout(() => void now(), SOON);
+  });
+  addEventListener("pagehide", () => {
+    if (timer) keep(store.scenario);
+  });
+  page.link = () => address(page);
+  addEventListener("hashchange", () => void arrived(page));
+  page.on("gone", (gone) => {
+    if (gone) keep(store.scenario);
+  });
+}
+
+/** Another address was opened in this tab: perhaps with a new server's token. @param {import("./types.js").Page} page */
+async function arrived(page) {
+  const said = fragment();
+  page.api.token = said.get("t") ?? "";
+  const text = said.get("s");
+  if (text) {
+    try {
+      const scenario = await ofLink(text);
+      if (JSON.stringify(scenario) !== JSON.stringify(page.store.scenario)) page.store.replace(scenario);
+    } catch {
+      page.say("That link is damaged; this is still what was here before.", "bad");
+    }
+  }
+  page.tell("token");
+}
+
+/** What to begin with: the link's state, else the map that was asked for, else the draft. @param {import("./types.js").Page} page @returns {Promise<Scenario | null>} */
+export async function first(page) {
+  const said = fragment();
+  const text = said.get("s");
+  if (text) {
+    try {
+      return await ofLink(text);
+    } catch {
+      page.say("The link is damaged; this is what was drawn last.", "bad");
+    }
+  }
+  const name = said.get("m");
+  if (name) return { ...blank(), map: name };
+  return draft();
 }

@@ -57,10 +57,10 @@
 
 /**
  * The player of a run. It fills `page.map.moment` from the run, between ticks too. Without a run, or with one of
- * another scenario, `toggle` asks for one with `page.simulate()`.
+ * another scenario, `toggle` asks for one with `page.simulate()`. `hold`: time stands still while a hand is on it.
  * @typedef {{
  *   tick: number, playing: boolean, speed: number, seek: (t: number) => void, toggle: () => void,
- *   step: (n: number) => void, rate: (f: number) => void,
+ *   step: (n: number) => void, rate: (f: number) => void, hold: (held: boolean) => void,
  * }} Play
  */
 
@@ -73,7 +73,7 @@
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
- * "tab" (detail: id of the section that came to be shown), "map" (the view panned or zoomed).
+ * "token" (another address was opened), "help", "tab" (detail: id of the section that came to be shown), "map" (the view panned or zoomed).
  * Changes of the scenario are told by `store.listen(changed keys)`.
  *
  * @typedef {{
