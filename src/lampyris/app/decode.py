@@ -1,10 +1,10 @@
 """Decode: a stranger's map file becomes cells in a process that can do nothing else.
 
 The process has little memory and few seconds, may open no file but those it was sent (in a private folder of
-its own) and the package's own code, starts nothing and connects to nothing. What it sends back is plain data
-of a known size that is checked again.
+its own) and code, starts nothing and connects to nothing. What it sends back is plain data of a known size
+that is checked again.
 
-What is sent to it: u32 count; each u16 length of a name, the name in UTF-8, u32 length, bytes (little endian).
+What is sent: u32 count; each u16 length of a name, the name in UTF-8, u32 length, bytes (little endian).
 What comes back is one line of JSON: ``{"map": ...}`` or ``{"error": ...}``.
 """
 

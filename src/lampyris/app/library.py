@@ -42,7 +42,7 @@ KEPT: Final = 64
 
 
 def default_spool() -> Path:
-    """Where uploads are kept if nobody says: they outlive the server, as the page's drafts do that name them."""
+    """Where uploads are kept if nobody says: they outlive the server, as do the drafts that name them."""
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
@@ -279,8 +279,7 @@ def _content(entry: os.DirEntry[str]) -> bytes:
     # By the entry's path: it was listed, and is looked at again, so that no link has come in its place.
     if not stat.S_ISREG(os.lstat(entry.path).st_mode):
         raise _missing(entry.name)
-    data = read_regular(entry.path, MAX_BYTES // 2)
-    return data
+    return read_regular(entry.path, MAX_BYTES // 2)
 
 
 def _mark(name: str, info: os.DirEntry[str]) -> tuple[Any, ...]:

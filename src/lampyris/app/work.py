@@ -9,8 +9,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from lampyris import api
-from lampyris.app.frames import json_frame
+from lampyris.app.compared import Told, comparison
+from lampyris.app.compared import compare as compared
+from lampyris.app.frames import json_frame, layer_frame
 from lampyris.app.known import known
+from lampyris.app.layered import layer_of
 from lampyris.app.said import said_scenario
 from lampyris.app.watched import WORDS, begin, body_record, finish, watch
 from lampyris.errors import UsageError
@@ -113,6 +116,28 @@ def digest(trace: Trace) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """One layer: a frame ``L``."""
+    tick = question.get("tick") or 0
+    if type(tick) is not int or tick < 0:
+        raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
+    name = str(question.get("layer"))
+    yield layer_frame(name, layer_of(name, said_scenario(question), tick, question.get("bodies")))
+
+
+def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Several planners and laws: see :func:`lampyris.app.compared.compare`."""
+    found = comparison(said_scenario(question), question)
+    yield from compared(found, look, question.get("job"), Told(found))
+
+
+def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A file: see :func:`lampyris.app.kept.export`. What draws is loaded when it is asked for."""
+    from lampyris.app.kept import export as exported
+
+    yield from exported(question, said_scenario(question), look)
+
+
 def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """Have the code of plans and simulations ready, which takes seconds the first time."""
     for name in ("guide", "random-512"):
@@ -127,5 +152,8 @@ def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "plan": plan,
     "simulate": simulate,
+    "layer": layer,
+    "compare": compare,
+    "export": export,
     "warm": warm,
 }
