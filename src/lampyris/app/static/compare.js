@@ -13,6 +13,7 @@ import { bodiesAt, gather, placeAt } from "./runs.js";
 
 const MOST = 8;
 const MOST_SEEDS = 50;
+const LONGEST = 64;
 /** What a world is made of: a comparison of another world is an old one. */
 const WORLD = ["map", "start", "goal", "robot", "preset", "moves", "seed", "obstacles", "edits", "simulate"];
 
@@ -35,7 +36,8 @@ export function meeting(page) {
 /** What a list calls somebody with settings. @param {Who} who */
 export function labelOf(who) {
   const settings = Object.entries(who.settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join("/") : value}`);
-  return [who.name, ...settings].join(" ");
+  const words = [who.name, ...settings].join(" ");
+  return words.length <= LONGEST ? words : `${words.slice(0, LONGEST - 3)}...`;
 }
 
 class Comparison {
@@ -249,7 +251,7 @@ class Comparison {
     }
     moment.robot = null;
     moment.trail = null;
-    moment.others = found.runs.map((run, k) => ({ robot: placeAt(run, t), line: k }));
+    moment.others = found.runs.map((run, k) => ({ robot: placeAt(run, t), line: k, there: run.ticks > 0 })).filter(({ there }) => there);
     page.map.draw();
     if (this.beside) this.mosaic.move(t);
   }
@@ -323,7 +325,7 @@ class Mosaic {
     for (const [k, { view, run }] of this.tiles.entries()) {
       view.moment = {
         robot: null, bodies: bodiesAt(run, t), kinds: run.bodies.map((body) => body.kind), trail: null,
-        radii: run.bodies.map((body) => body.radius / cell), others: [{ robot: placeAt(run, t), line: k }],
+        radii: run.bodies.map((body) => body.radius / cell), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
       };
       view.draw();
     }

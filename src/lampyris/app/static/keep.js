@@ -1,5 +1,6 @@
 // Keep: what is shown as a file. The server makes it, from the scenario alone; the browser saves it.
 
+import { meeting } from "./compare.js";
 import { block, button, el, sentence } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -8,16 +9,17 @@ import { block, button, el, sentence } from "./make.js";
 const GROUPS = [
   { title: "Picture", kinds: [["png", "png", "Map and way as an image"], ["svg", "svg", "The same as a drawing, sharp at any size"]] },
   { title: "Film", kinds: [["webp", "webp", "The whole run, small and sharp"], ["gif", "gif", "The whole run, plays anywhere"]] },
-  { title: "Numbers", kinds: [["csv", "csv", "The way, node by node, with speeds"]] },
+  { title: "Numbers", kinds: [["csv", "csv", "Tick by tick: where it was, how fast, and why"]] },
   {
     title: "Everything", kinds: [
       ["scenario", "yaml", "What decides the run: the command line replays it to the same bytes"],
-      ["report", "html", "One page with pictures, numbers and reasons"],
+      ["report", "html", "One page about the run: pictures, film, numbers, events"],
+      ["compared", "html", "One page about those chosen to meet, with statistics"],
     ],
   },
 ];
 
-const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", report: "Report" });
+const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", report: "Report", compared: "Comparison" });
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
@@ -42,7 +44,7 @@ class Keep {
     for (const { title, kinds } of GROUPS) {
       into.append(el("h3", null, title), el("div", { class: "stack kinds" }, ...kinds.map(([what, ending, about]) => this._kind(what, ending, about))));
       if (title === "Picture") {
-        into.append(el("div", { class: "field flag" }, el("label", { for: "keep-now" }, "the shown moment, not the whole run"), this.now));
+        into.append(el("div", { class: "field flag" }, el("label", { for: "keep-now" }, "PNG: the shown moment, not the plan"), this.now));
       }
     }
     into.append(this.bar, el("div", { class: "row" }, this.words, this.stop));
@@ -75,8 +77,9 @@ class Keep {
     const clock = window.setInterval(() => this._tell(`Making ${name}: ${((performance.now() - began) / 1000).toFixed(0)} s.`), 500);
     this._tell(`Making ${name}.`);
     try {
-      const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what });
-      if (this.now.checked && (what === "png" || what === "svg") && page.run) body.tick = Math.round(page.play.tick);
+      const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
+      if (what === "compared") body.settings = meeting(page) ?? {};
+      if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
       const answer = await page.api.call("/api/export", { json: body, signal: asked.signal });
       clearInterval(clock);
       const file = await this._read(answer, name);

@@ -107,8 +107,12 @@ export async function greeted(page) {
   return page.hello;
 }
 
-/** Do something once it is known what there is; again when the server is back. @param {Page} page @param {() => void} then */
+/** Do something once it is known what there is: at once if it is. @param {Page} page @param {() => void} then */
 export function whenGreeted(page, then) {
+  if (page.hello) {
+    then();
+    return;
+  }
   let done = false;
   const attempt = async () => {
     if (done) return;
