@@ -21,6 +21,7 @@ import { el } from "./page.js";
 
 /** Milliseconds between two drawings while a run streams in or an end is dragged. */
 const SELDOM = 140;
+const HIGH = 108;
 /** Height of the strip of causes. */
 const STRIP = 7;
 const MAKE = /** @type {any} */ (globalThis);
@@ -41,7 +42,7 @@ class Charts {
     this._walked = 0;
     this._drawn = 0;
     this._due = 0;
-    this._width = 0;
+    this._widths = [0, 0];
     this._keys = ["", ""];
     this._legend = "";
     /** Length of x, and where the plots begin and end, as of the last drawing. */
@@ -55,24 +56,26 @@ class Charts {
       this.source = /** @type {"run" | "plan"} */ (word);
       this.draw();
     });
-    this.read = el("output", { class: "ch-read", "aria-live": "off" });
     this.legend = el("ul", { class: "ch-legend", "aria-label": "What binds the speed" });
     this.hosts = [
       el("div", { class: "ch-plot", role: "img", "aria-label": "Speed" }),
       el("div", { class: "ch-plot", role: "img", "aria-label": "Distance to the nearest obstacle" }),
     ];
-    this.titles = [el("h3", {}, "Speed"), el("h3", {}, "Nearest obstacle")];
-    this.boxes = this.hosts.map((host, i) => el("figure", { class: "ch-box" }, el("figcaption", {}, this.titles[i], i ? "" : this.legend), host));
+    /** What each chart is of; under the pointer: its value there. */
+    this.titles = [el("figcaption", {}, "Speed"), el("figcaption", {}, "Nearest obstacle")];
+    this.names = ["", ""];
+    this.boxes = this.hosts.map((host, i) => el("figure", { class: "ch-box" }, this.titles[i], host));
     this.empty = el("p", { class: "hint ch-empty" }, "Speeds are drawn here once there is a plan.");
     /** @type {any[]} */
     this.plots = [null, null];
     /** @type {HTMLElement[]} */
     this.heads = [];
     element.classList.add("ch");
-    element.append(el("div", { class: "ch-head" }, this.sources.box, this.overs.box, this.read), el("div", { class: "ch-boxes" }, ...this.boxes), this.empty);
+    element.append(el("div", { class: "ch-head" }, this.sources.box, this.overs.box, this.legend), el("div", { class: "ch-boxes" }, ...this.boxes), this.empty);
     this._sync = MAKE.uPlot.sync("lampyris");
 
-    new ResizeObserver((entries) => this._resized(entries[0].contentRect.width)).observe(this.hosts[0]);
+    const sizes = new ResizeObserver((entries) => this._resized(entries));
+    for (const host of this.hosts) sizes.observe(host);
     page.on("run", () => {
       this._walked = 0;
       this.source = "run";
@@ -103,21 +106,24 @@ class Charts {
     };
   }
 
-  /** @param {number} width */
-  _resized(width) {
-    if (!width || Math.abs(width - this._width) < 1) return;
-    this._width = width;
-    this.plots.forEach((plot, i) => plot?.setSize({ width: this._wide(), height: this._high(i) }));
+  /** @param {ResizeObserverEntry[]} entries */
+  _resized(entries) {
+    let changed = false;
+    for (const { target, contentRect } of entries) {
+      const i = this.hosts.indexOf(/** @type {HTMLDivElement} */ (target));
+      if (!contentRect.width || Math.abs(contentRect.width - this._widths[i]) < 1) continue;
+      this._widths[i] = contentRect.width;
+      changed = true;
+    }
+    if (!changed) return;
+    if (this.shown && (!this.plots[0] || (this.shown.near && !this.plots[1]))) this.draw();
+    this.plots.forEach((plot, i) => plot?.setSize({ width: this._wide(i), height: HIGH }));
     this._move(this.page.play.tick);
   }
 
-  _wide() {
-    return Math.max(120, Math.floor(this._width));
-  }
-
-  /** @param {number} i */
-  _high(i) {
-    return i ? 92 : 104;
+  /** The second chart has a width of its own beside the first, and the same below it. @param {number} i */
+  _wide(i) {
+    return Math.max(120, Math.floor(this._widths[i]));
   }
 
   /** Draw soon, but not more often than one can see. */
@@ -144,10 +150,10 @@ class Charts {
     this.overs.box.hidden = this.boxes[0].hidden = !this.shown;
     this.boxes[1].hidden = !this.shown?.near;
     this.element.classList.toggle("two", Boolean(this.shown?.near));
-    if (!this.shown || !this._width) return;
+    if (!this.shown || !this._widths[0]) return;
     this._most = this.shown.x[this.shown.x.length - 1] || 1;
     this._plot(0, this.shown);
-    if (this.shown.near) this._plot(1, this.shown);
+    if (this.shown.near && this._widths[1]) this._plot(1, this.shown);
     this._tellLegend(this.shown);
     this._move(page.play.tick);
   }
@@ -198,7 +204,7 @@ class Charts {
   _plot(i, shown) {
     const data = i ? [shown.x, shown.near] : [shown.x, shown.v, ...shown.caps.map((cap) => cap.v)];
     const key = i ? shown.along : [shown.along, shown.units, ...shown.caps.map((cap) => cap.cause)].join("|");
-    this.titles[i].textContent = i ? "Nearest obstacle, m" : `Speed, ${shown.units}`;
+    this.names[i] = this.titles[i].textContent = i ? "Nearest obstacle, m" : `Speed, ${shown.units}`;
     if (this.plots[i] && key === this._keys[i]) {
       this.plots[i].setData(data);
       return;
@@ -221,14 +227,20 @@ class Charts {
     const axis = { stroke: faint, font, grid, ticks: { show: false } };
     const line = { stroke: i ? (dark ? "#63d3a7" : "#00694a") : ink, width: 1.5, points: { show: false } };
     const caps = i ? [] : shown.caps.map((cap) => ({
-      stroke: causeColour(cap.cause, dark), width: 1, alpha: 0.55, dash: [4, 3], points: { show: false }, spanGaps: false,
+      stroke: causeColour(cap.cause, dark), width: 1, alpha: dark ? 0.8 : 0.6, dash: [4, 3], points: { show: false }, spanGaps: false,
     }));
     return {
-      width: this._wide(), height: this._high(i), padding: [6, 8, 0, 0], legend: { show: false },
+      width: this._wide(i), height: HIGH, padding: [4, 8, 0, 0], legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false, setScale: false }, sync: { key: this._sync.key } },
       scales: {
         x: { time: false },
-        y: { range: (/** @type {any} */ u) => [0, 1.12 * (most(u.data[1]) || 1)] },
+        // The strip of causes lies below zero, where no speed is.
+        y: {
+          range: (/** @type {any} */ u) => {
+            const top = 1.25 * (most(u.data[1]) || 1);
+            return [i ? 0 : (-top * (STRIP + 3)) / (HIGH - 24 - STRIP - 3), top];
+          },
+        },
       },
       axes: [
         { ...axis, size: 20, gap: 3, space: 56 },
@@ -280,17 +292,19 @@ class Charts {
 
   /** Colours with their words, those that occur. @param {Shown} shown */
   _tellLegend(shown) {
-    /** @type {string[]} */
-    const words = [];
-    const seen = new Set();
+    /** How often each, and where first. @type {Map<string | number, [number, number]>} */
+    const counts = new Map();
     for (let k = 0; k < shown.causes.length; k++) {
-      if (seen.has(shown.causes[k])) continue;
-      seen.add(shown.causes[k]);
-      words.push(shown.word(k));
+      const count = counts.get(shown.causes[k]);
+      if (count) count[0]++;
+      else counts.set(shown.causes[k], [1, k]);
     }
-    const key = words.join("|");
+    // The frequent ones first: where there is little room, they are the ones that are seen.
+    const words = [...counts.values()].sort((a, b) => b[0] - a[0]).map(([, k]) => shown.word(k));
+    const key = [...words].sort().join("|");
     if (key === this._legend) return;
     this._legend = key;
+    this.legend.title = words.join(", ");
     this.legend.replaceChildren(
       ...words.map((word) => {
         const chip = el("i", { class: "swatch" });
@@ -323,13 +337,14 @@ class Charts {
   /** What the chart says under the pointer. @param {number | null | undefined} k */
   _read(k) {
     const { shown } = this;
-    if (!shown || k === null || k === undefined || k >= shown.x.length) {
-      if (this.read.textContent) this.read.textContent = "";
-      return;
-    }
-    const at = this.over === "time" && shown.run ? `tick ${k}` : `${brief(shown.x[k])} ${shown.along}`;
-    const near = shown.near && shown.near[k] < Infinity ? `, ${brief(shown.near[k])} m to the nearest` : "";
-    this.read.textContent = `${at}: ${brief(Number(shown.v[k]))} ${shown.units}, ${shown.why(k)}${near}`;
+    const there = shown && k !== null && k !== undefined && k < shown.x.length;
+    const at = !there ? "" : this.over === "time" && shown.run ? `tick ${k}` : `${brief(shown.x[k])} ${shown.along}`;
+    const texts = there
+      ? [`${at}: ${brief(Number(shown.v[k]))} ${shown.units}, ${shown.why(k)}`, `${at}: ${brief(Number(shown.near?.[k] ?? NaN))} m to the nearest`]
+      : this.names;
+    this.titles.forEach((title, i) => {
+      if (title.textContent !== texts[i]) title.textContent = texts[i];
+    });
   }
 
   /** A press or a drag on a chart goes to that moment. @param {any} plot */

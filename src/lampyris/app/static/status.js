@@ -106,10 +106,8 @@ class Status {
     add("Iterations", plan.iterations ? whole(plan.iterations) : null);
     add("Expansions", whole(plan.expansions));
     const { gates } = plan;
-    if (gates && gates.count !== undefined) {
-      const on = gates.on_path?.length ?? 0;
-      add("Gates", gates.count ? `${on} on the way, ${gates.count} in the map` : "none");
-    }
+    // Planners that know no gates have none to tell of.
+    if (gates?.count) add("Gates", `${whole(gates.on_path?.length ?? 0)} passed of ${whole(gates.count)}`);
     const speed = /** @type {any} */ (plan.speed);
     if (speed?.v?.length) {
       const metric = speed.units === "m/s";
@@ -188,7 +186,7 @@ class Status {
 
   /** The last events before now, each a way to its moment. @param {Run | null} run */
   _events(run) {
-    this.story.hidden = !run || !run.events.some((event) => EVENTS[event.word]?.tell);
+    if (!run) this.story.hidden = true;
     if (!run || this._listed === this._passed) return;
     this._listed = this._passed;
     /** @type {HTMLElement[]} */
@@ -207,6 +205,7 @@ class Status {
           el("span", {}, event.sentence || look.label))),
       );
     }
+    this.story.hidden = !lines.length;
     this.list.replaceChildren(...lines);
   }
 
