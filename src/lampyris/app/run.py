@@ -109,12 +109,13 @@ async def _serve(app: Any, sockets: list[Any], services: Services) -> None:
 
 
 def _services(folder: Path | None, temporary: Path) -> Services:
-    """The library and the engines."""
+    """The library, the engines and the studies."""
     from lampyris.app.engines import Engines
     from lampyris.app.hello import hello
     from lampyris.app.library import Library
+    from lampyris.app.studies import Studies
 
-    return Services(Engines(), Library(folder), hello)
+    return Services(Engines(), Library(folder), hello, Studies(temporary))
 
 
 def _open(address: str, folder: Path) -> None:
