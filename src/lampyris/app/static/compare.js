@@ -58,6 +58,8 @@ class Comparison {
     /** @type {AbortController | null} */
     this.asked = null;
     this.mosaic = new Mosaic(page);
+    /** @type {Array<() => void>} */
+    this.offers = [];
     /** @type {import("./map.js").Way[]} */
     this.lines = [];
     this._build(into);
@@ -70,6 +72,7 @@ class Comparison {
     page.on("plan", () => this._ways());
     page.on("theme", (dark) => this.mosaic.setDark(dark));
     page.store.listen((keys) => {
+      this.offers.forEach((offer) => offer());
       if (!WORLD.some((key) => keys.has(key))) return;
       if (this.asked) this.asked.abort();
       if (this.shown) this.leave(true);
@@ -106,7 +109,7 @@ class Comparison {
 
   /** @param {string} title @param {any[]} rows @param {() => Entry[]} list @param {() => Who | null} present */
   _adder(title, rows, list, present) {
-    const pick = el("select", { "aria-label": title }, ...rows.map((row) => el("option", { value: row.name, title: row.summary }, row.name)));
+    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name, title: row.summary }, row.name)));
     const add = (/** @type {Who} */ who) => {
       const label = labelOf(who);
       if (list().some((one) => one.label === label)) this.page.say(`${label} is in the list already.`);
@@ -114,8 +117,14 @@ class Comparison {
       else list().push({ ...who, label });
       this._list();
     };
-    return el("div", { class: "row adder" }, pick, button("Add", () => add({ name: pick.value, settings: {} })),
-      button("Add the present one", () => add(present() ?? { name: pick.value, settings: {} }), { title: "With the settings it has now" }));
+    const own = button("", () => add(/** @type {Who} */ (present())), { class: "btn quiet own", title: "As it is set now" });
+    const offer = () => {
+      const who = present();
+      own.hidden = !who || list().some((one) => one.label === labelOf(who));
+      own.textContent = who ? `Add ${labelOf(who)}` : "";
+    };
+    this.offers.push(offer);
+    return el("div", null, el("div", { class: "row adder" }, pick, button("Add", () => add({ name: pick.value, settings: {} }))), own);
   }
 
   _list() {
@@ -128,6 +137,7 @@ class Comparison {
     draw(/** @type {HTMLElement} */ (this.chosen), this.planners, this.laws.length < 2);
     draw(/** @type {HTMLElement} */ (this.chosenLaws), this.laws, false);
     if (!this.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
+    this.offers.forEach((offer) => offer());
     if (this.go) this.go.disabled = !this.planners.length || Boolean(this.asked);
   }
 
@@ -300,6 +310,7 @@ class Mosaic {
     const ground = page.ground;
     if (!ground) return;
     this.root.hidden = false;
+    this.root.className = `mosaic across-${runs.length <= 1 ? 1 : runs.length === 2 || runs.length === 4 ? 2 : runs.length <= 6 ? 3 : 4}`;
     this.tiles = [];
     fill(this.root, ...runs.map((run, k) => {
       const canvas = el("canvas", { role: "img", "aria-label": `${run.label} on the map` });

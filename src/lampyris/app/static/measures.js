@@ -47,9 +47,11 @@ export function entrants(all) {
       const many = own[name];
       const value = many ? many.value : typeof one[name] === "boolean" ? Number(one[name]) : one[name];
       if (typeof value !== "number") continue;
-      const spread = many && typeof many.low === "number" && many.low !== many.high;
+      const spread = many && many.units > 1 && typeof many.low === "number" && many.low !== many.high;
       numbers.set(name, { value: scale * value, low: spread ? scale * many.low : null, high: spread ? scale * many.high : null });
     }
+    // In a simulation both say the same.
+    if (numbers.has("arrived")) numbers.delete("found");
     return { label: run.label, outcome: run.end?.outcome ?? "", told: numbers };
   });
 }
@@ -101,7 +103,7 @@ export function tableOf(some, note) {
 /** A bit of an entrant's line: its colour and its dash. @param {number} k */
 export function swatch(k) {
   const [colour, dash] = LINES[k % LINES.length];
-  return svg("svg", { class: "swatch", viewBox: "0 0 26 8", width: 26, height: 8, "aria-hidden": "true" },
+  return svg("svg", { class: "stroke", viewBox: "0 0 26 8", width: 26, height: 8, "aria-hidden": "true" },
     svg("line", { x1: 1, y1: 4, x2: 25, y2: 4, stroke: colour, "stroke-width": 4, "stroke-dasharray": dash.length ? dash.map((d) => d * 0.8).join(" ") : null }));
 }
 

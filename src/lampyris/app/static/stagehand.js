@@ -27,6 +27,8 @@ export class Stagehand {
     this.page = page;
     /** @type {(() => void) | null} */
     this._back = null;
+    /** @type {{start: Cell | null, goal: Cell | null}} */
+    this._ends = { start: null, goal: null };
     const redo = () => {
       if (this._back) queueMicrotask(() => this._back && again());
     };
@@ -42,10 +44,12 @@ export class Stagehand {
   take() {
     if (this._back) return;
     const { map, play } = this.page;
-    const { marks, layer, gates } = map;
+    const { marks, layer, gates, start, goal } = map;
     const { scale, x, y } = map.view;
     if (play.playing) play.toggle();
+    this._ends = { start, goal };
     this._back = () => {
+      Object.assign(map, { start, goal });
       map.marks = marks;
       map.gates = gates;
       map.setLayer(layer);
@@ -71,11 +75,12 @@ export class Stagehand {
   }
 
   /**
-   * What is on the map now.
-   * @param {{marks?: Mark[], ways?: import("./map.js").Way[], robot?: Cell | null, layer?: import("./types.js").Layer | null, gates?: Cell[]}} what
+   * What is on the map now. `bare`: without the letters of start and goal, which would hide numbers.
+   * @param {{bare?: boolean, marks?: Mark[], ways?: import("./map.js").Way[], robot?: Cell | null, layer?: import("./types.js").Layer | null, gates?: Cell[]}} what
    */
-  show({ marks = [], ways = [], robot = null, layer = null, gates = [] }) {
+  show({ bare = false, marks = [], ways = [], robot = null, layer = null, gates = [] }) {
     const { map } = this.page;
+    Object.assign(map, bare ? { start: null, goal: null } : this._ends);
     map.marks = marks;
     map.ways = ways;
     map.gates = gates;

@@ -30,7 +30,7 @@ const STEPS = [
       "Ten columns, ten rows. A cell is named by its column and then its row, counted from the upper left: the robot starts at (0,9), lower left, and drives to (7,0), above.",
       `The dissertation draws no map of it. Its Table 4.2 gives 10000 to what is blocked, and those cells are the walls here${n.printed ? `: ${wallsAgree(n)}` : ""}.`,
     ],
-    show: () => ({ robot: START }),
+    show: () => ({}),
   },
   {
     title: "What is left to drive",
@@ -38,7 +38,7 @@ const STEPS = [
       "A wave goes out from the goal and writes into each cell the least cost from there to the goal: 1 for a straight step, 1.4 for a diagonal one. Diagonals may cut corners.",
       `At the start it says ${n.cost[index(START)].toFixed(1)}. That is the cost of a shortest way, before anybody has moved.`,
     ],
-    show: (n) => ({ layer: n.layers.cost, marks: texts(n.cost, (v) => v.toFixed(1)), robot: START }),
+    show: (n) => ({ layer: n.layers.cost, bare: true, marks: texts(n.cost, (v) => v.toFixed(1)) }),
   },
   {
     title: "Luciferin",
@@ -49,15 +49,15 @@ const STEPS = [
         `At the start: 0.6 × ${n.luciferin[p].toFixed(3)} + 0.6 × ${n.cost[k].toFixed(1)} = ${n.luciferin[k].toFixed(3)}.`,
       ];
     },
-    show: (n) => ({ layer: n.layers.luciferin, marks: texts(n.luciferin, (v) => v.toFixed(2)), robot: START }),
+    show: (n) => ({ layer: n.layers.luciferin, bare: true, marks: texts(n.luciferin, (v) => v.toFixed(2)) }),
     table: (n) => fieldTable(n),
   },
   {
     title: "Back pointers",
     say: () => [
-      "The arrow of a cell points to the neighbour through which its cost is reached. Where several would do, a fixed order decides, diagonals first; with that order every printed pointer of a free cell comes out.",
+      "The arrow of a cell points to the neighbour through which its cost is reached. Where several would do, a fixed order decides, diagonals first; with that order all printed pointers of free cells come out, once the few that are printed row first are read that way.",
     ],
-    show: (n) => ({ marks: n.parent.map((p, k) => ({ at: cellOf(k), colour: ACCEPTED, fill: 0, text: p < 0 ? "" : arrow(k, p) })), robot: START }),
+    show: (n) => ({ bare: true, marks: framed(n.parent.map((p, k) => ({ at: cellOf(k), colour: ACCEPTED, fill: 0, text: p < 0 ? "" : arrow(k, p) }))) }),
     table: (n) => pointerTable(n),
   },
   {
@@ -68,7 +68,7 @@ const STEPS = [
     ],
     show: (n) => {
       const cells = (n.plan.gates.in_map ?? [{ cell: [7, 5] }]).map((/** @type {any} */ g) => g.cell);
-      return { gates: cells, marks: cells.map((/** @type {Cell} */ at) => ({ at, colour: GATE, fill: 0.2, ring: true })), robot: START };
+      return { gates: cells, marks: cells.map((/** @type {Cell} */ at) => ({ at, colour: GATE, fill: 0.2, ring: true })) };
     },
   },
   {
@@ -76,6 +76,7 @@ const STEPS = [
     say: (n) => [
       `The robot looks around itself, ring by ring. Accepted is what is free, glows less than ${n.jumps[0].luciferin.toFixed(3)}, and can be reached through accepted cells. It stops with the ring in which there are ten: here the third.`,
       `The share of a cell is how much less it glows, out of all. The greatest share wins: ${spelled(n.jumps[0].chosen)}.`,
+      n.printed ? "One printed share is a slip, that of (1,8): the others all come of one sum, and with ours in its place they add up to 1." : "",
     ],
     ...iteration(0),
   },
@@ -83,7 +84,7 @@ const STEPS = [
     title: "Iteration 1: from (3,7)",
     say: (n) => [
       "The same again. The walls leave nine cells even with three rings, and more than three are never opened.",
-      `${spelled(n.jumps[1].chosen)} has the greatest share. One of the printed shares is a slip: beside (6,7) and (4,7) all others come out to their digits or nearly so.`,
+      `${spelled(n.jumps[1].chosen)} has the greatest share. It is reached along the back pointers, in three steps.`,
     ],
     ...iteration(1),
   },
@@ -114,7 +115,7 @@ const STEPS = [
         `${n.jumps.length} iterations${printed ? `, as printed (${printed.iterations})` : ""}, ${straight} straight steps and ${diagonal} diagonal ones: ${straight} + ${diagonal} × 1.4 = ${Number(n.plan.cost).toFixed(1)}, which is a shortest way.`,
         printed ? `The dissertation prints ${printed.cost} in its text and ${printed.table_cost} in Table 4.10 for the same way. Its own cells cost 12.4, and so does the luciferin it begins with.` : "",
         "Leave the tour to have your own scenario back, or stay on this map and drag start and goal.",
-      ].filter(Boolean);
+      ];
     },
     show: (n) => ({ ways: [wayOf(n.jumps)], marks: n.jumps.map((jump) => ({ at: jump.chosen, colour: CHOSEN, fill: 0.25, ring: true })), robot: START }),
     table: (n) => [el("table", { class: "data" }, el("caption", { class: "unseen" }, "The nodes"),
@@ -241,7 +242,7 @@ class Tour {
     this.count.textContent = `Step ${this.at + 1} of ${STEPS.length}`;
     this.dots.value = this.at + 1;
     this.title.textContent = step.title;
-    fill(this.words, ...step.say(n).map((text) => el("p", null, text)));
+    fill(this.words, ...step.say(n).filter(Boolean).map((text) => el("p", null, text)));
     fill(this.table, ...(step.table?.(n) ?? []));
     this.back.disabled = this.at === 0;
     this.next.disabled = this.at === STEPS.length - 1;
@@ -286,7 +287,12 @@ function shown(page) {
 
 /** @param {number[]} values @param {(v: number) => string} spell */
 function texts(values, spell) {
-  return values.map((v, k) => ({ at: cellOf(k), colour: ACCEPTED, fill: 0, text: Number.isNaN(v) ? "" : spell(v) }));
+  return framed(values.map((v, k) => ({ at: cellOf(k), colour: ACCEPTED, fill: 0, text: Number.isNaN(v) ? "" : spell(v) })));
+}
+
+/** Start and goal as frames: their letters would hide what stands in the cells. @param {import("./stagehand.js").Mark[]} marks */
+function framed(marks) {
+  return [...marks, ...[START, GOAL].map((at) => ({ at, colour: CHOSEN, fill: 0, ring: true }))];
 }
 
 /** @param {number} k @param {number} p */
@@ -367,12 +373,12 @@ function walkTable(n, k, jump) {
   const keys = [...said.keys(), ...[...ours.keys()].filter((key) => !said.has(key))];
   const rows = keys.map((key) => {
     const [mine, theirs] = [ours.get(key), said.get(key)];
-    const how = mine && theirs !== undefined ? verdict(theirs, mine.probability, 0.001) : "other";
-    if (theirs !== undefined) count[how] += 1;
+    const how = theirs === undefined ? null : mine ? verdict(theirs, mine.probability, 0.001) : "other";
+    if (how) count[how] += 1;
     const is = key === jump.chosen.join();
     return el("tr", is ? { class: "chosen" } : null, el("th", { scope: "row" }, `(${key})`, is ? " ◂" : null), el("td", null, mine ? String(mine.ring) : "–"),
       el("td", null, mine ? mine.luciferin.toFixed(3) : "–"), el("td", null, mine ? mine.probability.toFixed(4) : "not accepted"),
-      el("td", null, theirs ?? "–"), el("td", { class: how }, SIGNS[how]));
+      el("td", null, theirs ?? "–"), el("td", how ? { class: how } : null, how ? SIGNS[how] : null));
   });
   const next = printed.next && `The next node is printed as ${spelled(printed.next)}${spelled(printed.next) === spelled(jump.chosen) ? ", as ours" : `; ours is ${spelled(jump.chosen)}`}.`;
   return [tally(count, `Table ${printed.table}`),
