@@ -105,7 +105,7 @@ export function levels(which, dark) {
   const table = new Uint32Array(256);
   for (let k = 1; k < 256; k++) {
     const t = (k - 1) / 254;
-    let rgb = which === "speed" ? between(INFERNO, t) : between(CIVIDIS, dark ? t : 1 - 0.92 * t);
+    let rgb = which === "speed" ? between(INFERNO, t) : between(CIVIDIS, 1 - (dark ? 0.88 : 0.92) * t);
     if (which === "landscape" && !dark) rgb = /** @type {Rgb} */ (rgb.map((v) => Math.round(0.72 * v + 71)));
     table[k] = packed(rgb);
   }

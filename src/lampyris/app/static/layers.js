@@ -14,10 +14,10 @@ import { el } from "./page.js";
 const KINDS = {
   none: { title: "None", about: "Walls and ground alone.", low: "", high: "", unit: () => "" },
   cost: { title: "Cost", about: "What is left to pay from each cell to the goal.", low: "at the goal", high: "far", unit: () => "cells" },
-  luciferin: { title: "Luciferin", about: "How brightly each cell glows: the brighter, the nearer the goal.", low: "dim", high: "bright", unit: () => "" },
+  luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none.", low: "at the goal", high: "far", unit: () => "" },
   clearance: { title: "Clearance", about: "How far each cell is from the nearest wall.", low: "tight", high: "open", unit: () => "m" },
-  expanded: { title: "Expanded", about: "Cells that the planner looked at, in their order.", low: "first", high: "last", unit: () => "" },
-  reach: { title: "Reach", about: "Where moving obstacles may be soon, as the planner expects it at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
+  expanded: { title: "Expanded", about: "In which order a search from the goal comes to the cells, until it comes to the start.", low: "first", high: "last", unit: () => "" },
+  reach: { title: "Reach", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
 };
 /** Milliseconds after which an answer that is no longer wanted is stopped instead of waited for. */
 const PATIENCE = 400;
@@ -164,7 +164,7 @@ class Layers {
     };
     page.on("plan", renew);
     page.on("ground", renew);
-    page.on("run", renew);
+    page.on("run", () => source.want(source.shown));
     page.on("tick", () => {
       if (source.shown === "reach") source.want("reach");
     });

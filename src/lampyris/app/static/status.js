@@ -107,7 +107,7 @@ class Status {
     add("Expansions", whole(plan.expansions));
     const { gates } = plan;
     // Planners that know no gates have none to tell of.
-    if (gates?.count) add("Gates", `${whole(gates.on_path?.length ?? 0)} passed of ${whole(gates.count)}`);
+    if (gates?.count) add("Gates", `${whole(gates.on_path?.length ?? 0)} of ${whole(gates.count)} on the way`);
     const speed = /** @type {any} */ (plan.speed);
     if (speed?.v?.length) {
       const metric = speed.units === "m/s";
@@ -251,9 +251,20 @@ function going(run, tick, cause) {
   const { robot } = run;
   if (tick === 0) return "The robot stands at the start.";
   const still = robot[2 * tick] === robot[2 * tick - 2] && robot[2 * tick + 1] === robot[2 * tick - 1];
-  if (still) return `The robot waits: ${cause}.`;
-  return cause ? `The robot drives; its speed is bound by: ${cause}.` : "The robot drives.";
+  if (still) return cause === "wait" || cause === "waiting" ? "The robot waits." : `The robot stands: ${cause}.`;
+  return PHRASES[cause] ?? (cause ? `The robot drives; what bounds its speed: ${cause}.` : "The robot drives.");
 }
+
+/** What causes mean for who does not know the words. @type {Record<string, string>} */
+const PHRASES = {
+  start: "The robot sets off.", limit: "The robot drives at its top speed.", acceleration: "The robot speeds up.",
+  braking: "The robot brakes for what comes.", clearance: "The robot is slowed by walls close by.",
+  curvature: "The robot is slowed by a bend.", turn: "The robot is slowed by a turn.", angle: "The robot is slowed by a turn.",
+  "moving obstacle": "The robot is slowed by a moving obstacle.", obstacle: "The robot is slowed by a moving obstacle.",
+  zone: "The robot is in a zone with a limit of its own.", "blind area": "The robot is slowed by what it cannot see.",
+  "ring 1": "The robot is slowed by walls next to it.", "ring 2": "The robot is slowed by walls two cells away.",
+  approach: "The robot slows down for the goal.", goal: "The robot is at the goal.",
+};
 
 /** A small picture of an event's mark. @param {string} shape @param {string} colour */
 function glyph(shape, colour) {
