@@ -8,12 +8,13 @@ import { applyEdits, withStroke } from "./ground.js";
 /** @typedef {import("./types.js").Cell} Cell */
 
 export const TOOLS = [
-  { name: "ends", key: "v", label: "Start and goal", tip: "Click the start, then the goal; drag either. Drag the ground to pan.", path: "M4 16l4-12 4 12M5.500 12h5M15 8v8M12.500 8h5" },
+  { name: "ends", key: "v", label: "Start and goal", tip: "Click the start, then the goal; drag either. Drag the ground to pan.", path: "M2.500 12.500h5v5h-5zM13 17V3l5 2.700-5 2.700M7.500 15h3" },
   { name: "wall", key: "b", label: "Paint walls", tip: "Paint walls; the right button erases.", path: "M4 16c3 0 4-1 4-3l7-8 2 2-8 7c-2 0-2 1-5 2zM8 13l1.500 1.500" },
   { name: "free", key: "e", label: "Erase walls", tip: "Erase walls.", path: "M4 12l7-7 5 5-6 6H7zM8 8l5 5M10 16h7" },
   { name: "patrol", key: "p", label: "Draw a patrol", tip: "Click the patrol's cells one by one; Enter or a double click ends, Esc drops it.", path: "M4 15l4-8 4 6 4-9M3 15h2v2H3zM7 5h2v2H7zM11 13h2v2h-2zM15 3h2v2h-2z" },
   { name: "pan", key: "h", label: "Move the map", tip: "Drag the map. Wheel or pinch zooms.", path: "M10 3v14M3 10h14M10 3L8 5M10 3l2 2M10 17l-2-2M10 17l2-2M3 10l2-2M3 10l2 2M17 10l-2-2M17 10l-2 2" },
 ];
+const NARROW = window.matchMedia("(max-width: 820px)");
 const NEAR = 12;
 const SLIP = 5;
 
@@ -32,15 +33,18 @@ export function mount(page, bar) {
   const slider = el("input", { type: "range", min: 1, max: 9, step: 1, value: 1, "aria-label": "Brush size in cells" });
   const size = el("label", { class: "size", hidden: true, title: "Brush size, [ and ]" }, slider, number);
   slider.addEventListener("input", () => editor.resize(Number(slider.value)));
-  const done = el("button", { type: "button", class: "btn primary", hidden: true, onclick: () => editor.endPatrol() }, "Done");
-  bar.append(size, done);
+  const done = el("button", { type: "button", class: "btn primary done", hidden: true, onclick: () => editor.endPatrol() }, "Place this patrol");
+  bar.append(size);
+  byId("stage").append(done);
 
   const tip = byId("tip");
   editor.onChange = () => {
     slider.value = String(editor.size);
-    number.textContent = String(editor.size);
+    number.textContent = `${editor.size}`;
     done.hidden = editor.draft.length === 0;
-    tip.textContent = editor.tip();
+    const trouble = page.plan && page.plan.cells.length === 0 && !editor.draft.length ? page.plan.sentence : "";
+    tip.textContent = trouble || editor.tip();
+    tip.classList.toggle("trouble", trouble !== "");
   };
   page.use = (name) => {
     if (name !== "patrol") editor.dropPatrol();
@@ -59,11 +63,22 @@ export function mount(page, bar) {
   });
   page.on("brush", (by) => editor.resize(editor.size + by));
   page.on("ground", () => editor.onChange());
+  page.on("plan", () => editor.onChange());
   page.store.listen(() => {
     editor.showPatrols();
     editor.onChange();
   });
   zoomButtons(page);
+  const room = () => {
+    page.map.edge = NARROW.matches ? { top: 56, right: 14, bottom: 14, left: 14 } : { top: 16, right: 58, bottom: 16, left: 58 };
+    bar.setAttribute("aria-orientation", NARROW.matches ? "horizontal" : "vertical");
+    slider.classList.toggle("upright", !NARROW.matches);
+  };
+  NARROW.addEventListener("change", () => {
+    room();
+    fit(page);
+  });
+  room();
   page.use("ends");
 }
 
@@ -112,6 +127,7 @@ export function zoomBy(page, factor, px, py) {
 export function moveBy(page, dx, dy) {
   const { map, ground } = page;
   if (!ground) return;
+  map.fitted = false;
   map.view.pan(dx, dy, ground.width, ground.height);
   map.refresh();
   page.tell("map");

@@ -7,6 +7,7 @@ import { applyEdits, loadGround } from "./ground.js";
 import { first, blank } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Ground} Ground */
 /** @typedef {import("./types.js").Plan} Plan */
 /** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Scenario} Scenario */
@@ -15,8 +16,11 @@ import { first, blank } from "./state.js";
 const DECIDE = ["map", "start", "goal", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
 /** Of these, the ones that decide a plan at the start as well. */
 const UNPLANNED = new Set(["simulate"]);
-/** Milliseconds after which a plan that is no longer wanted is stopped instead of waited for. */
-const PATIENCE = 400;
+/**
+ * Milliseconds after which a plan that is no longer wanted is stopped instead of waited for. An engine that is
+ * stopped may have to start anew, which takes about a second: with 400 here a drag never saw an answer.
+ */
+const PATIENCE = 2500;
 
 /** @param {Page} page */
 export function mount(page) {
@@ -63,13 +67,18 @@ export function mount(page) {
   // The brush has drawn these already.
   page.on("painted", (edits) => (shown.edits = edits));
 
+  /** A map that was loaded to be opened, so that it is not asked for twice. @type {{spec: unknown, ground: Ground} | null} */
+  let opened = null;
+
   const load = async () => {
     const spec = store.scenario.map;
     const mine = ++loading;
     shown.map = spec;
     page.tell("busy", true);
     try {
-      const ground = await loadGround(page.api, spec);
+      const ready = opened;
+      const ground = ready?.spec === spec ? ready.ground : await loadGround(page.api, spec);
+      opened = null;
       if (mine !== loading) return;
       page.base = ground.cells.slice();
       const { edits } = store.scenario;
@@ -81,6 +90,9 @@ export function mount(page) {
       map.fit();
       ends();
       page.tell("ground");
+      const { start, goal } = store.scenario;
+      // The map's own ends, so that there is something to see at once.
+      if (!start && !goal && ground.start && ground.goal) store.set({ start: ground.start, goal: ground.goal }, "map");
       plans.want();
     } catch (error) {
       if (mine !== loading) return;
@@ -100,7 +112,9 @@ export function mount(page) {
 
   page.open = async (spec) => {
     const ground = await loadGround(page.api, spec);
-    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: placeless(store.scenario.obstacles), map_hash: undefined });
+    opened = { spec, ground };
+    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: placeless(store.scenario.obstacles), map_hash: undefined }, "open");
+    store.settle();
   };
   page.adopt = async (scenario) => {
     store.replace(scenario);
@@ -152,16 +166,6 @@ export function mount(page) {
 /** The scenario of the link, the draft, or a first one. @param {Page} page */
 export async function begin(page) {
   page.store.replace((await first(page)) ?? blank(), false);
-  const { start, goal, map } = page.store.scenario;
-  if (start || goal) return;
-  try {
-    // The map's own ends, so that there is something to see at once.
-    const ground = await loadGround(page.api, map);
-    if (page.store.scenario.map === map) page.store.set({ start: ground.start, goal: ground.goal });
-    page.store.forget();
-  } catch (error) {
-    page.fault(error);
-  }
 }
 
 /** Obstacles that are a number, not places of another map. @param {Array<Record<string, any>>} obstacles */
@@ -197,7 +201,6 @@ class Plans {
     /** @type {AbortController | null} */
     this._abort = null;
     this._began = 0;
-    this._last = "";
   }
 
   want() {
@@ -226,7 +229,6 @@ class Plans {
       this._began = performance.now();
       try {
         const plan = await this._plan(this._abort.signal);
-        this._last = "";
         this._put(plan);
       } catch (error) {
         if (this._abort.signal.aborted) continue;
@@ -262,13 +264,10 @@ class Plans {
   /** A place that cannot be planned from is said where a plan's sentence is said, not as an alarm at each step of a drag. @param {unknown} error */
   _failed(error) {
     if (error instanceof ServerError && error.status !== 401) {
-      const sentence = error.message;
       this._put(/** @type {any} */ ({
-        status: "error", sentence, cells: new Int16Array(0), waypoints: null, cost: null, optimal_cost: null, gap: null,
+        status: "error", sentence: error.message, cells: new Int16Array(0), waypoints: null, cost: null, optimal_cost: null, gap: null,
         sum_cost_to_go: null, iterations: 0, expansions: 0, gates: { count: 0, on_path: [], in_map: [] }, jumps: [], speed: null, seconds: 0,
       }));
-      if (sentence !== this._last) this._page.say(sentence, "bad");
-      this._last = sentence;
     } else {
       this._page.fault(error);
     }

@@ -1,6 +1,7 @@
 // Library: maps to choose from, with pictures; files dropped anywhere on the page become maps.
 
 import { byId, el } from "./page.js";
+import { tidy } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {{id: string, name: string, kind: string, width: number | null, height: number | null, free: number | null}} Row */
@@ -13,7 +14,7 @@ const MOST = 15 * 2 ** 20;
 export function mount(page, pane) {
   const picker = el("input", { type: "file", multiple: true, hidden: true, "aria-label": "Map files",
     accept: ".png,.bmp,.pgm,.yaml,.yml,.map,.txt,.npy,.csv,.json" });
-  const pick = el("button", { type: "button", class: "btn primary", onclick: () => picker.click() }, "Upload a map\u2026");
+  const pick = el("button", { type: "button", class: "btn primary", onclick: () => picker.click() }, "Open files\u2026");
   const empty = el("button", { type: "button", class: "btn", title: "An empty map, to paint your own" }, "Empty map");
   const search = el("input", { type: "search", placeholder: "Find a map", "aria-label": "Find a map" });
   const lists = el("div", { class: "maps" });
@@ -202,13 +203,7 @@ export function scenarioOf(text, name) {
   } catch {
     throw new Error(`${name} is not JSON.`);
   }
-  if (!made || typeof made !== "object" || made.version !== 1 || !made.map) throw new Error(`${name} is not a lampyris scenario: it needs "version": 1 and a "map".`);
-  const named = (/** @type {any} */ who) => (typeof who === "string" ? { name: who, settings: {} } : who ? { settings: {}, ...who } : who);
-  const cell = (/** @type {any} */ end) => (Array.isArray(end) && end.length === 2 ? end : null);
-  return {
-    ...made, planner: named(made.planner ?? "ad-gso"), law: named(made.law ?? null), start: cell(made.start), goal: cell(made.goal),
-    obstacles: Array.isArray(made.obstacles) ? made.obstacles : [], edits: Array.isArray(made.edits) ? made.edits : [], robot: made.robot ?? {},
-  };
+  return tidy(made, name);
 }
 
 /** Files as the server takes them: their number, then name and bytes of each. @param {File[]} files */

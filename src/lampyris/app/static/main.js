@@ -13,9 +13,10 @@ const PARTS = [
 
 async function main() {
   const page = makePage(fragment().get("t") ?? "");
+  const greeting = hello(page);
   const parts = await Promise.all(PARTS.map(load));
   mount(parts.filter(({ name }) => name === "tabs" || name === "gone"), page);
-  page.hello = await hello(page);
+  page.hello = await greeting;
   mount(parts.filter(({ name }) => name !== "tabs" && name !== "gone"), page);
   for (const { part } of parts) await part?.begin?.(page);
   document.body.classList.add("ready");

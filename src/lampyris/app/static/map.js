@@ -54,6 +54,10 @@ export class MapView {
     /** @type {Moment} */
     this.moment = { robot: null, bodies: null, kinds: [], radii: [], trail: null };
     this.robotRadius = 0;
+    /** Whether the whole map is shown; it stays so when the page's size changes. */
+    this.fitted = true;
+    /** Pixels at each side that the map leaves free when it is fitted. */
+    this.edge = { top: 16, right: 16, bottom: 16, left: 16 };
     /** @type {Patrol[]} */
     this.patrols = [];
     /** The brush under the pointer. @type {{at: Cell, size: number} | null} */
@@ -88,14 +92,15 @@ export class MapView {
       one.width = width;
       one.height = height;
     }
-    const fresh = this.view.width <= 1;
+    const whole = this.fitted || this.view.width <= 1;
     this.view.resize(box.width, box.height);
-    if (fresh) this.fit();
+    if (whole) this.fit();
     this.refresh();
   }
 
   fit() {
-    if (this.ground) this.view.fit(this.ground.width, this.ground.height);
+    this.fitted = true;
+    if (this.ground) this.view.fit(this.ground.width, this.ground.height, this.edge);
     this.refresh();
   }
 
@@ -315,6 +320,16 @@ export class MapView {
     const dark = THEMES[this.dark ? "dark" : "light"].ink;
     pen.lineCap = "round";
     pen.lineJoin = "round";
+    if (way.faint) {
+      pen.globalAlpha = 0.6;
+      pen.strokeStyle = dark;
+      pen.lineWidth = Math.max(1.5, wide * 0.3);
+      pen.setLineDash([6, 6]);
+      this._line(pen, way.cells, 0, n - 1);
+      pen.setLineDash([]);
+      pen.globalAlpha = 1;
+      return;
+    }
     // A casing first, so that the way is seen on any ground.
     pen.strokeStyle = this.dark ? "#000" : dark;
     pen.lineWidth = wide + 2;
@@ -344,7 +359,6 @@ export class MapView {
       }
     }
     pen.setLineDash([]);
-    pen.globalAlpha = 1;
   }
 
   /** @param {CanvasRenderingContext2D} pen @param {ArrayLike<number>} cells @param {number} from @param {number} to */

@@ -58,7 +58,8 @@ export class Store {
   replace(scenario, undoable = true) {
     if (undoable) this._past.push(this.scenario);
     this._future = [];
-    this._mark = "";
+    // Ends that the map gives are no step of their own.
+    this._mark = "map";
     const keys = new Set([...Object.keys(this.scenario), ...Object.keys(scenario)]);
     this.scenario = { ...blank(), ...scenario };
     this._told(keys);
@@ -91,13 +92,6 @@ export class Store {
     this._told(keys);
   }
 
-  /** What was done so far cannot be undone: it was not done by the person. */
-  forget() {
-    this._past = [];
-    this._future = [];
-    this._told(new Set());
-  }
-
   /** @param {Set<string>} keys */
   _told(keys) {
     for (const listener of this._listeners) listener(keys);
@@ -113,6 +107,25 @@ function changed(a, b) {
   return keys;
 }
 
+/**
+ * A scenario of a file, a link or a draft in the form that the page has: every key there, names as tables.
+ * What is wrong inside is the server's to say.
+ * @param {any} made @param {string} from what to call it in a message @returns {Scenario}
+ */
+export function tidy(made, from) {
+  if (!made || typeof made !== "object" || made.version !== 1 || !made.map) {
+    throw new Error(`${from} is not a lampyris scenario: it needs "version": 1 and a "map".`);
+  }
+  const named = (/** @type {any} */ who) => (typeof who === "string" ? { name: who, settings: {} } : who ? { settings: {}, ...who } : null);
+  const cell = (/** @type {any} */ end) => (Array.isArray(end) && end.length === 2 && end.every(Number.isInteger) ? end : null);
+  const list = (/** @type {any} */ some) => (Array.isArray(some) ? some : []);
+  const edits = list(made.edits).map((one) => ({ tick: Number(one?.tick) || 0, blocked: list(one?.blocked), freed: list(one?.freed) }));
+  return {
+    ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), start: cell(made.start), goal: cell(made.goal),
+    obstacles: list(made.obstacles).filter((one) => one && typeof one === "object"), edits, robot: made.robot ?? {},
+  };
+}
+
 /** Keep a draft; a browser that refuses (private windows, no room) costs the draft and nothing else. @param {Scenario} scenario */
 function keep(scenario) {
   try {
@@ -126,7 +139,7 @@ function keep(scenario) {
 export function draft() {
   try {
     const text = localStorage.getItem(DRAFT);
-    return text ? JSON.parse(text) : null;
+    return text ? tidy(JSON.parse(text), "The draft") : null;
   } catch {
     return null;
   }
@@ -146,7 +159,7 @@ export async function ofLink(text) {
   const plain = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(plain, (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return JSON.parse(await new Response(stream).text());
+  return tidy(JSON.parse(await new Response(stream).text()), "The link");
 }
 
 /** Parts of the fragment: `t` the token, `s` a scenario. */

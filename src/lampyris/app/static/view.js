@@ -23,13 +23,13 @@ export class View {
     this.height = height;
   }
 
-  /** The whole map, with a margin. @param {number} columns @param {number} rows */
-  fit(columns, rows) {
-    const margin = 16;
-    const scale = Math.min((this.width - 2 * margin) / columns, (this.height - 2 * margin) / rows);
-    this.scale = clamp(scale, LEAST, MOST);
-    this.x = (this.width - columns * this.scale) / 2;
-    this.y = (this.height - rows * this.scale) / 2;
+  /** The whole map within what is left of the screen. @param {number} columns @param {number} rows @param {{top: number, right: number, bottom: number, left: number}} edge pixels that others need */
+  fit(columns, rows, { top, right, bottom, left }) {
+    const width = Math.max(40, this.width - left - right);
+    const height = Math.max(40, this.height - top - bottom);
+    this.scale = clamp(Math.min(width / columns, height / rows), LEAST, MOST);
+    this.x = left + (width - columns * this.scale) / 2;
+    this.y = top + (height - rows * this.scale) / 2;
   }
 
   /** Zoom by a factor with the pixel (px, py) kept where it is. @param {number} factor @param {number} px @param {number} py */
