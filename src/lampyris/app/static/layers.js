@@ -40,6 +40,8 @@ export class Source {
     /** @type {AbortController | null} */
     this._abort = null;
     this._began = 0;
+    /** State that is asked about. */
+    this._about = 0;
     /** Told when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
     this.onLayer = () => {};
   }
@@ -68,7 +70,8 @@ export class Source {
     if (this._have.get(name)?.key === this._key(name)) return;
     this._wanted.add(name);
     if (!this._abort) void this._ask();
-    else if (name === this.shown && performance.now() - this._began > PATIENCE) this._abort.abort();
+    // Another tick is no reason to stop: where answers take long, none would ever come.
+    else if (this._about !== this._state && performance.now() - this._began > PATIENCE) this._abort.abort();
   }
 
   async _ask() {
@@ -81,6 +84,7 @@ export class Source {
       const abort = new AbortController();
       this._abort = abort;
       this._began = performance.now();
+      this._about = this._state;
       let layer = null;
       let fault = "";
       try {

@@ -331,7 +331,8 @@ export class MapView {
       return;
     }
     // A casing first, so that the way is seen on any ground.
-    pen.strokeStyle = this.dark ? "#000" : dark;
+    // Slow and dark stretches would drown in dark ground; bright layers need the dark casing all the same.
+    pen.strokeStyle = this.dark ? (this.layer ? "#000" : "#f4f5f7") : dark;
     pen.lineWidth = wide + 2;
     this._line(pen, way.cells, 0, n - 1);
     pen.setLineDash(way.dash ?? []);

@@ -18,6 +18,8 @@ const ICONS = {
 const SAID = 120;
 /** How far from a mark, in pixels, the pointer still means it. */
 const NEAR = 6;
+/** Pixels on both sides of the rail that the marks of the first and last tick need. */
+const BESIDE = 8;
 
 class Timeline {
   /** @param {Page} page @param {HTMLElement} element */
@@ -237,14 +239,14 @@ class Timeline {
     const { marks, page, width } = this;
     const ratio = window.devicePixelRatio || 1;
     const height = 26;
-    const wide = Math.round(width * ratio);
+    const wide = Math.round((width + 2 * BESIDE) * ratio);
     if (marks.width !== wide || marks.height !== Math.round(height * ratio)) {
       marks.width = wide;
       marks.height = Math.round(height * ratio);
     }
     const pen = /** @type {CanvasRenderingContext2D} */ (marks.getContext("2d"));
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
+    pen.setTransform(ratio, 0, 0, ratio, BESIDE * ratio, 0);
+    pen.clearRect(-BESIDE, 0, width + 2 * BESIDE, height);
     if (!page.run || !this.last) return;
     /** Pixels that have this mark already: hundreds of waits are drawn once each pixel. @type {Record<string, number>} */
     const taken = {};
