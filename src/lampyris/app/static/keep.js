@@ -40,7 +40,7 @@ class Keep {
     this.words = el("p", { class: "hint", role: "status" });
     this.bar = el("progress", { hidden: true, "aria-label": "Making the file" });
     this.stop = button("Stop", () => this.asked?.abort(), { hidden: true });
-    into.append(el("div", { class: "field" }, el("label", { for: "keep-name" }, "name"), this.name));
+    into.append(el("div", { class: "field named" }, el("label", { for: "keep-name" }, "name"), this.name));
     for (const { title, kinds } of GROUPS) {
       into.append(el("h3", null, title), el("div", { class: "stack kinds" }, ...kinds.map(([what, ending, about]) => this._kind(what, ending, about))));
       if (title === "Picture") {
@@ -72,7 +72,7 @@ class Keep {
     const asked = new AbortController();
     this.asked = asked;
     this._busy(true);
-    const name = `${safe(this.name.value) || nameOf(page)}.${ending}`;
+    const name = `${safe(this.name.value) || nameOf(page)}${what === "compared" ? "-compared" : ""}.${ending}`;
     const began = performance.now();
     const clock = window.setInterval(() => this._tell(`Making ${name}: ${((performance.now() - began) / 1000).toFixed(0)} s.`), 500);
     this._tell(`Making ${name}.`);

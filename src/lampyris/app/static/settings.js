@@ -237,12 +237,16 @@ class Form {
       ? document.activeElement.closest(".field")?.getAttribute("data-name") : null;
     this._shape = shape;
     this._fields.clear();
-    fill(this._rows, ...this._settings.map((one) => {
+    let group = "";
+    fill(this._rows, ...this._settings.flatMap((one) => {
+      const rule = one.name.includes(".") ? one.name.split(".")[0] : "";
+      const head = rule && rule !== group && !this._settings.some(({ name }) => name === rule) ? el("h3", null, rule.replaceAll("_", " ")) : null;
+      group = rule;
       const made = field(one, (value, settled) => this._give(one, value, settled));
       made.row.setAttribute("data-name", one.name);
       made.row.classList.toggle("inner", one.name.includes("."));
       this._fields.set(one.name, made);
-      return made.row;
+      return [head, made.row];
     }));
     if (focused) /** @type {HTMLElement | null} */ (this._fields.get(focused)?.row.querySelector("input, select"))?.focus();
   }

@@ -47,6 +47,8 @@ export class Stagehand {
     const { marks, layer, gates, start, goal } = map;
     const { scale, x, y } = map.view;
     if (play.playing) play.toggle();
+    // The tools' words would lie over the lowest row.
+    document.body.classList.add("led");
     this._ends = { start, goal };
     this._back = () => {
       Object.assign(map, { start, goal });
@@ -62,6 +64,7 @@ export class Stagehand {
     const back = this._back;
     if (!back) return;
     this._back = null;
+    document.body.classList.remove("led");
     const { map, play } = this.page;
     const { scale, x, y } = map.view;
     back();
@@ -123,7 +126,8 @@ export function marksOf(jump, ring, chosen, ground) {
     for (let j = Math.max(0, y - ring); j <= Math.min(ground.height - 1, y + ring); j++) {
       for (let i = Math.max(0, x - ring); i <= Math.min(ground.width - 1, x + ring); i++) {
         const far = Math.max(Math.abs(i - x), Math.abs(j - y));
-        if (far && !taken.has(`${i},${j}`)) marks.push({ at: [i, j], colour: LOOKED, fill: 0.14, ring: false });
+        const wall = ground.cells[j * ground.width + i] === 1;
+        if (far && !wall && !taken.has(`${i},${j}`)) marks.push({ at: [i, j], colour: LOOKED, fill: 0.14, ring: false });
       }
     }
   }
@@ -142,10 +146,10 @@ export function marksOf(jump, ring, chosen, ground) {
 /** The way of some iterations, from node to node. @param {Jump[]} jumps */
 export function wayOf(jumps) {
   const cells = jumps.flatMap(({ subpath }, k) => (k ? subpath.slice(1) : subpath)).flat();
-  return { cells, colour: ACCEPTED, wide: 4 };
+  return { cells, colour: ACCEPTED, wide: 3 };
 }
 
 /** Of one iteration, dashed. @param {Jump} jump */
 export function stretchOf(jump) {
-  return { cells: jump.subpath.flat(), colour: CHOSEN, dash: [7, 5], wide: 4 };
+  return { cells: jump.subpath.flat(), colour: CHOSEN, dash: [7, 5], wide: 2 };
 }

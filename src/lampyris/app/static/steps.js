@@ -1,7 +1,7 @@
 // Steps: AD-GSO in slow motion. Rings grow one by one, accepted cells come with luciferin and probability, one is
 // chosen, and the robot goes there. It is the record of the plan that is shown, nothing is worked out here.
 
-import { block, button, el, fill, sentence, spelled } from "./make.js";
+import { block, button, el, fill, sentence, spelled, spoken } from "./make.js";
 import { planned } from "./runs.js";
 import { Stagehand, marksOf, stretchOf, wayOf } from "./stagehand.js";
 
@@ -204,7 +204,7 @@ export function jumpTable(jump, ring, chosen) {
     el("thead", null, el("tr", null, ...["cell", "ring", "luciferin", "probability"].map((word) => el("th", { scope: "col" }, word)))),
     el("tbody", null, ...there.slice(0, MOST_ROWS).map((one) => {
       const is = chosen && one.cell.join() === jump.chosen.join();
-      return el("tr", is ? { class: "chosen" } : null, el("th", { scope: "row" }, spelled(one.cell), is ? " ◂ chosen" : null),
+      return el("tr", is ? { class: "chosen" } : null, el("th", { scope: "row" }, spelled(one.cell), is ? " ◂" : null, is ? spoken(" chosen") : null),
         el("td", null, String(one.ring)), el("td", null, one.luciferin.toFixed(3)), el("td", null, one.probability.toFixed(4)));
     })));
   if (there.length > MOST_ROWS) made.append(el("tfoot", null, el("tr", null, el("td", { colspan: 4 }, `and ${there.length - MOST_ROWS} more`))));

@@ -3,7 +3,7 @@
 
 import { GATE } from "./colours.js";
 import { GOAL, SIDE, SIGNS, START, cellOf, index, numbers, scenario, verdict } from "./guide.js";
-import { block, button, el, fill, sentence, spelled } from "./make.js";
+import { block, button, el, fill, sentence, spelled, spoken } from "./make.js";
 import { jumpTable } from "./steps.js";
 import { ACCEPTED, CHOSEN, Stagehand, marksOf, stretchOf, wayOf } from "./stagehand.js";
 
@@ -19,6 +19,7 @@ import { ACCEPTED, CHOSEN, Stagehand, marksOf, stretchOf, wayOf } from "./stageh
  * @typedef {{title: string, say: (n: Numbers) => string[], show: (n: Numbers, page: Page) => Parameters<Stagehand["show"]>[0], table?: (n: Numbers) => Part[]}} Step
  */
 
+const INTRO = "The dissertation's 10 × 10 example in ten steps, with its tables beside what is computed here.";
 const BEFORE = "lampyris-before-tour";
 const ARROWS = ["↖", "↑", "↗", "←", "·", "→", "↙", "↓", "↘"];
 
@@ -38,7 +39,7 @@ const STEPS = [
       "A wave goes out from the goal and writes into each cell the least cost from there to the goal: 1 for a straight step, 1.4 for a diagonal one. Diagonals may cut corners.",
       `At the start it says ${n.cost[index(START)].toFixed(1)}. That is the cost of a shortest way, before anybody has moved.`,
     ],
-    show: (n) => ({ layer: n.layers.cost, bare: true, marks: texts(n.cost, (v) => v.toFixed(1)) }),
+    show: (n, page) => ({ layer: n.layers.cost, bare: true, marks: texts(n.cost, (v) => v.toFixed(1), page.dark) }),
   },
   {
     title: "Luciferin",
@@ -49,7 +50,7 @@ const STEPS = [
         `At the start: 0.6 × ${n.luciferin[p].toFixed(3)} + 0.6 × ${n.cost[k].toFixed(1)} = ${n.luciferin[k].toFixed(3)}.`,
       ];
     },
-    show: (n) => ({ layer: n.layers.luciferin, bare: true, marks: texts(n.luciferin, (v) => v.toFixed(2)) }),
+    show: (n, page) => ({ layer: n.layers.luciferin, bare: true, marks: texts(n.luciferin, (v) => v.toFixed(2), page.dark) }),
     table: (n) => fieldTable(n),
   },
   {
@@ -155,7 +156,7 @@ class Tour {
     this.own = null;
     this.at = 0;
     this.hand = new Stagehand(page, () => this._draw());
-    this.intro = el("p", { class: "hint" }, "The dissertation's 10 × 10 example in ten steps, with its tables beside what is computed here.");
+    this.intro = el("p", { class: "hint", role: "status" }, INTRO);
     this.open = button("Begin the tour", () => this._open(), { class: "btn primary" });
     this.back = button("Back", () => this._go(this.at - 1));
     this.next = button("Next", () => this._go(this.at + 1), { class: "btn primary" });
@@ -176,6 +177,7 @@ class Tour {
   async _open() {
     const { page } = this;
     this.open.disabled = true;
+    this.intro.textContent = "Working out its numbers.";
     try {
       this.numbers ??= await numbers(page);
       this.before = page.store.scenario;
@@ -197,6 +199,7 @@ class Tour {
       this._restore();
     } finally {
       this.open.disabled = false;
+      this.intro.textContent = INTRO;
     }
   }
 
@@ -285,9 +288,10 @@ function shown(page) {
 
 // ---- what is on the map --------------------
 
-/** @param {number[]} values @param {(v: number) => string} spell */
-function texts(values, spell) {
-  return framed(values.map((v, k) => ({ at: cellOf(k), colour: ACCEPTED, fill: 0, text: Number.isNaN(v) ? "" : spell(v) })));
+/** Numbers in their cells; on dark pages the brightest colours are dimmed, so that white can be read on them. @param {number[]} values @param {(v: number) => string} spell @param {boolean} dark */
+function texts(values, spell, dark) {
+  const fill = dark ? 0.5 : 0;
+  return framed(values.map((v, k) => ({ at: cellOf(k), colour: "#16181d", fill: Number.isNaN(v) ? 0 : fill, text: Number.isNaN(v) ? "" : spell(v) })));
 }
 
 /** Start and goal as frames: their letters would hide what stands in the cells. @param {import("./stagehand.js").Mark[]} marks */
@@ -376,7 +380,7 @@ function walkTable(n, k, jump) {
     const how = theirs === undefined ? null : mine ? verdict(theirs, mine.probability, 0.001) : "other";
     if (how) count[how] += 1;
     const is = key === jump.chosen.join();
-    return el("tr", is ? { class: "chosen" } : null, el("th", { scope: "row" }, `(${key})`, is ? " ◂" : null), el("td", null, mine ? String(mine.ring) : "–"),
+    return el("tr", is ? { class: "chosen" } : null, el("th", { scope: "row" }, `(${key})`, is ? " ◂" : null, is ? spoken(" chosen") : null), el("td", null, mine ? String(mine.ring) : "–"),
       el("td", null, mine ? mine.luciferin.toFixed(3) : "–"), el("td", null, mine ? mine.probability.toFixed(4) : "not accepted"),
       el("td", null, theirs ?? "–"), el("td", how ? { class: how } : null, how ? SIGNS[how] : null));
   });
