@@ -76,8 +76,8 @@ export function mount(page) {
     shown.map = spec;
     page.tell("busy", true);
     try {
-      const ready = opened;
-      const ground = ready?.spec === spec ? ready.ground : await loadGround(page.api, spec);
+      const ready = /** @type {{spec: unknown, ground: Ground} | null} */ (opened);
+      const ground = ready && ready.spec === spec ? ready.ground : await loadGround(page.api, spec);
       opened = null;
       if (mine !== loading) return;
       page.base = ground.cells.slice();
@@ -205,6 +205,7 @@ class Plans {
 
   want() {
     this._wanted = true;
+    if (this._page.gone) return;
     if (!this._asking) void this._ask();
     else {
       const left = Math.max(0, this._began + PATIENCE - performance.now());
@@ -218,7 +219,7 @@ class Plans {
   async _ask() {
     const page = this._page;
     this._asking = true;
-    while (this._wanted) {
+    while (this._wanted && !page.gone) {
       this._wanted = false;
       const { start, goal } = page.store.scenario;
       if (!start || !goal || !page.ground) {
