@@ -100,7 +100,7 @@ class Engines:
             yield error_frame(_CANCELLED)
             return
         self._running[job] = engine
-        whole = False
+        whole = faulty = False
         try:
             await engine.tell(data)
             while True:
@@ -110,11 +110,12 @@ class Engines:
                     return
                 if not piece:
                     break
+                faulty = piece[4:5] == b"X"
                 yield piece
             died = await engine.ended()
             whole = True
-            yield error_frame(_CANCELLED if job in self._cancelled else self._why(died))
         finally:
+            stopped = job in self._cancelled
             self._cancelled.discard(job)
             if whole:
                 self._give_back(job, engine)
@@ -123,6 +124,8 @@ class Engines:
                 task = asyncio.ensure_future(self._settle(job, engine))
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
+        if not faulty:
+            yield error_frame(_CANCELLED if stopped else self._why(died, engine.nonsense))
 
     async def cancel(self, job: int) -> None:
         """Stop a job: it is asked to, and ended if it has not after half a second. Unknown jobs are none."""
@@ -199,8 +202,10 @@ class Engines:
         finally:
             self._give_back(job, engine)
 
-    def _why(self, code: int) -> LampyrisError:
+    def _why(self, code: int, nonsense: bool) -> LampyrisError:
         """Why an engine ended in the middle of a job."""
+        if nonsense:
+            return InternalFault("ENGINE", "the process that worked on this sent something that is no answer")
         if code == -getattr(signal, "SIGXCPU", 24):
             return LimitError(
                 "CPU_LIMIT",
@@ -225,10 +230,17 @@ class _Engine:
     def __init__(self, command: Sequence[str]) -> None:
         self._command = command
         self._process: asyncio.subprocess.Process | None = None
+        self._killed = False
+        self.nonsense = False
+        """Whether the present process, or the last, was ended for what it said."""
 
     async def start(self) -> asyncio.subprocess.Process:
         """The process, started if there is none."""
+        if self._process is not None and self._killed:
+            # It may have said its last word in time, and is not buried yet.
+            await self._process.wait()
         if self._process is None or self._process.returncode is not None:
+            self.nonsense = self._killed = False
             self._process = await asyncio.create_subprocess_exec(
                 *self._command,
                 stdin=asyncio.subprocess.PIPE,
@@ -259,6 +271,7 @@ class _Engine:
         try:
             size, of = struct.unpack("<II", await process.stdout.readexactly(8))
             if of != job or size > MAX_FRAME:
+                self.nonsense = True
                 self.kill()
                 return b""
             return await process.stdout.readexactly(size) if size else None
@@ -280,6 +293,7 @@ class _Engine:
     def kill(self) -> None:
         """End it now."""
         if self._process is not None:
+            self._killed = True
             with suppress(ProcessLookupError):
                 self._process.kill()
 

@@ -1,8 +1,8 @@
 """Studying: a study of what is compared in the page, run in a process of its own.
 
 ``python -m lampyris.app.studying FOLDER`` reads one line of JSON (the question, as an engine gets it) from
-its standard input, and writes lines of JSON: how far it is, and at last how it ended. The store and the report
-are in the folder. When its input ends, nobody waits for it any more, and it ends too.
+its standard input, and writes lines of JSON: how far it is, and at last how it ended. The store and the
+report are in the folder. When its input ends, nobody waits for it any more, and it ends too.
 """
 
 from __future__ import annotations
