@@ -25,9 +25,13 @@ from lampyris.app.asking import dump, said, told
 from lampyris.app.frames import error_frame, fault_of
 from lampyris.app.guard import BYTES, JSON, App, Door, Guard, Refused, Way, error_body
 from lampyris.errors import InputError, InternalFault, LampyrisError
+from lampyris.maps.json_text import read_json
+from lampyris.maps.yaml_text import read_yaml
 
 STREAMS: Final = 16
 TICKETS: Final = 16
+MOST_VALUES: Final = 100_000
+"""Values of a scenario file that is read here; PyYAML reads some 20,000 a second."""
 TICKET_SECONDS: Final = 30.0
 
 WAYS: Final = (
@@ -41,6 +45,7 @@ WAYS: Final = (
     Way("/api/thumbs/{id}"),
     Way("/api/maps/{id}/delete", "POST", JSON),
     *(Way(f"/api/{verb}", "POST", JSON) for verb in ("plan", "simulate", "layer", "compare", "export")),
+    Way("/api/scenario", "POST", JSON),
     Way("/api/study", "POST", JSON),
     Way("/api/study/{job}"),
     Way("/api/ticket", "POST", JSON),
@@ -193,6 +198,7 @@ class Desk:
             ("GET", "/api/maps/{id}"): self.ground,
             ("GET", "/api/thumbs/{id}"): self.thumb,
             ("POST", "/api/maps/{id}/delete"): self.delete_map,
+            ("POST", "/api/scenario"): self.scenario,
             ("POST", "/api/study"): self.study,
             ("GET", "/api/study/{job}"): self.study_progress,
             ("POST", "/api/ticket"): self.ticket,
@@ -297,6 +303,15 @@ class Desk:
         else:
             await self._all.engines.cancel(job)
         return told({"cancelled": job})
+
+    async def scenario(self, request: Request) -> Response:
+        """A scenario file as plain data: the page reads what the command line reads."""
+        body = await said(request, ("name", "text"))
+        name, text = (str(body.get(key, "")) for key in ("name", "text"))
+        read: Callable[..., Any] = read_json if name.lower().endswith(".json") else read_yaml
+        data = text.encode("utf-8", "surrogatepass")
+        found = await asyncio.to_thread(read, data, name[:80], max_values=MOST_VALUES)
+        return told({"scenario": found.data})
 
     async def study(self, request: Request) -> Response:
         """Begin a study."""
