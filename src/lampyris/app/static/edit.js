@@ -197,6 +197,10 @@ class Editor {
     canvas.addEventListener("dblclick", () => this.endPatrol());
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
+    canvas.addEventListener("focus", () => {
+      // Whoever comes by keyboard sees at once where the cursor is.
+      if (canvas.matches(":focus-visible") && !this._pressed) this._moveCursor([0, 0]);
+    });
     canvas.addEventListener("blur", () => {
       page.map.cursor = null;
       page.map.draw();
@@ -209,7 +213,9 @@ class Editor {
   _down(event) {
     const { page } = this;
     if (!page.ground) return;
-    if (event.pointerType !== "touch" || this._pointers.size === 0) page.map.canvas.focus({ preventScroll: true });
+    this._pressed = true;
+    page.map.canvas.focus({ preventScroll: true });
+    this._pressed = false;
     try {
       page.map.canvas.setPointerCapture(event.pointerId);
     } catch {
@@ -333,7 +339,7 @@ class Editor {
       },
       // A finger that stays behind does nothing more.
       up: () => {
-        last = between();
+        if (this._pointers.size) last = between();
       },
     };
   }
@@ -482,7 +488,7 @@ class Editor {
     const waypoints = this.draft;
     this.draft = [];
     store.set({ obstacles: [...store.scenario.obstacles, { kind: "patrol", waypoints }] });
-    this.page.say(`A patrol of ${waypoints.length} ${waypoints.length === 1 ? "cell" : "cells"} is placed: it goes there and back while the simulation runs.`, "good");
+    this.page.say(`Patrol of ${waypoints.length} ${waypoints.length === 1 ? "cell" : "cells"} placed.`, "good");
   }
 
   dropPatrol() {
@@ -529,6 +535,7 @@ class Editor {
     else if (event.key === "Enter" && page.tool === "patrol" && map.cursor && this._isLast(map.cursor)) this.endPatrol();
     else if (event.key === "Enter" && map.cursor) this.click(map.cursor);
     else if (event.key === "Enter" && this.draft.length) this.endPatrol();
+    else if (event.key === "Enter") this._moveCursor([0, 0]);
     else if (event.key === "Escape" && this.draft.length) this.dropPatrol();
     else if (event.key === "Escape" && page.tool !== "ends") page.use("ends");
     else if ((event.key === "s" || event.key === "g") && map.cursor) this._endHere(event.key === "s" ? "start" : "goal", map.cursor);
@@ -579,6 +586,8 @@ class Editor {
     stroke.end();
   }
 
+  /** A pointer is pressing: the focus comes from it. */
+  _pressed = false;
   /** @type {"start" | "goal" | undefined} */
   _turn = undefined;
 }

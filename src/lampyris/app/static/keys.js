@@ -95,7 +95,8 @@ export function mount(page, dialog) {
     space.held = false;
     page.tell("space", space);
   });
-  byId("map").addEventListener("focus", () => page.tell("focus"));
+  // Not a link: the address holds the token.
+  byId("skip").addEventListener("click", () => page.map.canvas.focus());
 }
 
 /** Whether keys go into a field. @param {HTMLElement} at */

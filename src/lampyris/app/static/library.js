@@ -18,7 +18,7 @@ export function mount(page, pane) {
   const empty = el("button", { type: "button", class: "btn", title: "An empty map, to paint your own" }, "Empty map");
   const search = el("input", { type: "search", placeholder: "Find a map", "aria-label": "Find a map" });
   const lists = el("div", { class: "maps" });
-  pane.append(el("div", { class: "row" }, pick, empty, picker), el("p", { class: "hint" }, "PNG, BMP, PGM, ROS map (its YAML and its picture together), MovingAI, text, NumPy. Or drop files anywhere."), search, lists);
+  pane.append(el("div", { class: "row" }, pick, empty, picker), el("p", { class: "hint" }, "Scenarios, and maps: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy. Or drop them anywhere."), search, lists);
   const shelf = new Shelf(page, lists);
 
   picker.addEventListener("change", () => {
@@ -179,12 +179,13 @@ async function upload(page, shelf, files) {
   }
   page.tell("busy", true);
   try {
-    if (files.length === 1 && /\.json$/i.test(files[0].name)) {
-      await page.adopt(scenarioOf(await files[0].text(), files[0].name));
-      page.say(`${files[0].name} is loaded.`, "good");
+    const scenario = await scenarioIn(page, files);
+    if (scenario) {
+      await page.adopt(scenario);
+      page.say("The scenario is loaded.", "good");
       return;
     }
-    const row = await (await page.api.call("/api/maps", { bytes: await container(files) })).json();
+    const row = await send(page, files);
     await page.open({ library: row.id });
     page.say([`${row.name}: ${row.width} \u00d7 ${row.height} cells.`, ...(row.notes ?? [])].join(" "), "good");
     await shelf.load();
@@ -195,15 +196,32 @@ async function upload(page, shelf, files) {
   }
 }
 
-/** @param {string} text @param {string} name @returns {import("./types.js").Scenario} */
-export function scenarioOf(text, name) {
-  let made;
-  try {
-    made = JSON.parse(text);
-  } catch {
-    throw new Error(`${name} is not JSON.`);
+/** Keep files as a map of the library. @param {Page} page @param {File[]} files @returns {Promise<any>} */
+async function send(page, files) {
+  return (await page.api.call("/api/maps", { bytes: await container(files) })).json();
+}
+
+/**
+ * The scenario among some files, if one of them is a scenario; a map that it names is one of the others.
+ * @param {Page} page @param {File[]} files @returns {Promise<import("./types.js").Scenario | null>}
+ */
+async function scenarioIn(page, files) {
+  for (const file of files) {
+    if (!/\.(json|ya?ml)$/i.test(file.name)) continue;
+    const text = await file.text();
+    // A ROS map is YAML as well.
+    if (!/^\s*["']?version["']?\s*:/m.test(text) || !/^\s*["']?map["']?\s*:/m.test(text)) continue;
+    const { scenario } = await page.api.json("/api/scenario", { name: file.name, text });
+    const made = tidy(scenario, file.name);
+    const source = /** @type {any} */ (made.map);
+    if (typeof source === "object" && "file" in source) {
+      const others = files.filter((one) => one !== file);
+      if (!others.length) throw new Error(`${file.name} names the map ${source.file}: open both files together.`);
+      made.map = { library: (await send(page, others)).id };
+    }
+    return made;
   }
-  return tidy(made, name);
+  return null;
 }
 
 /** Files as the server takes them: their number, then name and bytes of each. @param {File[]} files */
