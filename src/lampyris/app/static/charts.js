@@ -43,6 +43,8 @@ class Charts {
     this._drawn = 0;
     this._due = 0;
     this._widths = [0, 0];
+    /** Where the lines of the shown moment stand, pixels. */
+    this._at = [-1, -1];
     this._keys = ["", ""];
     this._legend = "";
     /** Length of x, and where the plots begin and end, as of the last drawing. */
@@ -213,6 +215,7 @@ class Charts {
     this.plots[i]?.destroy();
     this.plots[i] = new MAKE.uPlot(this._options(i, shown), data, this.hosts[i]);
     this.heads[i] = el("i", { class: "ch-head-line" });
+    this._at[i] = -1;
     this.plots[i].over.append(this.heads[i]);
     this._scrubs(this.plots[i]);
   }
@@ -324,13 +327,17 @@ class Charts {
       const plot = this.plots[i];
       const head = this.heads[i];
       if (!plot || !head) continue;
-      head.hidden = !shown?.run;
+      const there = Boolean(shown?.run);
+      if (head.hidden === there) head.hidden = !there;
       if (!shown?.run) continue;
       const wide = plot.bbox.width / (window.devicePixelRatio || 1);
       const k = Math.min(Math.floor(tick), shown.x.length - 1);
       const next = Math.min(k + 1, shown.x.length - 1);
       const x = shown.x[k] + (tick - k) * (shown.x[next] - shown.x[k]);
-      head.style.transform = `translateX(${(Math.min(x / this._most, 1) * wide).toFixed(1)}px)`;
+      const px = Math.round(2 * Math.min(x / this._most, 1) * wide) / 2;
+      if (px === this._at[i]) continue;
+      this._at[i] = px;
+      head.style.transform = `translateX(${px}px)`;
     }
   }
 

@@ -28,6 +28,7 @@ class Timeline {
     this.width = 1;
     this._said = 0;
     this._shown = -1;
+    this._at = -1;
     this._wanted = false;
     this._mode = "";
 
@@ -84,6 +85,7 @@ class Timeline {
   /** @param {number} width */
   _resized(width) {
     this.width = Math.max(1, width);
+    this._at = -1;
     this._want();
     this._move();
   }
@@ -104,9 +106,13 @@ class Timeline {
   }
 
   _move() {
-    const x = this._x(this.page.play.tick);
-    this.thumb.style.transform = `translateX(${x.toFixed(1)}px)`;
-    this.done.style.transform = `scaleX(${(x / this.width).toFixed(4)})`;
+    // Half pixels are as fine as one sees; each change costs the browser a drawing of this bar.
+    const x = Math.round(2 * this._x(this.page.play.tick)) / 2;
+    if (x !== this._at) {
+      this._at = x;
+      this.thumb.style.transform = `translateX(${x}px)`;
+      this.done.style.transform = `scaleX(${x / this.width})`;
+    }
     this._say(false);
   }
 
