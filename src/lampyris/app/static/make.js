@@ -81,7 +81,7 @@ export function spelled(cell) {
 export function block(into, name, title) {
   const old = into.querySelector(`:scope > .${name}`);
   if (old) return null;
-  const made = el("section", { class: `block ${name}`, "aria-label": title }, el("h2", null, title));
+  const made = el("div", { class: `block ${name}`, role: "group", "aria-label": title }, el("h2", null, title));
   into.append(made);
   return made;
 }

@@ -89,7 +89,7 @@ export function tableOf(some, note) {
     const tops = best(numbers, better);
     return el("tr", null, el("th", { scope: "row" }, title), ...numbers.map((one, k) => el("td", tops[k] ? { class: "best" } : null,
       told(one?.value), tops[k] ? el("span", { class: "star", title: "best" }, " ★", el("span", { class: "unseen" }, " best")) : null,
-      one && one.low !== null ? el("span", { class: "interval" }, `${told(one.low)} to ${told(one.high)}`) : null)));
+      one && one.low !== null ? el("span", { class: "interval" }, `${brief(one.low)}–${brief(/** @type {number} */ (one.high))}`) : null)));
   });
   const heads = some.map((one, k) => el("th", { scope: "col" }, swatch(k), el("span", null, one.label)));
   const outcome = some.some((one) => one.outcome)
@@ -98,6 +98,12 @@ export function tableOf(some, note) {
     el("thead", null, el("tr", null, el("td", null), ...heads)), el("tbody", null));
   fill(made.tBodies[0], outcome, ...rows);
   return made;
+}
+
+/** An end of an interval: three digits say enough. @param {number} v */
+function brief(v) {
+  const size = Math.abs(v);
+  return v.toLocaleString("en", { maximumFractionDigits: size >= 100 ? 0 : size >= 10 ? 1 : size >= 0.01 ? 2 : 4 });
 }
 
 /** A bit of an entrant's line: its colour and its dash. @param {number} k */
@@ -141,11 +147,13 @@ function bars(title, columns, some) {
       const width = Math.max(value ? 1 : 0, (room * value) / greatest);
       const colour = LINES[k % LINES.length][0];
       parts.push(svg("rect", { x: 0, y, width, height: BAR - 2, fill: c ? "none" : colour, stroke: colour, "stroke-width": c ? 1.5 : 0, "stroke-dasharray": c ? "3 2" : null }));
+      let after = Math.min(width, room);
       if (number && number.low !== null && number.high !== null) {
         const [from, to] = [number.low, number.high].map((v) => Math.min(room, (room * Math.max(v, 0)) / greatest));
+        after = Math.max(after, to);
         parts.push(svg("path", { class: "whisker", d: `M${from} ${y + 5.5}H${to}M${from} ${y + 2.5}v6M${to} ${y + 2.5}v6` }));
       }
-      parts.push(svg("text", { x: Math.min(width, room) + 4, y: y + 9, class: "value" }, number ? told(value) : "–"));
+      parts.push(svg("text", { x: after + 4, y: y + 9, class: "value" }, number ? told(value) : "–"));
       words.push(`${one.label}: ${what} ${number ? told(value) : "none"}`);
       y += BAR;
     }

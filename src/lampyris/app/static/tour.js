@@ -155,6 +155,8 @@ class Tour {
     /** @type {Scenario | null} */
     this.own = null;
     this.at = 0;
+    /** Moment of the run that was shown before; -1: there was none. */
+    this.tick = -1;
     this.hand = new Stagehand(page, () => this._draw());
     this.intro = el("p", { class: "hint", role: "status" }, INTRO);
     this.open = button("Begin the tour", () => this._open(), { class: "btn primary" });
@@ -181,6 +183,7 @@ class Tour {
     try {
       this.numbers ??= await numbers(page);
       this.before = page.store.scenario;
+      this.tick = page.run ? page.play.tick : -1;
       keep(this.before);
       page.stop();
       page.store.replace(scenario());
@@ -235,6 +238,8 @@ class Tour {
     // Undoing puts back scenario and history as they were.
     if (store.scenario === own) store.undo();
     if (JSON.stringify(store.scenario) !== JSON.stringify(before)) store.replace(before);
+    // The same scenario makes the same run.
+    if (this.tick >= 0) void this.page.simulate({ tick: this.tick, play: false });
   }
 
   /** @param {number} k */
