@@ -319,7 +319,7 @@ function seedPart(page, into) {
   seed.row.insertBefore(dice, seed.row.children[2] ?? null);
   into.append(seed.row);
   const rest = plainPart(page, into, [
-    whole("ticks", "ticks at most", null, 1, 1e6, "When a run ends that has not arrived.", "by the map's size"),
+    whole("ticks", "ticks at most", null, 1, 1e6, "When a run ends that has not arrived.", "by the map"),
     whole("patience", "patience", null, 1, 1e6, "Ticks that the robot waits before it gives up.", "as usual"),
   ], "simulate");
   return () => {

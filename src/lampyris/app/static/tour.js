@@ -386,7 +386,7 @@ function walkTable(n, k, jump) {
     if (how) count[how] += 1;
     const is = key === jump.chosen.join();
     return el("tr", is ? { class: "chosen" } : null, el("th", { scope: "row" }, `(${key})`, is ? " ◂" : null, is ? spoken(" chosen") : null), el("td", null, mine ? String(mine.ring) : "–"),
-      el("td", null, mine ? mine.luciferin.toFixed(3) : "–"), el("td", null, mine ? mine.probability.toFixed(4) : "not accepted"),
+      el("td", null, mine ? mine.luciferin.toFixed(3) : "–"), el("td", null, mine ? mine.probability.toFixed(4) : "–"),
       el("td", null, theirs ?? "–"), el("td", how ? { class: how } : null, how ? SIGNS[how] : null));
   });
   const next = printed.next && `The next node is printed as ${spelled(printed.next)}${spelled(printed.next) === spelled(jump.chosen) ? ", as ours" : `; ours is ${spelled(jump.chosen)}`}.`;
