@@ -78,6 +78,8 @@ export class MapView {
     this._sprites = new Map();
     /** Told after each frame with its milliseconds. @type {((ms: number) => void) | null} */
     this.onFrame = null;
+    /** Told when the map is shown at another scale or place because its room has changed. @type {(() => void) | null} */
+    this.onView = null;
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
@@ -95,6 +97,7 @@ export class MapView {
     const whole = this.fitted || this.view.width <= 1;
     this.view.resize(box.width, box.height);
     if (whole) this.fit();
+    this.onView?.();
     this.refresh();
   }
 
@@ -230,7 +233,7 @@ export class MapView {
     pen.strokeStyle = theme.ink;
     pen.lineWidth = 1;
     pen.strokeRect(view.x - 0.5, view.y - 0.5, ground.width * view.scale + 1, ground.height * view.scale + 1);
-    for (const cell of this.gates) this._gate(pen, cell);
+    if (this.gates.length) this._gates(pen);
     for (const way of this.ways) this._way(pen, way);
     for (const mark of this.marks) this._mark(pen, mark);
     for (const patrol of this.patrols) this._patrol(pen, patrol);
@@ -274,17 +277,26 @@ export class MapView {
     pen.globalAlpha = 1;
   }
 
-  /** @param {CanvasRenderingContext2D} pen @param {Cell} cell */
-  _gate(pen, cell) {
-    const [x, y] = this.view.pixel(cell[0], cell[1]);
-    const half = Math.max(3, this.view.scale * 0.4);
-    pen.strokeStyle = GATE;
-    pen.lineWidth = Math.max(1.5, this.view.scale * 0.12);
+  /** Crosses, all in one stroke: scattered maps have tens of thousands. @param {CanvasRenderingContext2D} pen */
+  _gates(pen) {
+    const { view } = this;
+    const half = Math.max(3, view.scale * 0.4);
     pen.beginPath();
-    pen.moveTo(x - half, y - half);
-    pen.lineTo(x + half, y + half);
-    pen.moveTo(x + half, y - half);
-    pen.lineTo(x - half, y + half);
+    for (const [cx, cy] of this.gates) {
+      const x = view.x + (cx + 0.5) * view.scale;
+      const y = view.y + (cy + 0.5) * view.scale;
+      if (x < -half || y < -half || x > view.width + half || y > view.height + half) continue;
+      pen.moveTo(x - half, y - half);
+      pen.lineTo(x + half, y + half);
+      pen.moveTo(x + half, y - half);
+      pen.lineTo(x - half, y + half);
+    }
+    const wide = Math.max(1.5, view.scale * 0.12);
+    pen.strokeStyle = "#fff";
+    pen.lineWidth = wide + 1.5;
+    pen.stroke();
+    pen.strokeStyle = GATE;
+    pen.lineWidth = wide;
     pen.stroke();
   }
 

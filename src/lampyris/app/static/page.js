@@ -74,6 +74,7 @@ export function makePage(token) {
     asked: () => page.store.scenario, link: async () => location.href.split("#")[0],
     show: nothing, use: nothing,
   };
+  page.map.onView = () => page.tell("map");
   page.api.onGone = (gone) => {
     if (gone === page.gone) return;
     page.gone = gone;
