@@ -7,6 +7,7 @@ changes anything.
 from __future__ import annotations
 
 import asyncio
+import gzip
 import secrets
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
@@ -209,17 +210,21 @@ class Desk:
 
     async def page(self, request: Request) -> Response:
         """The page."""
-        return self._file("index.html")
+        return self._file(request, "index.html")
 
     async def static(self, request: Request) -> Response:
         """A file of the page."""
-        return self._file(request.path_params["name"])
+        return self._file(request, request.path_params["name"])
 
-    def _file(self, name: str) -> Response:
+    def _file(self, request: Request, name: str) -> Response:
         found = self._static.get(name)
         if found is None:
             raise Refused(404, "NOT_FOUND", "there is nothing here")
-        return Response(found[1], media_type=found[0])
+        kind, plain, packed = found
+        # Only these files, which hold nothing secret: what is compressed with a secret beside it can leak it.
+        if "gzip" in request.headers.get("accept-encoding", ""):
+            return Response(packed, media_type=kind, headers={"Content-Encoding": "gzip"})
+        return Response(plain, media_type=kind)
 
     async def hello(self, request: Request) -> Response:
         """What there is: planners, laws, maps, limits."""
@@ -348,13 +353,14 @@ class Desk:
         return Response(body, media_type=TYPES["html"], headers={"Content-Security-Policy": VIEW_CSP})
 
 
-def static_files() -> dict[str, tuple[str, bytes]]:
-    """Type and bytes of each file of the page, by name: what is asked for is never part of a path."""
+def static_files() -> dict[str, tuple[str, bytes, bytes]]:
+    """Type, bytes and bytes in gzip of each file of the page, by name: no name is ever part of a path."""
     found = {}
     for file in sorted(files("lampyris.app").joinpath("static").iterdir(), key=lambda file: file.name):
         kind = TYPES.get(file.name.rpartition(".")[2])
         if kind and file.is_file():
-            found[file.name] = (kind, file.read_bytes())
+            data = file.read_bytes()
+            found[file.name] = (kind, data, gzip.compress(data, 9, mtime=0))
     return found
 
 
