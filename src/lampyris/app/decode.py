@@ -65,12 +65,9 @@ def decode(container: bytes) -> dict[str, Any]:
 def _asked(container: bytes) -> dict[str, Any]:
     # One thread of a library that would map memory for each core, and be short of it before it begins.
     env = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    try:
-        done = subprocess.run(
-            _COMMAND, input=container, capture_output=True, timeout=WALL, env=env, check=False
-        )
-    except subprocess.TimeoutExpired:
-        raise _too_long() from None
+    # The folder is made and removed here: a process that is ended cannot clean up.
+    with tempfile.TemporaryDirectory(prefix="lampyris-map-", ignore_cleanup_errors=True) as folder:
+        done = _run(container, folder, env)
     if done.returncode == -getattr(signal, "SIGXCPU", 24):
         raise _too_long()
     if done.returncode == -getattr(signal, "SIGKILL", 9):
@@ -85,6 +82,15 @@ def _asked(container: bytes) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise InternalFault("DECODER", f"the process that reads maps ended unexpectedly ({done.returncode})")
     return found
+
+
+def _run(container: bytes, folder: str, env: dict[str, str]) -> subprocess.CompletedProcess[bytes]:
+    try:
+        return subprocess.run(
+            (*_COMMAND, folder), input=container, capture_output=True, timeout=WALL, env=env, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise _too_long() from None
 
 
 def _too_long() -> LimitError:
@@ -113,7 +119,7 @@ def _rebuilt(error: dict[str, Any]) -> LampyrisError:
 
 
 def main() -> None:
-    """Read files from the standard input, and write what they are."""
+    """Read files from the standard input, and write what they are. ``sys.argv``: an empty private folder."""
 
     from lampyris.app.engine import limit_memory, limit_seconds
     from lampyris.maps import load  # noqa: F401  before the memory is counted
@@ -122,21 +128,20 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     limit_seconds(SECONDS)
     limit_memory(MEMORY)
-    out = sys.stdout.buffer
-    with tempfile.TemporaryDirectory(prefix="lampyris-map-") as folder:  # 0700, by Python's own rule
-        try:
-            confine(folder)
-            told: dict[str, Any] = {"map": read_container(sys.stdin.buffer.read(MAX_BYTES + 1), Path(folder))}
-        except MemoryError:
-            told = {"error": {**fault_of(_too_large()), "kind": 1}}
-        except LampyrisError as fault:
-            kind = next((k for k, v in _KINDS.items() if isinstance(fault, v)), 0)
-            told = {"error": {**_without(fault_of(fault), folder), "kind": kind}}
-        except Exception as fault:
-            what = f"{type(fault).__name__}: {fault}"[:300]
-            told = {"error": {**_without(fault_of(InternalFault("DECODER", what)), folder), "kind": 2}}
-        out.write(json.dumps(told, separators=(",", ":")).encode())
-        out.flush()
+    folder = sys.argv[1]
+    try:
+        confine(folder)
+        told: dict[str, Any] = {"map": read_container(sys.stdin.buffer.read(MAX_BYTES + 1), Path(folder))}
+    except MemoryError:
+        told = {"error": {**fault_of(_too_large()), "kind": 1}}
+    except LampyrisError as fault:
+        kind = next((k for k, v in _KINDS.items() if isinstance(fault, v)), 0)
+        told = {"error": {**_without(fault_of(fault), folder), "kind": kind}}
+    except Exception as fault:
+        what = f"{type(fault).__name__}: {fault}"[:300]
+        told = {"error": {**_without(fault_of(InternalFault("DECODER", what)), folder), "kind": 2}}
+    sys.stdout.buffer.write(json.dumps(told, separators=(",", ":")).encode())
+    sys.stdout.buffer.flush()
 
 
 def _without(error: dict[str, Any], folder: str) -> dict[str, Any]:

@@ -35,7 +35,7 @@ def check_file_name(name: str) -> str:
     FileError : FILE_NAME.
     """
     good = all(c.isalnum() or c in _BESIDES for c in name) and name.isprintable()
-    whole = 0 < len(name) <= MOST and not name.startswith(".") and not name.endswith((".", " "))
+    whole = 0 < len(name) <= MOST and not name.startswith((".", " ", "-")) and not name.endswith((".", " "))
     if not good or not whole or ".." in name or is_device(name):
         raise FileError(
             "FILE_NAME", ascii(name[:60]), where="file", allowed="letters, digits, spaces and . _ - ( )",

@@ -130,7 +130,7 @@ def _fault(document: Document, one: ErrorDetails, file: type[Table]) -> Lampyris
         return LimitError("LIMIT", f"{value:,}", where=where, allowed=f"at most {most:,}")
     code = rule.code
     if code == "TEXT":
-        code = "JSON_TEXT" if isinstance(document, JsonDocument) else "YAML_TEXT"
+        code = "JSON_TEXT" if isinstance(document, JsonDocument | PlainDocument) else "YAML_TEXT"
     todo = did_you_mean(value, re.findall("'([^']*)'", str(one.get("ctx", {}).get("expected", ""))))
     what = str(one["ctx"]["what"]) if kind == "text" else _sized(value)
     return FileError(code, what, where=where, allowed=rule.allowed, todo=todo)
