@@ -45,7 +45,8 @@ function bodyAt(page, x, y, reach) {
   const { bodies, kinds } = page.map.moment;
   if (!bodies) return "";
   for (let b = 0; b < kinds.length; b++) {
-    if (Math.abs(bodies[2 * b] - x) > reach + 0.5 || Math.abs(bodies[2 * b + 1] - y) > reach + 0.5) continue;
+    // Not a number: not there. No comparison with it holds.
+    if (!(Math.abs(bodies[2 * b] - x) <= reach + 0.5 && Math.abs(bodies[2 * b + 1] - y) <= reach + 0.5)) continue;
     const radius = page.run?.bodies[b]?.radius;
     return `${b}, ${KIND[kinds[b]] ?? kinds[b]}${radius ? `, radius ${brief(radius)} m` : ""}`;
   }

@@ -250,7 +250,7 @@ export class Player {
     for (let b = 0; b < out.length; b += 2) {
       // Off the map: not there. Whoever comes at the next tick is not seen before it.
       if (b >= here.length || here[b] < 0) {
-        out[b] = NaN;
+        out[b] = out[b + 1] = NaN;
       } else {
         out[b] = here[b] + f * (next[b] - here[b]);
         out[b + 1] = here[b + 1] + f * (next[b + 1] - here[b + 1]);
