@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import importlib
 import io
 import json
 import struct
@@ -23,13 +24,14 @@ from lampyris.app import work
 from lampyris.app.compared import comparison
 from lampyris.app.engine import Cancelled
 from lampyris.app.frames import NOWHERE
-from lampyris.app.layered import reach
+from lampyris.app.layered import grid_at, reach
 from lampyris.app.said import said_scenario
 from lampyris.app.watched import WORDS, begin
 from lampyris.cli import main
 from lampyris.errors import LampyrisError, SettingError
 from lampyris.field.solve import solve_field
 from lampyris.maps import library
+from lampyris.maps.scenario_file import ScenarioFile
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.report.measure import METRICS, near_by_tick
@@ -47,6 +49,12 @@ CROWD = [
     {"kind": "crossing", "count": 4},
     {"kind": "patrol", "waypoints": [[5, 5], [12, 5]]},
 ]
+
+EDITS = [
+    {"tick": 0, "blocked": [[10, 10]], "freed": []},
+    {"tick": 4, "blocked": [[24, 12], [25, 12]], "freed": [[10, 10]]},
+]
+with_edits = pytest.mark.skipif("edits" not in ScenarioFile.model_fields, reason="scenarios without edits")
 
 
 def state(**more: Any) -> dict[str, Any]:
@@ -278,11 +286,12 @@ SAME = {
     "recipe": state(
         map={"recipe": "caves", "size": [40, 30], "seed": 3, "settings": {}}, start=[20, 15], goal=[39, 29]
     ),
+    "edits": state(obstacles=CROWD, edits=EDITS),
     "track": state(obstacles=[{"kind": "recorded", "track": [[20, 10], [21, 10], [22, 10]]}]),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=with_edits if n == "edits" else ()) for n in SAME])
 def test_the_command_line_replays_the_saved_scenario_to_the_same_bytes(tmp_path: Path, name: str) -> None:
     digest = only(ask("simulate", SAME[name]), "Z")["digest"]
     saved = b"".join(value for kind, value in ask("export", SAME[name], what="scenario") if kind == "B")
@@ -420,6 +429,25 @@ def test_obstacles_are_never_outside_their_reach() -> None:
 )
 def test_layers_that_are_none(more: dict[str, Any], code: str) -> None:
     assert refusal("layer", **more).code == code
+
+
+@with_edits
+def test_layers_are_of_the_map_as_it_is_at_a_tick() -> None:
+    applied = importlib.import_module("lampyris.model.edit").applied
+    for name, edits in (
+        ("env-3", EDITS),
+        ("hills-48", [{"tick": 3, "blocked": [[5, 5]], "freed": [[0, 0]]}]),
+    ):
+        scene: Any = said_scenario({"scenario": state(map=name, edits=edits)}).scene
+        for tick in (0, 3, 4, 9):
+            now = grid_at(scene, tick)
+            wanted = applied(scene.grid, [edit for edit in scene.edits if edit.tick <= tick])
+            assert np.array_equal(now.blocked, wanted.blocked)
+            assert (now.terrain is None) == (wanted.terrain is None)
+            assert now.terrain is None or np.array_equal(now.terrain, wanted.terrain)
+    at = [layer("clearance", state(edits=EDITS), tick=tick)[2][12, 24] for tick in (0, 4)]
+    assert at[0] > 0
+    assert at[1] == 0
 
 
 # ---- comparisons --------------------

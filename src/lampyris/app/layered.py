@@ -58,17 +58,14 @@ def grid_at(scene: Scene, tick: int) -> Grid:
     if not edits:
         return scene.grid
     blocked = scene.grid.blocked.copy()
+    unknown = None if scene.grid.unknown is None else scene.grid.unknown.copy()
     for edit in edits:
-        for cells, wall in ((edit.blocked, True), (edit.freed, False)):
+        for cells, wall in ((edit.freed, False), (edit.blocked, True)):
             for x, y in cells:
                 blocked[y, x] = wall
-    unknown, terrain = scene.grid.unknown, scene.grid.terrain
-    return replace(
-        scene.grid,
-        blocked=blocked,
-        unknown=None if unknown is None else unknown & blocked,
-        terrain=None if terrain is None else np.where(blocked, np.uint8(0), terrain),
-    )
+                if unknown is not None:
+                    unknown[y, x] = False
+    return replace(scene.grid, blocked=blocked, unknown=unknown)
 
 
 def _field(scenario: Scenario) -> Field:
