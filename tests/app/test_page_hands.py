@@ -15,6 +15,8 @@ from typing import Any
 
 import pytest
 
+from lampyris.maps.scenario_file import ScenarioFile
+
 driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
@@ -255,6 +257,39 @@ def test_a_link_is_the_state(page: Any, browser: Any) -> None:
         assert fresh.get_by_label("Random walkers").input_value() == "7"
     finally:
         other.close()
+
+
+def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
+    page.locator("#layers label").filter(has_text="Luciferin").click()
+    page.keyboard.press("m")
+    page.keyboard.press("+")
+    page.keyboard.press("r")
+    page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
+    page.keyboard.press("Space")
+    zoom = page.inner_text("#zoom output")
+    tick = page.inner_text("#status dd >> nth=0")
+    page.wait_for_timeout(500)
+    page.reload()
+    page.wait_for_selector(f"#status dd >> text={tick}")
+    assert page.inner_text("#zoom output") == zoom
+    assert page.locator("#layers label").filter(has_text="Luciferin").locator("input").is_checked()
+
+
+@pytest.mark.skipif("edits" not in ScenarioFile.model_fields, reason="scenarios have no edits yet")
+def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any) -> None:
+    page.keyboard.press("r")
+    page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
+    page.keyboard.press("b")
+    page.mouse.move(*at(page, (24, 22)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (24, 24)), steps=3)
+    page.mouse.up()
+    (edit,) = scenario(page)["edits"]
+    assert edit["tick"] > 4, "what was driven stays"
+    page.wait_for_selector("#timeline >> text=/ \\d+/")
+    page.keyboard.press("Home")
+    page.keyboard.press("Control+z")
+    assert scenario(page)["edits"] == []
 
 
 def test_files_become_maps_or_a_sentence(page: Any, tmp_path: Path) -> None:

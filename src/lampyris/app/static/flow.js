@@ -93,7 +93,7 @@ export function mount(page) {
       const { start, goal } = store.scenario;
       // The map's own ends, so that there is something to see at once.
       if (!start && !goal && ground.start && ground.goal) store.set({ start: ground.start, goal: ground.goal }, "map");
-      plans.want();
+      else plans.want();
     } catch (error) {
       if (mine !== loading) return;
       shown.map = null;

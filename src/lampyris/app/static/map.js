@@ -107,6 +107,17 @@ export class MapView {
     this.refresh();
   }
 
+  /** A place in cells in the middle, at a scale. @param {number} cx @param {number} cy @param {number} scale */
+  look(cx, cy, scale) {
+    const { view } = this;
+    this.fitted = false;
+    view.zoom(scale / view.scale, 0, 0);
+    view.x = view.width / 2 - cx * view.scale;
+    view.y = view.height / 2 - cy * view.scale;
+    this.refresh();
+    this.onView?.();
+  }
+
   /** Show another map, or the same one in other colours. @param {Ground} ground */
   setGround(ground) {
     const other = !this.ground || this.ground.width !== ground.width || this.ground.height !== ground.height;

@@ -162,7 +162,7 @@ export async function ofLink(text) {
   return tidy(JSON.parse(await new Response(stream).text()), "The link");
 }
 
-/** Parts of the fragment: `t` the token, `s` a scenario. */
+/** Parts of the fragment: `t` the token, `s` a scenario, `v` how it is looked at, `m` a map. */
 export function fragment() {
   return new URLSearchParams(location.hash.slice(1));
 }
@@ -171,42 +171,76 @@ export function fragment() {
 const LONGEST = 60_000;
 const SOON = 300;
 
-/**
- * The address of a state, as long as the server and its token are the same.
- * @param {import("./types.js").Page} page
- */
-async function address(page) {
-  return `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(page.store.scenario)}`;
+/** How the state is looked at, for the link: layer, moment, and where the map is if not all of it is shown. @param {import("./types.js").Page} page @param {string} layer */
+function viewOf(page, layer) {
+  const { map, ground } = page;
+  const { view } = map;
+  const tick = page.run && !page.play.playing ? Math.floor(page.play.tick) : 0;
+  const place = map.fitted || !ground ? "" : [(view.width / 2 - view.x) / view.scale, (view.height / 2 - view.y) / view.scale, view.scale].map((v) => v.toFixed(2)).join("_");
+  return layer === "none" && !tick && !place ? "" : `&v=${layer}~${tick}~${place}`;
+}
+
+/** Look at it in the same way. @param {import("./types.js").Page} page @param {string} text */
+function look(page, text) {
+  const [layer, tick, place] = text.split("~");
+  const [cx, cy, scale] = (place ?? "").split("_").map(Number);
+  if (scale > 0 && Number.isFinite(cx + cy + scale)) page.map.look(cx, cy, scale);
+  if (/^[a-z]+$/.test(layer)) page.tell("show-layer", layer);
+  if (Number(tick) > 0 && Number(tick) < 1e6) void page.simulate({ tick: Number(tick), play: false });
 }
 
 /** Keep draft and address with the state, not at each step of a drag. @param {import("./types.js").Page} page */
 export function mount(page) {
   const { store } = page;
   let timer = 0;
+  let layer = "none";
+  /** The look of the link that was opened, until its map is there. */
+  let wanted = fragment().get("v") ?? "";
   let begun = false;
+  const address = async () => `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${viewOf(page, layer)}`;
   const now = async () => {
     clearTimeout(timer);
     timer = 0;
     const { scenario } = store;
     keep(scenario);
-    const made = await address(page);
+    const made = await address();
     if (scenario !== store.scenario) return;
     // Too long for an address: the draft has it, and a file can.
-    if (made.length <= LONGEST) history.replaceState(null, "", made);
-    else history.replaceState(null, "", `${location.origin}/#t=${fragment().get("t") ?? ""}`);
+    const short = made.length <= LONGEST ? made : `${location.origin}/#t=${fragment().get("t") ?? ""}`;
+    if (short !== location.href) history.replaceState(null, "", short);
+  };
+  const soon = () => {
+    if (begun && !timer) timer = window.setTimeout(() => void now(), SOON);
   };
   store.listen(() => {
-    if (!begun) {
-      begun = true;
-      return;
-    }
-    if (!timer) timer = window.setTimeout(() => void now(), SOON);
+    soon();
+    begun = true;
+  });
+  page.on("layer", (name) => {
+    layer = name;
+    soon();
+  });
+  page.on("map", () => {
+    if (page.ground) soon();
+  });
+  page.on("tick", () => {
+    if (!page.play.playing) soon();
+  });
+  page.on("play", soon);
+  page.on("ground", () => {
+    if (!wanted) return;
+    const text = wanted;
+    wanted = "";
+    look(page, text);
   });
   addEventListener("pagehide", () => {
     if (timer) keep(store.scenario);
   });
-  page.link = () => address(page);
-  addEventListener("hashchange", () => void arrived(page));
+  page.link = address;
+  addEventListener("hashchange", () => {
+    wanted = fragment().get("v") ?? "";
+    void arrived(page);
+  });
   page.on("gone", (gone) => {
     if (gone) keep(store.scenario);
   });
