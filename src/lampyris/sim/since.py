@@ -9,7 +9,8 @@ import numpy as np
 
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.sim.loop import Simulation
-from lampyris.sim.loop import _cells as cells_of
+from lampyris.sim.space import Space
+from lampyris.typing import Cells
 
 
 def since(run: Simulation, first: int) -> Trace:
@@ -20,7 +21,7 @@ def since(run: Simulation, first: int) -> Trace:
     space = run.world.space
     appears = [max(came - first, 0) for came in run.crowd.appears]
     tracks = [
-        cells_of(track[max(first - came, 0) :], space)
+        _cells(track[max(first - came, 0) :], space)
         for track, came in zip(run._tracks, run.crowd.appears, strict=True)
     ]
     return Trace(
@@ -51,3 +52,9 @@ def since(run: Simulation, first: int) -> Trace:
 def events_since(run: Simulation, number: int) -> list[Event]:
     """The events after the first ``number``."""
     return run._events[number:]
+
+
+def _cells(track: list[int], space: Space) -> Cells:
+    """Numbers of the space as cells."""
+    y, x = np.divmod(np.array(track, dtype=np.int64), space.stride)
+    return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
