@@ -1,7 +1,7 @@
 // Flow: from what was changed to what must be asked. A changed scenario is planned again at once, one question in
 // flight at most and the newest state next; a run is made again when a wall was painted while it is shown.
 
-import { addTicks, json } from "./frames.js";
+import { addEvents, addTicks, json } from "./frames.js";
 import { ServerError } from "./api.js";
 import { applyEdits, loadGround } from "./ground.js";
 import { first, blank } from "./state.js";
@@ -333,7 +333,7 @@ class Runs {
         if (kind === "X") throw new ServerError(200, json(bytes));
         else if (kind === "H") Object.assign(run, headOf(json(bytes)));
         else if (kind === "T") addTicks(bytes, run);
-        else if (kind === "E") run.events.push(...json(bytes));
+        else if (kind === "E") addEvents(bytes, run);
         else if (kind === "Z") {
           run.end = json(bytes);
           run.done = true;

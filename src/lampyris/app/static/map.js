@@ -446,7 +446,7 @@ export class MapView {
     const { moment, view } = this;
     if (moment.trail) this._way(pen, moment.trail);
     if (moment.bodies) {
-      const side = Math.max(9, Math.min(view.scale * 0.9, 40));
+      const side = Math.max(12, Math.min(view.scale * 0.95, 40));
       for (let b = 0; b < moment.kinds.length; b++) {
         const cx = moment.bodies[2 * b];
         if (Number.isNaN(cx)) continue;
@@ -524,12 +524,13 @@ export class MapView {
     const mid = pixels / 2;
     const r = mid - Math.max(1, pixels * 0.05);
     pen.fillStyle = colour;
-    pen.strokeStyle = "#20242c";
-    pen.lineWidth = Math.max(1, pixels * 0.06);
+    // An outline that is told from walls; small ones have little of it, so that their colour is seen.
+    pen.strokeStyle = this.dark ? "#f4f6fa" : "#20242c";
+    pen.lineWidth = Math.max(0.8, pixels * 0.06);
     pen.beginPath();
-    if (shape === "circle") pen.arc(mid, mid, r, 0, 2 * Math.PI);
-    else if (shape === "square") pen.rect(mid - r * 0.86, mid - r * 0.86, r * 1.72, r * 1.72);
-    else polygon(pen, mid, shape === "triangle" ? mid + r * 0.15 : mid, r, shape === "triangle" ? 3 : 4);
+    if (shape === "circle") pen.arc(mid, mid, r * 0.88, 0, 2 * Math.PI);
+    else if (shape === "square") pen.rect(mid - r * 0.8, mid - r * 0.8, r * 1.6, r * 1.6);
+    else polygon(pen, mid, shape === "triangle" ? mid + r * 0.22 : mid, r * (shape === "triangle" ? 1.16 : 1), shape === "triangle" ? 3 : 4);
     pen.fill();
     pen.stroke();
     if (side >= 15) {

@@ -10,7 +10,7 @@ export function mount(page, pane) {
   const draw = el("button", { type: "button", class: "btn", onclick: () => page.use("patrol") }, "Draw a patrol on the map");
   pane.append(draw);
   const list = el("ul", { class: "plain" });
-  const none = el("p", { class: "hint" }, "None. Paint with the brush above the map; while a run is shown, the wall comes at that moment and the run is made again from there.");
+  const none = el("p", { class: "hint" }, "None. Paint with the brush (B); while a run is shown, the wall comes at that moment and the run is made again from there.");
   const box = el("div", { class: "walls" }, el("h2", {}, "Painted walls"), none, list);
   pane.append(box);
 
