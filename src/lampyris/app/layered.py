@@ -48,8 +48,7 @@ def layer_of(name: str, scenario: Scenario, tick: int, bodies: Any) -> Floats:
         raise UsageError("LAYER", f"{name!r:.60}", where="layer", allowed=", ".join(_LAYERS))
     scene = scenario.scene
     grid = keep(("ground", tick), scene, lambda: grid_at(scene, tick))
-    now = scene if grid is scene.grid else replace(scene, grid=grid)
-    return make(replace(scenario, scene=now), bodies)
+    return make(scene if grid is scene.grid else replace(scene, grid=grid), scenario, bodies)
 
 
 def grid_at(scene: Scene, tick: int) -> Grid:
@@ -68,30 +67,29 @@ def grid_at(scene: Scene, tick: int) -> Grid:
     return replace(scene.grid, blocked=blocked, unknown=unknown)
 
 
-def _field(scenario: Scenario) -> Field:
-    scene, settings = scenario.scene, scenario.settings
+def _field(scene: Scene, scenario: Scenario) -> Field:
+    settings = scenario.settings
     shares = {key: settings[key] for key in ("rho", "gamma") if key in settings}
     gates = "close" if settings.get("gates") == "close" else "ignore"
     key = ("field", scene.goal, scene.moves.name, scene.robot.radius, gates, *sorted(shares.items()))
     return keep(key, scene.grid, lambda: solve_field(scene, gates=gates, **shares))
 
 
-def _cost(scenario: Scenario, bodies: Any) -> Floats:
-    return _field(scenario).cost
+def _cost(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+    return _field(scene, scenario).cost
 
 
-def _luciferin(scenario: Scenario, bodies: Any) -> Floats:
-    return _field(scenario).luciferin
+def _luciferin(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+    return _field(scene, scenario).luciferin
 
 
-def _clearance(scenario: Scenario, bodies: Any) -> Floats:
-    away = clearance(scenario.scene.grid)
-    return np.where(scenario.scene.grid.blocked, np.inf, away)
+def _clearance(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+    return np.where(scene.grid.blocked, np.inf, clearance(scene.grid))
 
 
-def _expanded(scenario: Scenario, bodies: Any) -> Floats:
-    exact = _field(scenario).exact
-    x, y = scenario.scene.start
+def _expanded(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+    exact = _field(scene, scenario).exact
+    x, y = scene.start
     last = int(exact[y, x])
     there = (exact >= 0) & ((exact <= last) | (last < 0))
     order = np.full(exact.shape, np.inf)
@@ -100,8 +98,7 @@ def _expanded(scenario: Scenario, bodies: Any) -> Floats:
     return order
 
 
-def _reach(scenario: Scenario, bodies: Any) -> Floats:
-    scene = scenario.scene
+def _reach(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
     if bodies is None:
         run = begin(scenario)
         cells = [run.world.space.cell(number) for number in run.world.where]
@@ -160,7 +157,7 @@ def reach(grid: Grid, cells: list[Cell], cutting: bool, horizon: int) -> Floats:
     return out
 
 
-_LAYERS: Final[Mapping[str, Callable[[Scenario, Any], Floats]]] = {
+_LAYERS: Final[Mapping[str, Callable[[Scene, Scenario, Any], Floats]]] = {
     "cost": _cost,
     "luciferin": _luciferin,
     "clearance": _clearance,
