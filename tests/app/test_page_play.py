@@ -374,6 +374,71 @@ console.log(JSON.stringify([before, waits, goes, cut, shown(page), page.asked]))
 
 
 @needs_node
+def test_one_layer_is_asked_for_at_a_time_and_the_newest_tick_wins(tmp_path: Path) -> None:
+    script = """
+import { Source } from "./layers.js";
+import { pageOf, runOf } from "./player.js";
+const layer = (v) => {
+  const bytes = new Uint8Array(1 + 1 + 16 + 1);
+  const view = new DataView(bytes.buffer);
+  bytes[0] = 1;
+  bytes[1] = 97;
+  view.setUint32(2, 1, true);
+  view.setUint32(6, 1, true);
+  view.setFloat32(10, v, true);
+  return bytes;
+};
+const page = pageOf(runOf(30));
+let flying = 0, most = 0;
+const asked = [];
+let answer = () => {};
+page.asked = () => ({});
+page.api = { async *frames(path, body) {
+  most = Math.max(most, ++flying);
+  asked.push([body.layer, body.tick, body.bodies]);
+  await new Promise((done) => (answer = done));
+  yield { kind: "L", bytes: layer(body.tick) };
+  flying--;
+} };
+const source = new Source(page);
+const came = [];
+source.onLayer = (name, layer) => came.push([name, layer.low]);
+const rest = () => new Promise((done) => setTimeout(done, 0));
+source.shown = "reach";
+for (let t = 0; t < 8; t++) {
+  page.play.seek(t);
+  source.want("reach");
+  if (t === 2) source.want("cost");
+  await rest();
+}
+for (let k = 0; k < 5; k++) {
+  answer();
+  await rest();
+}
+source.want("reach");
+source.want("cost");
+await rest();
+const same = asked.length;
+source.changed();
+source.want("cost");
+await rest();
+answer();
+await rest();
+const held = [source.peek("cost")?.low, source.peek("reach")];
+console.log(JSON.stringify([most, asked, came, same, asked.length, held]));
+"""
+    most, asked, came, same, again, held = node(tmp_path, script)
+    assert most == 1
+    assert [one[:2] for one in asked] == [["reach", 0], ["reach", 7], ["cost", 7], ["cost", 7]]
+    assert asked[0][2] == [[0, 0]], "reach is of the bodies that are there"
+    assert asked[1][2] == [[7, 0], [4, 7]]
+    assert asked[2][2] is None
+    assert came == [["reach", 0], ["reach", 7], ["cost", 7], ["cost", 7]]
+    assert (same, again) == (3, 4), "what is here is not asked for again, until the scenario changes"
+    assert held == [7, None]
+
+
+@needs_node
 def test_causes_have_the_reports_colours_and_are_seen_on_dark(tmp_path: Path) -> None:
     script = """
 import { CAUSES, causeColour } from "./colours.js";

@@ -40,6 +40,8 @@ export async function* framesOf(stream) {
     }
     if (to !== from) throw new Error("the answer broke off in the middle of a frame");
   } finally {
+    // Whoever stops reading early wants no more of it; after the end this does nothing.
+    reader.cancel().catch(() => {});
     reader.releaseLock();
   }
 }

@@ -106,11 +106,14 @@ export class Source {
     const { page } = this;
     const tick = Math.floor(page.play.tick + 1e-6);
     const body = { scenario: page.asked(), layer: name, bodies: name === "reach" ? bodiesNow(page) : null, tick };
+    /** @type {Layer | null} */
+    let layer = null;
+    // Read to its end: a question is in flight until then.
     for await (const { kind, bytes } of page.api.frames("/api/layer", body, signal)) {
       if (kind === "X") throw new ServerError(200, json(bytes));
-      if (kind === "L") return layerOf(bytes);
+      if (kind === "L") layer = layerOf(bytes);
     }
-    return null;
+    return layer;
   }
 }
 
