@@ -11,7 +11,7 @@ import { el } from "./page.js";
 /** @typedef {import("./types.js").Plan} Plan */
 /** @typedef {"time" | "way"} Over */
 /**
- * What is drawn: places along x, values, what binds each; `at`: which node a tick is (only of a run).
+ * What is drawn: places along x, values, what binds each.
  * @typedef {{
  *   x: Float64Array, v: ArrayLike<number | null>, near: ArrayLike<number> | null, causes: ArrayLike<string | number>,
  *   word: (k: number) => string, why: (k: number) => string, units: string, along: string,
@@ -31,10 +31,8 @@ class Charts {
   constructor(page, element) {
     this.page = page;
     this.element = element;
-    /** @type {Over} */
-    this.over = "time";
-    /** @type {"run" | "plan"} */
-    this.source = "run";
+    this.over = /** @type {Over} */ ("time");
+    this.source = /** @type {"run" | "plan"} */ ("run");
     /** @type {Shown | null} */
     this.shown = null;
     /** Way driven until each tick, cells. */
@@ -47,7 +45,7 @@ class Charts {
     this._at = [-1, -1];
     this._keys = ["", ""];
     this._legend = "";
-    /** Length of x, and where the plots begin and end, as of the last drawing. */
+    /** Length of x as of the last drawing. */
     this._most = 1;
 
     this.overs = this._switch("Charts over", [["time", "Time"], ["way", "Way"]], (word) => {
@@ -175,7 +173,7 @@ class Charts {
       this._way[k] = this._way[k - 1] + Math.sqrt(dx * dx + dy * dy) * cell;
     }
     this._walked = n;
-    let x = this._way.slice(0, n);
+    const x = this._way.slice(0, n);
     if (this.over === "time") for (let k = 0; k < n; k++) x[k] = k;
     // A step needs an x that grows; a robot that waits does not.
     else for (let k = 1; k < n; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + 1e-9;
