@@ -136,7 +136,7 @@ def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> 
     page.mouse.down()
     page.mouse.move(*at(page, (30, 48)))
     page.mouse.up()
-    # Painted and erased: what was painted is gone, what were walls before are free.
+    # Painted and erased in the same places: what was painted is gone, what were walls before are free.
     left = scenario(page)["edits"]
     assert all(one["blocked"] == [] for one in left)
     page.keyboard.press("Control+z")

@@ -222,6 +222,7 @@ class Editor {
       // The pointer is already gone.
     }
     this._pointers.set(event.pointerId, event);
+    page.map.held = true;
     page.map.cursor = null;
     if (this._pointers.size === 2) {
       // The second finger makes a pinch of what the first one had begun.
@@ -246,7 +247,10 @@ class Editor {
   _up(event) {
     if (!this._pointers.delete(event.pointerId)) return;
     const deed = this._deed;
-    if (this._pointers.size === 0) this._deed = null;
+    if (this._pointers.size === 0) {
+      this._deed = null;
+      this.page.map.held = false;
+    }
     if (event.type === "pointercancel") deed?.drop?.();
     else deed?.up(event);
     if (event.pointerType === "touch") this.hideBrush();

@@ -56,6 +56,8 @@ export class MapView {
     this.robotRadius = 0;
     /** Whether the whole map is shown; it stays so when the page's size changes. */
     this.fitted = true;
+    /** A hand is on the map: it must not move below it, whatever else on the page grows or shrinks. */
+    this.held = false;
     /** Pixels at each side that the map leaves free when it is fitted. */
     this.edge = { top: 16, right: 16, bottom: 16, left: 16 };
     /** @type {Patrol[]} */
@@ -95,8 +97,13 @@ export class MapView {
       one.height = height;
     }
     const whole = this.fitted || this.view.width <= 1;
-    this.view.resize(box.width, box.height);
-    if (whole) this.fit();
+    if (this.held) {
+      this.view.width = box.width;
+      this.view.height = box.height;
+    } else {
+      this.view.resize(box.width, box.height);
+      if (whole) this.fit();
+    }
     this.onView?.();
     this.refresh();
   }
