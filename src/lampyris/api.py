@@ -291,7 +291,7 @@ def simulate(
     """
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
-    scene = _among(scene, traffic)
+    scene = among(scene, traffic)
     _budget(budget)
     trace = loop.run(
         scene,
@@ -343,7 +343,7 @@ def drive(
     ours, rest = split_settings(settings)
     chosen = _planner(planner, rest)
     _typed("scene", scene, Scene)
-    scene = _among(scene, traffic)
+    scene = among(scene, traffic)
     _budget(budget)
     made = driving.drive(
         scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, budget=budget,
@@ -355,7 +355,7 @@ def drive(
     return replace(made, detail=why(made, scene), timing=timing)
 
 
-def _among(scene: Scene, traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None) -> Scene:
+def among(scene: Scene, traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None) -> Scene:
     """The scene with this traffic, if any is given."""
     if traffic is not None:
         scene = replace(scene, traffic=tuple(traffic) if isinstance(traffic, tuple | list) else (traffic,))

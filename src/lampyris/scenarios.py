@@ -12,8 +12,10 @@ from typing import Any, NamedTuple
 
 from lampyris import api
 from lampyris.errors import LampyrisError
+from lampyris.maps import scenario as reading
+from lampyris.maps.document import MapDocument
 from lampyris.maps.make import MAX_CELLS, recipe_named
-from lampyris.maps.scenario import Made, Scenario, read_scenario
+from lampyris.maps.scenario import Made, MapSource, Scenario, read_scenario
 from lampyris.maps.scenario_save import write_scenario
 from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
@@ -64,6 +66,23 @@ def load_scenario(
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
     """
     return read_scenario(path, _Names(), allow_outside=allow_outside, max_cells=max_cells)
+
+
+def scenario_of(
+    data: dict[str, Any],
+    *,
+    where: str = "scenario",
+    given: MapDocument | None = None,
+    source: MapSource | None = None,
+    max_cells: int = MAX_CELLS,
+) -> Scenario:
+    """A scenario from plain data that is in no file: see :func:`lampyris.maps.scenario.scenario_of`.
+
+    Raises
+    ------
+    LampyrisError : the first mistake; the others are its ``__notes__``.
+    """
+    return reading.scenario_of(data, _Names(), where=where, given=given, source=source, max_cells=max_cells)
 
 
 def run(

@@ -9,6 +9,7 @@ import typer
 
 from lampyris import __version__
 from lampyris.cli import (
+    app_verb,
     compare_verb,
     drive_verb,
     maps_verbs,
@@ -255,3 +256,4 @@ app.command()(speed_verb.laws)
 app.command()(drive_verb.drive)
 app.command()(compare_verb.compare)
 app.command()(reproduce_verb.reproduce)
+app.command()(app_verb.app)

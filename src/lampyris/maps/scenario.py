@@ -7,7 +7,7 @@ nouns by :mod:`lampyris.maps.scenario_build`. Both need pydantic and are importe
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
@@ -25,8 +25,9 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import MAX_BODIES
 
 if TYPE_CHECKING:
+    from lampyris.maps.document import MapDocument
     from lampyris.maps.scenario_faults import Document
-
+    from lampyris.maps.scenario_maps import Files
 
 MAX_SEED = 2**63 - 1
 PRESETS = {"robot": ("octile", "physical"), "dissertation": ("dissertation", "dissertation")}
@@ -191,13 +192,53 @@ def read_scenario(
     ------
     LampyrisError : the first mistake in the file; the others are its notes, a line each.
     """
+    from lampyris.maps.scenario_file import VERSION
+    from lampyris.maps.scenario_maps import Files
+
+    said = read_document(os.fspath(path), VERSION)
+    return _built(said, names, lambda: Files(said, allow_outside, max_cells))
+
+
+def scenario_of(
+    data: dict[str, Any],
+    names: Names,
+    *,
+    where: str = "scenario",
+    given: MapDocument | None = None,
+    source: MapSource | None = None,
+    max_cells: int = MAX_CELLS,
+) -> Scenario:
+    """A scenario from plain data that is in no file; nothing that it names is opened.
+
+    Parameters
+    ----------
+    data : what a scenario file holds. Lists of tracks and maps in files of their own are refused.
+    names : who knows planners and laws.
+    where : what to call it in messages, before the JSON pointer.
+    given : the map, whatever ``data`` says of it; None: bundled, made by a recipe or written out in rows.
+    source : where the given map comes from; None: from its cells.
+    max_cells : maps of more cells are refused.
+
+    Raises
+    ------
+    LampyrisError : the first mistake; the others are its notes.
+    """
+    from lampyris.maps.scenario_faults import PlainDocument
+    from lampyris.maps.scenario_file import VERSION
+    from lampyris.maps.scenario_maps import NoFiles
+
+    said = PlainDocument(data, where)
+    check_version(said, VERSION)
+    return _built(said, names, lambda: NoFiles(said, max_cells, given, source))
+
+
+def _built(said: Document, names: Names, files: Callable[[], Files]) -> Scenario:
     from pydantic import ValidationError
 
     from lampyris.maps.scenario_build import build
     from lampyris.maps.scenario_faults import faults_of, raise_all, spot
-    from lampyris.maps.scenario_file import VERSION, ScenarioFile
+    from lampyris.maps.scenario_file import ScenarioFile
 
-    said = read_document(os.fspath(path), VERSION)
     for key, most in (("obstacles", MAX_BODIES), ("edits", MAX_EDITS)):
         given = said.data.get(key)
         if isinstance(given, list) and len(given) > most:
@@ -207,7 +248,7 @@ def read_scenario(
         file = ScenarioFile.model_validate(said.data)
     except ValidationError as problem:
         raise_all(faults_of(said, problem), problem.error_count())
-    return build(said, file, names, allow_outside, max_cells)
+    return build(said, file, names, files())
 
 
 def read_document(name: str, version: int) -> Document:
@@ -219,9 +260,20 @@ def read_document(name: str, version: int) -> Document:
         anything then: each might be called unknown.
     LimitError : it is too large.
     """
+    said = _read(name)
+    check_version(said, version)
+    return said
+
+
+def check_version(said: Document, version: int) -> None:
+    """Refuse another version than this.
+
+    Raises
+    ------
+    FileError : VERSION.
+    """
     from lampyris.maps.scenario_faults import brief, spot
 
-    said = _read(name)
     given = said.data.get("version", version)
     if isinstance(given, bool) or given != version:
         newer = isinstance(given, int) and given > version
@@ -231,7 +283,6 @@ def read_document(name: str, version: int) -> Document:
             where=spot(said, ("version",)),
             allowed=f"version {version}",
         )
-    return said
 
 
 def _read(name: str) -> Document:

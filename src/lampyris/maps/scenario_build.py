@@ -27,26 +27,21 @@ from lampyris.typing import Cell, FloatGrid
 T = TypeVar("T")
 
 
-def build(
-    said: Document, file: form.ScenarioFile, names: Names, allow_outside: bool, max_cells: int
-) -> Scenario:
+def build(said: Document, file: form.ScenarioFile, names: Names, files: Files) -> Scenario:
     """The scenario that a file says; see :func:`lampyris.maps.scenario.read_scenario`.
 
     Raises
     ------
     LampyrisError : the first mistake in the file; the others are its notes.
     """
-    return _Build(said, file, names, allow_outside, max_cells).scenario()
+    return _Build(said, file, names, files).scenario()
 
 
 class _Build:
     """Makes nouns of a checked file, and collects what is wrong with them."""
 
-    def __init__(
-        self, said: Document, file: form.ScenarioFile, names: Names, allow_outside: bool, max_cells: int
-    ) -> None:
-        self.said, self.file, self.names = said, file, names
-        self.files = Files(said, allow_outside, max_cells)
+    def __init__(self, said: Document, file: form.ScenarioFile, names: Names, files: Files) -> None:
+        self.said, self.file, self.names, self.files = said, file, names, files
         self.faults: list[LampyrisError] = []
         self.notes: list[str] = []
         self.room = 10 * MAX_TICKS

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import UnionType
 from typing import Any, NoReturn, Protocol, Union, get_args, get_origin
 
@@ -53,6 +54,22 @@ class Document(Protocol):
     def at_key(self, *way: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a key."""
         ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlainDocument:
+    """Plain data that is in no file; its places are JSON pointers alone."""
+
+    data: dict[str, Any]
+    where: str
+
+    def at(self, *way: str | int) -> str:
+        """What the whole is called."""
+        return self.where
+
+    def at_key(self, *way: str | int) -> str:
+        """What the whole is called."""
+        return self.where
 
 
 def spot(document: Document, way: Where) -> str:
@@ -113,7 +130,7 @@ def _fault(document: Document, one: ErrorDetails, file: type[Table]) -> Lampyris
         return LimitError("LIMIT", f"{value:,}", where=where, allowed=f"at most {most:,}")
     code = rule.code
     if code == "TEXT":
-        code = "JSON_TEXT" if isinstance(document, JsonDocument) else "YAML_TEXT"
+        code = "JSON_TEXT" if isinstance(document, JsonDocument | PlainDocument) else "YAML_TEXT"
     todo = did_you_mean(value, re.findall("'([^']*)'", str(one.get("ctx", {}).get("expected", ""))))
     what = str(one["ctx"]["what"]) if kind == "text" else _sized(value)
     return FileError(code, what, where=where, allowed=rule.allowed, todo=todo)

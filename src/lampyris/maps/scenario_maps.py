@@ -127,6 +127,39 @@ class Files:
         return replace(found, grid=replace(found.grid, origin=(x, y, yaw)))
 
 
+class NoFiles(Files):
+    """For what is in no file itself, such as the app's scenarios: nothing is opened by name.
+
+    Parameters
+    ----------
+    given, source : the map, whatever is said of it, and where it comes from.
+    """
+
+    def __init__(
+        self, said: Document, max_cells: int, given: MapDocument | None, source: MapSource | None
+    ) -> None:
+        super().__init__(said, False, max_cells, folder="")
+        self._given, self._source = given, source
+
+    def path(self, name: str, way: Where) -> str:
+        """Refuse.
+
+        Raises
+        ------
+        FileError : PATH_OUTSIDE.
+        """
+        raise FileError(
+            "PATH_OUTSIDE",
+            "a file, and no files are opened here",
+            where=spot(self.said, way),
+            todo="write out what it holds, or run the scenario's file with the command line",
+        )
+
+    def map_of(self, spec: Any, way: Where) -> tuple[MapDocument, MapSource | None]:
+        """The given map; see :meth:`Files.map_of` where none is given."""
+        return super().map_of(spec, way) if self._given is None else (self._given, self._source)
+
+
 def placed(fault: LampyrisError, said: Document, way: Where) -> LampyrisError:
     """A mistake with its place in the file; an unknown word is bad input here, exit code 3."""
     where = "" if fault.where in way else fault.where

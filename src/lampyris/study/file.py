@@ -18,6 +18,7 @@ from lampyris.study import ready
 from lampyris.study.design import Crowd, Kind, Study, World
 
 if TYPE_CHECKING:
+    from lampyris.maps.document import MapDocument
     from lampyris.maps.scenario_faults import Document
     from lampyris.study.form import StudyFile
     from lampyris.study.who import Made, Tried
@@ -47,21 +48,47 @@ def load_study(
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
         LimitError: more than 10,000,000 jobs, told before anything is unfolded.
     """
-    from pydantic import ValidationError
-
     from lampyris.maps.document import check_limit
-    from lampyris.maps.scenario_faults import faults_of, raise_all
     from lampyris.maps.scenario_maps import Files
-    from lampyris.study.form import StudyFile
 
     said, is_ready = _said(os.fspath(path))
-    try:
-        file = StudyFile.model_validate(said.data)
-    except ValidationError as problem:
-        raise_all(faults_of(said, problem, StudyFile), problem.error_count())
+    file = _checked(said)
     folder = None if data is None else os.fspath(data)
     files = Files(said, allow_outside, check_limit(max_cells), "study", folder)
     return _study(said, file, files, folder is not None or not is_ready)
+
+
+def study_from(data: dict[str, Any], given: MapDocument, *, where: str = "study") -> Study:
+    """A study from plain data that is in no file; nothing that it names is opened.
+
+    Parameters
+    ----------
+    data : what a study file holds.
+    given : the map that all its entries of maps mean, whatever they say.
+    where : what to call it in messages, before the JSON pointer.
+
+    Raises
+    ------
+    LampyrisError : the first mistake; the others are its notes.
+    """
+    from lampyris.maps.scenario_faults import PlainDocument
+    from lampyris.maps.scenario_maps import NoFiles
+
+    said = PlainDocument(data, where)
+    return _study(said, _checked(said), NoFiles(said, MAX_CELLS, given, None), False)
+
+
+def _checked(said: Document) -> StudyFile:
+    """The file's tables, checked by their models."""
+    from pydantic import ValidationError
+
+    from lampyris.maps.scenario_faults import faults_of, raise_all
+    from lampyris.study.form import StudyFile
+
+    try:
+        return StudyFile.model_validate(said.data)
+    except ValidationError as problem:
+        raise_all(faults_of(said, problem, StudyFile), problem.error_count())
 
 
 def json_schema() -> dict[str, Any]:

@@ -1,0 +1,98 @@
+"""Frames: nouns as the bytes that the page reads: a length, a kind of one letter, a payload, little endian.
+
+======  ================================================================================================
+``H``   JSON: what is to come
+``T``   ticks of a simulation: see :func:`ticks_frame`
+``E``   JSON: a list of events
+``L``   a value for every cell: see :func:`layer_frame`
+``P``   JSON: how far it has come
+``B``   bytes of a file
+``Z``   JSON: how it ended; the last frame of a run
+``X``   JSON: an error, in the place of ``Z``
+======  ================================================================================================
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import LampyrisError
+from lampyris.typing import BoolGrid, Cells, Floats
+
+NOWHERE = -32768
+"""In place of a cell's coordinates: not there."""
+
+
+def frame(kind: str, payload: bytes) -> bytes:
+    """One frame."""
+    return struct.pack("<IB", len(payload) + 1, ord(kind)) + payload
+
+
+def json_frame(kind: str, value: Any) -> bytes:
+    """A frame of JSON; what is not finite is null."""
+    return frame(kind, json.dumps(value, allow_nan=False, separators=(",", ":")).encode())
+
+
+def error_frame(fault: LampyrisError) -> bytes:
+    """What was wrong, as the page says it."""
+    return json_frame("X", fault_of(fault))
+
+
+def fault_of(fault: LampyrisError) -> dict[str, Any]:
+    """An error as plain data; the mistakes beside the first are its notes."""
+    return {
+        "code": fault.code,
+        "what": fault.what,
+        "where": fault.where,
+        "allowed": fault.allowed,
+        "todo": fault.todo,
+        "notes": list(getattr(fault, "__notes__", ())),
+    }
+
+
+def ticks_frame(
+    first: int, robot: Cells, speed: Floats, cause: NDArray[np.uint8], places: NDArray[np.int16], near: Floats
+) -> bytes:
+    """Ticks ``first``, ``first + 1``, ... of a simulation.
+
+    Parameters
+    ----------
+    robot : (n, 2) cells. speed : (n,). cause : (n,), indices into the header's ``causes``.
+    places : int16 (n, bodies, 2), :data:`NOWHERE` where a body has not appeared.
+    near : (n,) metres between the robot's rim and the nearest obstacle's; infinity without obstacles.
+    """
+    n, bodies = places.shape[:2]
+    return frame(
+        "T",
+        struct.pack("<IHH", first, n, bodies)
+        + robot.astype("<i2").tobytes()
+        + speed.astype("<f4").tobytes()
+        + cause.astype(np.uint8).tobytes()
+        + places.astype("<i2").tobytes()
+        + near.astype("<f4").tobytes(),
+    )
+
+
+def layer_frame(name: str, values: Floats, shown: BoolGrid | None = None) -> bytes:
+    """A value for every cell, in 255 steps from the least to the greatest; 0: none.
+
+    Parameters
+    ----------
+    name : of the layer, as the header of the question has it.
+    values : (height, width); infinite or not-a-number: none.
+    shown : where it is drawn; None: wherever it is finite.
+    """
+    there = np.isfinite(values) if shown is None else shown & np.isfinite(values)
+    low, high = (float(f(values[there])) for f in (np.min, np.max)) if there.any() else (0.0, 0.0)
+    out = np.zeros(values.shape, dtype=np.uint8)
+    scale = 254.0 / (high - low) if high > low else 0.0
+    out[there] = np.round(1.0 + scale * (values[there] - low)).astype(np.uint8)
+    word = name.encode()
+    height, width = values.shape
+    head = struct.pack("<B", len(word)) + word + struct.pack("<IIff", width, height, low, high)
+    return frame("L", head + out.tobytes())

@@ -1,0 +1,332 @@
+"""The library: the bundled maps, those of the user's folder, and those that were uploaded.
+
+A map is asked for by its id. Ids are looked up in what there is; none is ever made part of a path. Files of
+the folder and uploads are decoded in a process of their own (:mod:`lampyris.app.decode`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+import struct
+import sys
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from lampyris.app.decode import MAX_BYTES, decode
+from lampyris.app.frames import frame, json_frame
+from lampyris.app.names import is_plain_name
+from lampyris.app.said import MOST_SIDE, unpacked
+from lampyris.errors import FileError, LimitError
+from lampyris.maps import library as bundled
+from lampyris.maps.document import MapDocument, grid_codes, read_regular
+from lampyris.maps.map_hash import map_hash
+from lampyris.maps.thumbnail import thumbnail
+
+MOST_BYTES: Final = 2**30
+MOST_FILES: Final = 1000
+ENDINGS: Final = (
+    ".png", ".bmp", ".dib", ".pgm", ".pbm", ".ppm", ".pnm", ".npy", ".csv", ".map", ".txt", ".yaml", ".yml",
+)  # fmt: skip
+PICTURES: Final = ENDINGS[:7]
+KEPT: Final = 64
+"""Decoded maps that are kept in memory, packed."""
+
+
+def default_spool() -> Path:
+    """Where uploads are kept if nobody says: they outlive the server, as do the drafts that name them."""
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Application Support"
+    else:
+        base = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+    return base / "lampyris" / "maps"
+
+
+class Library:
+    """Maps by id.
+
+    Parameters
+    ----------
+    folder : the user's; None: there is none. Only its own regular files count, not those of folders in it,
+        and no links.
+    spool : where uploads are kept; None: see :func:`default_spool`. Made when it is needed.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None = None,
+        spool: Path | None = None,
+        *,
+        most_bytes: int = MOST_BYTES,
+        most_files: int = MOST_FILES,
+    ) -> None:
+        self._folder, self._spool = folder, spool or default_spool()
+        self._most_bytes, self._most_files = most_bytes, most_files
+        self._lock = threading.Lock()
+        self._decoded: OrderedDict[tuple[Any, ...], dict[str, Any]] = OrderedDict()
+
+    # ---- what the server asks --------------------
+
+    def listing(self) -> list[dict[str, Any]]:
+        """Every map: ``id name kind width height free thumb``, what is not known yet null.
+
+        ``kind``: ``bundled``, ``folder`` or ``upload``. A map of the folder is not read before somebody looks
+        at it; its thumbnail is such a look.
+        """
+        rows = [_bundled_row(name) for name in bundled.names()]
+        for name, info in self._files().items():
+            known = self._decoded.get(_mark(name, info))
+            rows.append(_row(name, "folder", known, name))
+        for name, info in self._uploads().items():
+            with suppress(FileError, OSError, ValueError):
+                known = self._upload(name, info)
+                rows.append(_row(name.removesuffix(".json"), "upload", known, str(known["name"])))
+        return rows
+
+    def ground(self, id: str) -> bytes:
+        """A map for the page: a frame ``H``, one ``B`` of cells (0 free, 1 wall, 2 unknown; row by row from
+        the top), and with terrain one more.
+
+        Raises
+        ------
+        FileError : MAP: there is no such map; or what is wrong with its file.
+        """
+        found, name, kind, notes = self._document(id)
+        grid = found.grid
+        head = {
+            "id": id, "name": name, "kind": kind, "width": grid.width, "height": grid.height,
+            "resolution": grid.resolution, "origin": list(grid.origin), "hash": map_hash(grid),
+            "start": found.start, "goal": found.goal, "notes": list(notes),
+            "queries": [{"start": q.start, "goal": q.goal} for q in found.queries[:100]],
+        }  # fmt: skip
+        parts = [json_frame("H", head), frame("B", np.ascontiguousarray(grid_codes(grid)).tobytes())]
+        if grid.terrain is not None:
+            parts.append(frame("B", grid.terrain.tobytes()))
+        return b"".join(parts)
+
+    def thumb(self, id: str) -> bytes:
+        """A small picture, PNG, encoded here whatever the map's file is.
+
+        Raises
+        ------
+        FileError : as :meth:`ground`.
+        """
+        if id in bundled.names():
+            return bundled.thumbnail_png(id)
+        found, *_ = self._document(id)
+        return thumbnail(found.grid, found.start, found.goal)
+
+    def packed(self, id: str) -> dict[str, Any]:
+        """A map for an engine; of a bundled one only the name, for engines have those themselves.
+
+        Raises
+        ------
+        FileError : as :meth:`ground`.
+        """
+        if id in bundled.names():
+            return {"bundled": id}
+        known, _, _ = self._known(id)
+        return {**known["ground"], "start": known["start"], "goal": known["goal"]}
+
+    def add(self, files: bytes) -> dict[str, Any]:
+        """Keep an uploaded map; the same map twice is one.
+
+        Returns
+        -------
+        Its row of the listing, and ``notes`` of its reader.
+
+        Raises
+        ------
+        LampyrisError : what is wrong with the files. LimitError : MAP_SIDE, LIBRARY_FULL.
+        """
+        known = _checked(decode(files))
+        data = json.dumps(known, separators=(",", ":"), sort_keys=True).encode()
+        id = f"up-{hashlib.sha256(data).hexdigest()[:24]}"
+        with self._lock:
+            self._keep(f"{id}.json", data)
+        return {**_row(id, "upload", known, str(known["name"])), "notes": known["notes"]}
+
+    def delete(self, id: str) -> None:
+        """Forget an uploaded map.
+
+        Raises
+        ------
+        FileError : MAP: there is no such map; MAP_FIXED: it was not uploaded.
+        """
+        name = f"{id}.json"
+        with self._lock:
+            there = self._uploads()
+            if name in there:
+                os.unlink(there[name].path)
+                return
+        if id in bundled.names() or id in self._files():
+            raise FileError("MAP_FIXED", "only uploaded maps can be deleted", where=id[:64])
+        raise _missing(id)
+
+    # ---- where they are --------------------
+
+    def _document(self, id: str) -> tuple[MapDocument, str, str, tuple[str, ...]]:
+        if id in bundled.names():
+            return bundled.load(id), id, "bundled", ()
+        known, name, kind = self._known(id)
+        packed = {**known["ground"], "start": known["start"], "goal": known["goal"]}
+        return unpacked(packed), name, kind, tuple(known["notes"])
+
+    def _known(self, id: str) -> tuple[dict[str, Any], str, str]:
+        files = self._files()
+        if id in files:
+            info = files[id]
+            return self._cached(_mark(id, info), lambda: self._read(id, files)), id, "folder"
+        uploads = self._uploads()
+        if f"{id}.json" in uploads:
+            known = self._upload(f"{id}.json", uploads[f"{id}.json"])
+            return known, str(known["name"]), "upload"
+        raise _missing(id)
+
+    def _files(self) -> dict[str, os.DirEntry[str]]:
+        """Maps of the user's folder by name."""
+        return (
+            {}
+            if self._folder is None
+            else _regular(self._folder, lambda name: name.lower().endswith(ENDINGS))
+        )
+
+    def _uploads(self) -> dict[str, os.DirEntry[str]]:
+        return _regular(self._spool, lambda name: name.startswith("up-") and name.endswith(".json"))
+
+    def _read(self, name: str, files: Mapping[str, os.DirEntry[str]]) -> dict[str, Any]:
+        """A file of the folder, decoded; a YAML with the pictures of the folder that it speaks of."""
+        parts = {name: _content(files[name])}
+        if name.lower().endswith((".yaml", ".yml")):
+            text = parts[name]
+            parts |= {
+                other: _content(entry)
+                for other, entry in files.items()
+                if other.lower().endswith(PICTURES) and other.encode() in text
+            }
+        return _checked(decode(container(parts)))
+
+    def _upload(self, name: str, info: os.DirEntry[str]) -> dict[str, Any]:
+        return self._cached(_mark(name, info), lambda: _stored(_content(info)))
+
+    def _cached(self, key: tuple[Any, ...], make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        with self._lock:
+            if key in self._decoded:
+                self._decoded.move_to_end(key)
+                return self._decoded[key]
+        made = make()
+        with self._lock:
+            self._decoded[key] = made
+            while len(self._decoded) > KEPT:
+                self._decoded.popitem(last=False)
+        return made
+
+    def _keep(self, name: str, data: bytes) -> None:
+        """Store an upload, whole or not at all."""
+        self._spool.mkdir(mode=0o700, parents=True, exist_ok=True)
+        there = self._uploads()
+        if name in there:
+            return
+        held = sum(entry.stat(follow_symlinks=False).st_size for entry in there.values())
+        if len(there) >= self._most_files or held + len(data) > self._most_bytes:
+            raise LimitError(
+                "LIBRARY_FULL",
+                f"{len(there):,} maps, {held:,} bytes",
+                allowed=f"{self._most_files:,} maps, {self._most_bytes:,} bytes",
+                todo="delete some uploaded maps",
+            )
+        fresh = self._spool / f".{name}.{os.getpid()}"
+        handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        with os.fdopen(handle, "wb") as out:
+            out.write(data)
+        os.replace(fresh, self._spool / name)
+
+
+def container(files: Mapping[str, bytes]) -> bytes:
+    """Files as the page sends them: see :mod:`lampyris.app.decode`."""
+    parts = [struct.pack("<I", len(files))]
+    for name, data in files.items():
+        word = name.encode()
+        parts += [struct.pack("<H", len(word)), word, struct.pack("<I", len(data)), data]
+    return b"".join(parts)
+
+
+def _regular(folder: Path, wanted: Callable[[str], bool]) -> dict[str, os.DirEntry[str]]:
+    """Regular files of a folder, no links, by name in order."""
+    found = {}
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                name = entry.name
+                if is_plain_name(name) and wanted(name) and entry.is_file(follow_symlinks=False):
+                    found[name] = entry
+    except OSError:
+        return {}
+    return {name: found[name] for name in sorted(found)[:MOST_FILES]}
+
+
+def _content(entry: os.DirEntry[str]) -> bytes:
+    # By the entry's path: it was listed, and is looked at again, so that no link has come in its place.
+    if not stat.S_ISREG(os.lstat(entry.path).st_mode):
+        raise _missing(entry.name)
+    return read_regular(entry.path, MAX_BYTES // 2)
+
+
+def _mark(name: str, info: os.DirEntry[str]) -> tuple[Any, ...]:
+    """A file as it is now; another content has another mark."""
+    told = info.stat(follow_symlinks=False)
+    return (name, told.st_ino, told.st_size, told.st_mtime_ns)
+
+
+def _checked(known: dict[str, Any]) -> dict[str, Any]:
+    """What the decoder says, looked at again; a map too large to be shown is refused."""
+    found = unpacked({**known["ground"], "start": known["start"], "goal": known["goal"]})
+    width, height = found.grid.width, found.grid.height
+    if max(width, height) > MOST_SIDE:
+        what = f"{width} x {height}"
+        raise LimitError("MAP_SIDE", what, where=str(known["name"]), allowed=f"sides up to {MOST_SIDE:,}")
+    return {**known, "free": 1.0 - float(np.count_nonzero(found.grid.blocked)) / found.grid.blocked.size}
+
+
+def _stored(data: bytes) -> dict[str, Any]:
+    known = json.loads(data)
+    if not isinstance(known, dict) or not {"ground", "start", "goal", "name", "notes", "free"} <= set(known):
+        raise FileError("MAP", "not as it was stored")
+    return known
+
+
+def _row(id: str, kind: str, known: Mapping[str, Any] | None, name: str) -> dict[str, Any]:
+    width, height, free = (
+        (None, None, None)
+        if known is None
+        else (known["ground"]["width"], known["ground"]["height"], known["free"])
+    )
+    return {
+        "id": id, "name": name, "kind": kind, "width": width, "height": height, "free": free,
+        "thumb": f"/api/thumbs/{id}",
+    }  # fmt: skip
+
+
+def _bundled_row(name: str) -> dict[str, Any]:
+    info = bundled.describe(name)
+    return {
+        "id": name, "name": name, "kind": "bundled", "width": info.width, "height": info.height,
+        "free": info.free, "thumb": f"/api/thumbs/{name}", "title": info.title, "about": info.description,
+        "gates": info.gates, "terrain": info.terrain is not None,
+    }  # fmt: skip
+
+
+def _missing(id: str) -> FileError:
+    return FileError(
+        "MAP", "there is no such map", where=ascii(id[:64])[1:-1], todo="look it up in the library"
+    )

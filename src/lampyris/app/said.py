@@ -1,0 +1,102 @@
+"""Said: the scenario of a question, from the page's JSON and the map that the server put beside it.
+
+What the page says is what a scenario file says. No file is opened for it: maps come from the package,
+from a recipe, from rows, or packed beside the question.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any, Final
+
+from lampyris.errors import FileError, LimitError
+from lampyris.maps import library
+from lampyris.maps.document import MapDocument
+from lampyris.maps.scenario import Bundled, MapSource, Scenario
+from lampyris.scenarios import scenario_of
+from lampyris.study import ground
+from lampyris.typing import Cell
+
+MOST_SIDE: Final = 8192
+"""Neither side of a map may be longer: cells go over the wire as 16 bits, and browsers draw no more."""
+KEPT: Final = 4
+"""Maps that are kept as nouns, so that a drag does not unpack one at each step."""
+ENDS: Final = ("start", "goal")
+
+_maps: dict[str, MapDocument] = {}
+
+
+def said_scenario(question: Mapping[str, Any]) -> Scenario:
+    """The scenario of a question.
+
+    Parameters
+    ----------
+    question : ``scenario`` is what the page says; ``ground``, if it is there, a map as
+        :func:`lampyris.study.ground.pack` makes it, perhaps with its own ``start`` and ``goal``. It is taken
+        whatever the scenario's ``map`` says, unless that is the name of a bundled map.
+
+    Raises
+    ------
+    LampyrisError : the first mistake, at its JSON pointer; the others are its notes.
+    LimitError : MAP_SIDE.
+    """
+    data = question.get("scenario")
+    if not isinstance(data, dict):
+        raise FileError("KEY", "no scenario", where="scenario", allowed="a table")
+    given, source = _map(data.get("map"), question.get("ground"))
+    if given is not None:
+        data = {**data, "map": source.name if isinstance(source, Bundled) else "map"}
+    if not data.get("edits"):
+        # The page always has the list; what is empty says nothing.
+        data = {key: value for key, value in data.items() if key != "edits"}
+    made = scenario_of(data, given=given, source=source)
+    grid = made.scene.grid
+    if max(grid.width, grid.height) > MOST_SIDE:
+        raise LimitError(
+            "MAP_SIDE",
+            f"{grid.width} x {grid.height}",
+            where="scenario: /map",
+            allowed=f"sides up to {MOST_SIDE:,}",
+        )
+    return made
+
+
+def _map(spec: Any, packed: Any) -> tuple[MapDocument | None, MapSource | None]:
+    """The map that is given, and where it comes from; None: the scenario says it itself."""
+    if isinstance(spec, str) and spec in library.names():
+        return _kept(f"bundled {spec}", lambda: library.load(spec)), Bundled(spec)
+    if packed is None:
+        return None, None
+    if not isinstance(packed, Mapping):
+        raise FileError("PACKED_MAP", "no packed map", where="ground")
+    key = hashlib.sha256(json.dumps(packed, sort_keys=True).encode()).hexdigest()
+    return _kept(key, lambda: unpacked(packed)), None
+
+
+def unpacked(packed: Mapping[str, Any]) -> MapDocument:
+    """The map of a packed one, with its ends if it has any.
+
+    Raises
+    ------
+    FileError : PACKED_MAP; LimitError : MAP_TOO_LARGE.
+    """
+    grid = ground.unpack({key: value for key, value in packed.items() if key not in ENDS})
+    start, goal = (_cell(packed.get(end)) for end in ENDS)
+    return MapDocument(grid, start, goal, format="packed")
+
+
+def _cell(given: Any) -> Cell | None:
+    if not isinstance(given, list | tuple) or len(given) != 2 or not all(type(c) is int for c in given):
+        return None
+    return (given[0], given[1])
+
+
+def _kept(key: str, make: Any) -> MapDocument:
+    found = _maps.pop(key, None)
+    made: MapDocument = make() if found is None else found
+    _maps[key] = made
+    while len(_maps) > KEPT:
+        del _maps[next(iter(_maps))]
+    return made

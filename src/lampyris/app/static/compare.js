@@ -1,0 +1,355 @@
+// Compare: planners and speed laws in the same world, overlaid on the map or side by side, played together.
+
+import { LINES } from "./colours.js";
+import { block, button, el, fill, sentence, whenGreeted } from "./make.js";
+import { MapView } from "./map.js";
+import { charts, entrants, swatch, tableOf } from "./measures.js";
+import { bodiesAt, gather, placeAt } from "./runs.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Run} Run */
+/** @typedef {import("./types.js").Who} Who */
+/** @typedef {Who & {label: string}} Entry */
+
+const MOST = 8;
+const MOST_SEEDS = 50;
+const LONGEST = 64;
+/** What a world is made of: a comparison of another world is an old one. */
+const WORLD = ["map", "start", "goal", "robot", "preset", "moves", "seed", "obstacles", "edits", "simulate"];
+
+/** Who meets, as the study beside it takes it. @typedef {{planners: Entry[], laws: Entry[], seeds: number}} Meeting */
+
+/** @type {WeakMap<Page, Comparison>} */
+const known = new WeakMap();
+
+/** @param {Page} page @param {HTMLElement} into */
+export function mount(page, into) {
+  const place = block(into, "meeting", "Compare");
+  if (place) whenGreeted(page, () => known.set(page, new Comparison(page, place)));
+}
+
+/** Who was chosen to meet. @param {Page} page @returns {Meeting | null} */
+export function meeting(page) {
+  return known.get(page)?.meeting() ?? null;
+}
+
+/** What a list calls somebody with settings. @param {Who} who */
+export function labelOf(who) {
+  const settings = Object.entries(who.settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join("/") : value}`);
+  const words = [who.name, ...settings].join(" ");
+  return words.length <= LONGEST ? words : `${words.slice(0, LONGEST - 3)}...`;
+}
+
+class Comparison {
+  /** @param {Page} page @param {HTMLElement} into */
+  constructor(page, into) {
+    this.page = page;
+    const names = page.hello.planners.map((/** @type {any} */ one) => one.name);
+    /** @type {Entry[]} */
+    this.planners = ["ad-gso", "astar", "dstar-lite"].filter((name) => names.includes(name)).map((name) => ({ name, settings: {}, label: name }));
+    /** @type {Entry[]} */
+    this.laws = [];
+    /** @type {import("./runs.js").Gathered | null} */
+    this.found = null;
+    this.beside = false;
+    this.shown = false;
+    /** @type {{run: Run | null, tick: number} | null} */
+    this.before = null;
+    /** @type {AbortController | null} */
+    this.asked = null;
+    this.mosaic = new Mosaic(page);
+    /** @type {Array<() => void>} */
+    this.offers = [];
+    /** @type {import("./map.js").Way[]} */
+    this.lines = [];
+    this._build(into);
+    page.on("tick", (t) => this._move(t));
+    page.on("run", () => {
+      if (this.shown && page.run !== this.leader()) this.leave(false);
+    });
+    page.on("map", () => this._ways());
+    // A plan that comes in draws its own way.
+    page.on("plan", () => this._ways());
+    page.on("theme", (dark) => this.mosaic.setDark(dark));
+    page.store.listen((keys) => {
+      this.offers.forEach((offer) => offer());
+      if (!WORLD.some((key) => keys.has(key))) return;
+      if (this.asked) this.asked.abort();
+      if (this.shown) this.leave(true);
+      if (this.old) this.old.hidden = !this.found;
+    });
+  }
+
+  /** @param {HTMLElement} into */
+  _build(into) {
+    const { page } = this;
+    this.chosen = el("ul", { class: "entrants", "aria-label": "Planners that meet" });
+    this.chosenLaws = el("ul", { class: "entrants", "aria-label": "Speed laws that meet" });
+    this.seeds = el("input", { type: "number", id: "compare-seeds", min: 1, max: MOST_SEEDS, step: 1, value: 1 });
+    this.go = button("Compare", () => this._compare(), { class: "btn primary" });
+    this.end = button("Stop", () => this.asked?.abort(), { hidden: true });
+    this.progress = el("p", { class: "hint", role: "status" });
+    this.old = el("p", { class: "hint", hidden: true }, "The world has changed since: compare again.");
+    this.both = [button("Overlaid", () => this._look(false), { class: null }), button("Side by side", () => this._look(true), { class: null })];
+    this.close = button("Leave", () => this.leave(true));
+    this.bar = el("div", { class: "row", hidden: true }, el("div", { class: "seg", role: "group", "aria-label": "How to show it" }, ...this.both), this.close);
+    this.again = button("Show it", () => this._show(), { hidden: true });
+    this.results = el("div", { class: "results" });
+    into.append(
+      el("h3", null, "Planners"), this.chosen,
+      this._adder("Add a planner", page.hello.planners, () => this.planners, () => page.store.scenario.planner),
+      el("h3", null, "Speed laws"), this.chosenLaws,
+      this._adder("Add a speed law", page.hello.laws, () => this.laws, () => page.store.scenario.law),
+      el("div", { class: "field" }, el("label", { for: "compare-seeds" }, "seeds"), this.seeds,
+        el("p", { class: "hint" }, "Several seeds give means with intervals; the first is played.")),
+      el("div", { class: "row" }, this.go, this.end, this.again), this.progress, this.old, this.bar, this.results,
+    );
+    this._list();
+  }
+
+  /** @param {string} title @param {any[]} rows @param {() => Entry[]} list @param {() => Who | null} present */
+  _adder(title, rows, list, present) {
+    const pick = el("select", { "aria-label": title, class: "grow" }, ...rows.map((row) => el("option", { value: row.name, title: row.summary }, row.name)));
+    const add = (/** @type {Who} */ who) => {
+      const label = labelOf(who);
+      if (list().some((one) => one.label === label)) this.page.say(`${label} is in the list already.`);
+      else if (list().length >= MOST) this.page.say(`At most ${MOST} at once: more is a study.`);
+      else list().push({ ...who, label });
+      this._list();
+    };
+    const own = button("", () => add(/** @type {Who} */ (present())), { class: "btn quiet own", title: "As it is set now" });
+    const offer = () => {
+      const who = present();
+      own.hidden = !who || list().some((one) => one.label === labelOf(who));
+      own.textContent = who ? `Add ${labelOf(who)}` : "";
+    };
+    this.offers.push(offer);
+    return el("div", null, el("div", { class: "row adder" }, pick, button("Add", () => add({ name: pick.value, settings: {} }))), own);
+  }
+
+  _list() {
+    const draw = (/** @type {HTMLElement} */ into, /** @type {Entry[]} */ list, /** @type {boolean} */ lines) =>
+      fill(into, ...list.map((one, k) => el("li", { class: "row" }, lines ? swatch(k) : null, el("span", { class: "grow" }, one.label),
+        button("×", () => {
+          list.splice(k, 1);
+          this._list();
+        }, { class: "btn quiet icon", "aria-label": `Take ${one.label} out` }))));
+    draw(/** @type {HTMLElement} */ (this.chosen), this.planners, this.laws.length < 2);
+    draw(/** @type {HTMLElement} */ (this.chosenLaws), this.laws, false);
+    if (!this.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
+    this.offers.forEach((offer) => offer());
+    if (this.go) this.go.disabled = !this.planners.length || Boolean(this.asked);
+  }
+
+  /** @returns {Meeting} */
+  meeting() {
+    const { law, preset } = this.page.store.scenario;
+    const own = law ?? { name: preset === "dissertation" ? "dissertation" : "physical", settings: {} };
+    const seeds = Math.min(Math.max(Math.round(Number(this.seeds?.value) || 1), 1), MOST_SEEDS);
+    return { planners: this.planners, laws: this.laws.length ? this.laws : [{ ...own, label: labelOf(own) }], seeds };
+  }
+
+  async _compare() {
+    const { page } = this;
+    if (!page.store.scenario.start || !page.store.scenario.goal) {
+      if (!page.ground?.start || !page.ground.goal) {
+        page.say("Set a start and a goal on the map first.");
+        return;
+      }
+    }
+    this.leave(true);
+    this.found = null;
+    fill(/** @type {HTMLElement} */ (this.results));
+    const asked = new AbortController();
+    this.asked = asked;
+    this._busy(true);
+    const who = this.meeting();
+    const all = who.planners.length * who.laws.length * who.seeds;
+    try {
+      this._tell(`0 of ${all} runs`);
+      const frames = page.api.frames("/api/compare", { scenario: page.asked(), ...who }, asked.signal);
+      const found = await gather(frames, (some) => this._tell(`${some.ended} of ${all} runs`));
+      this.found = found;
+      this._tell("");
+      this._results(found, who.seeds);
+      this._show();
+    } catch (error) {
+      if (asked.signal.aborted) this._tell("Stopped.");
+      else {
+        this._tell(sentence(error), true);
+        page.fault(error);
+      }
+    } finally {
+      this.asked = null;
+      this._busy(false);
+    }
+  }
+
+  /** @param {boolean} busy */
+  _busy(busy) {
+    if (this.end) this.end.hidden = !busy;
+    if (this.old && busy) this.old.hidden = true;
+    this._list();
+    this.page.tell("busy", busy);
+  }
+
+  /** @param {string} words @param {boolean} [bad] */
+  _tell(words, bad = false) {
+    if (!this.progress) return;
+    this.progress.textContent = words;
+    this.progress.classList.toggle("bad", bad);
+  }
+
+  /** @param {import("./runs.js").Gathered} found @param {number} seeds */
+  _results(found, seeds) {
+    const some = entrants(found);
+    const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
+    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ★: best.`)), ...charts(some));
+  }
+
+  // ---- on the map --------------------
+
+  /** The run by which the clock goes: the longest. */
+  leader() {
+    return this.found?.runs.reduce((a, b) => (b.ticks > a.ticks ? b : a)) ?? null;
+  }
+
+  _show() {
+    const { page, found } = this;
+    if (!found?.runs.length) return;
+    if (!this.before) this.before = { run: page.run, tick: page.play.tick };
+    this.shown = true;
+    page.run = this.leader();
+    if (this.bar) this.bar.hidden = false;
+    if (this.again) this.again.hidden = true;
+    this._look(this.beside);
+    page.tell("run", { tick: 0, play: true });
+    page.tell("end");
+  }
+
+  /** @param {boolean} beside */
+  _look(beside) {
+    this.beside = beside;
+    this.both?.forEach((one, k) => one.setAttribute("aria-pressed", String(beside === Boolean(k))));
+    if (!this.shown || !this.found) return;
+    if (beside) this.mosaic.open(this.found.runs);
+    else this.mosaic.close();
+    this._ways();
+    this._move(this.page.play.tick);
+  }
+
+  /** Ways a little apart, so that those that run together are all seen. */
+  _ways() {
+    const { page, found } = this;
+    if (!this.shown || !found) return;
+    const n = found.runs.length;
+    const apart = Math.max(0.1, 2.5 / page.map.view.scale);
+    this.lines = found.runs.map((run, k) => wayOf(run, k, Math.max(-0.4, Math.min(0.4, apart * (k - (n - 1) / 2)))));
+    page.map.ways = this.lines;
+    page.map.refresh();
+  }
+
+  /** Everybody to where they are at a moment. @param {number} t */
+  _move(t) {
+    const { page, found } = this;
+    if (!this.shown || !found) return;
+    const { moment } = page.map;
+    if (page.map.ways !== this.lines) {
+      // The plan's way was drawn anew.
+      page.map.ways = this.lines;
+      page.map.refresh();
+    }
+    moment.robot = null;
+    moment.trail = null;
+    moment.others = found.runs.map((run, k) => ({ robot: placeAt(run, t), line: k, there: run.ticks > 0 })).filter(({ there }) => there);
+    page.map.draw();
+    if (this.beside) this.mosaic.move(t);
+  }
+
+  /** Back to what was there. @param {boolean} restore */
+  leave(restore) {
+    if (!this.shown) return;
+    const { page, before } = this;
+    this.shown = false;
+    this.before = null;
+    this.mosaic.close();
+    page.map.moment.others = [];
+    if (this.bar) this.bar.hidden = true;
+    if (this.again) this.again.hidden = !this.found;
+    if (restore && before) {
+      page.run = before.run;
+      page.tell("run", { tick: before.tick, play: false });
+      if (before.run) page.tell("end");
+    }
+    page.tell("plan", page.plan);
+  }
+}
+
+/** A run's way in its colour and dash. @param {Run} run @param {number} k @param {number} [aside] */
+function wayOf(run, k, aside = 0) {
+  const cells = new Float32Array(2 * run.ticks);
+  for (let j = 0; j < cells.length; j++) cells[j] = run.robot[j] + aside;
+  const [colour, dash] = LINES[k % LINES.length];
+  return { cells, colour, dash, wide: 3 };
+}
+
+/** Small maps side by side over the large one. */
+class Mosaic {
+  /** @param {Page} page */
+  constructor(page) {
+    this.page = page;
+    this.root = el("div", { class: "mosaic", hidden: true });
+    document.getElementById("stage")?.append(this.root);
+    /** @type {Array<{view: MapView, run: Run}>} */
+    this.tiles = [];
+  }
+
+  /** @param {Run[]} runs */
+  open(runs) {
+    const { page } = this;
+    const ground = page.ground;
+    if (!ground) return;
+    this.root.hidden = false;
+    this.root.className = `mosaic across-${runs.length <= 1 ? 1 : runs.length === 2 || runs.length === 4 ? 2 : runs.length <= 6 ? 3 : 4}`;
+    this.tiles = [];
+    fill(this.root, ...runs.map((run, k) => {
+      const canvas = el("canvas", { role: "img", "aria-label": `${run.label} on the map` });
+      const view = new MapView(canvas);
+      view.dark = page.dark;
+      view.start = page.map.start;
+      view.goal = page.map.goal;
+      view.ways = [{ ...wayOf(run, k), wide: 2 }];
+      view.setGround(ground);
+      this.tiles.push({ view, run });
+      return el("figure", null, canvas, el("figcaption", null, swatch(k), ` ${run.label}, ${run.end?.outcome?.replaceAll("_", " ") ?? ""}`));
+    }));
+    for (const { view } of this.tiles) {
+      view.resize();
+      view.fit();
+    }
+    this.move(page.play.tick);
+  }
+
+  /** @param {number} t */
+  move(t) {
+    const cell = this.page.ground?.resolution || 1;
+    for (const [k, { view, run }] of this.tiles.entries()) {
+      view.moment = {
+        robot: null, bodies: bodiesAt(run, t), kinds: run.bodies.map((body) => body.kind), trail: null,
+        radii: run.bodies.map((body) => body.radius / cell), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
+      };
+      view.draw();
+    }
+  }
+
+  /** @param {boolean} dark */
+  setDark(dark) {
+    for (const { view } of this.tiles) view.setDark(dark);
+  }
+
+  close() {
+    this.root.hidden = true;
+    this.tiles = [];
+    fill(this.root);
+  }
+}

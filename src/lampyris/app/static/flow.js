@@ -1,0 +1,375 @@
+// Flow: from what was changed to what must be asked. A changed scenario is planned again at once, one question in
+// flight at most and the newest state next; a run is made again when a wall was painted while it is shown.
+
+import { addEvents, addTicks, json } from "./frames.js";
+import { ServerError } from "./api.js";
+import { applyEdits, loadGround } from "./ground.js";
+import { first, blank } from "./state.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Ground} Ground */
+/** @typedef {import("./types.js").Plan} Plan */
+/** @typedef {import("./types.js").Run} Run */
+/** @typedef {import("./types.js").Scenario} Scenario */
+
+/** Keys that decide a run. */
+const DECIDE = ["map", "start", "goal", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
+/** Of these, the ones that decide a plan at the start as well. */
+const UNPLANNED = new Set(["simulate"]);
+/**
+ * Milliseconds after which a plan that is no longer wanted is stopped instead of waited for. An engine that is
+ * stopped may have to start anew, which takes about a second: with 400 here a drag never saw an answer.
+ */
+const PATIENCE = 2500;
+
+/** @param {Page} page */
+export function mount(page) {
+  const { store, map } = page;
+  const plans = new Plans(page);
+  const runs = new Runs(page);
+  page.replan = () => plans.want();
+  page.simulate = (how) => runs.begin(how ?? {});
+  page.stop = () => runs.stop();
+  page.asked = () => asked(store.scenario);
+
+  /** What the ground on the screen is made of. */
+  let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };
+  /** Number of the newest loading: an older one that comes later is let go. */
+  let loading = 0;
+
+  /** The tick up to which walls are shown: one ahead, so that what is painted now is seen now. */
+  const tickOfGround = () => (page.run && (page.play.tick > 0 || page.play.playing) ? Math.floor(page.play.tick) + 1 : 0);
+  const paint = (force = false) => {
+    const { ground, base } = page;
+    if (!ground || !base) return;
+    const { edits } = store.scenario;
+    const tick = tickOfGround();
+    // Nothing to do unless a tick with an edit lies between then and now.
+    const crossed = edits.some((edit) => edit.tick > 0 && edit.tick > shown.tick !== edit.tick > tick);
+    const fresh = shown.edits !== edits;
+    shown.edits = edits;
+    shown.tick = tick;
+    if (!fresh && !crossed && !force) return;
+    const before = ground.cells;
+    const after = new Uint8Array(base.length);
+    applyEdits(base, edits, tick, ground.width, after);
+    /** @type {Array<[number, number]>} */
+    const cells = [];
+    for (let k = 0; k < after.length && cells.length < 20000; k++) {
+      if (after[k] !== before[k]) cells.push([k % ground.width, Math.floor(k / ground.width)]);
+    }
+    ground.cells = after;
+    if (cells.length >= 20000) map.setGround(ground);
+    else if (cells.length) map.repaint(cells);
+    if (cells.length || fresh) page.tell("ground");
+  };
+  page.on("repaint", () => paint(true));
+  // The brush has drawn these already.
+  page.on("painted", (edits) => (shown.edits = edits));
+
+  /** A map that was loaded to be opened, so that it is not asked for twice. @type {{spec: unknown, ground: Ground} | null} */
+  let opened = null;
+
+  const load = async () => {
+    const spec = store.scenario.map;
+    const mine = ++loading;
+    shown.map = spec;
+    page.tell("busy", true);
+    try {
+      const ready = /** @type {{spec: unknown, ground: Ground} | null} */ (opened);
+      const ground = ready && ready.spec === spec ? ready.ground : await loadGround(page.api, spec);
+      opened = null;
+      if (mine !== loading) return;
+      page.base = ground.cells.slice();
+      const { edits } = store.scenario;
+      applyEdits(page.base, edits, 0, ground.width, ground.cells);
+      page.ground = ground;
+      shown.edits = edits;
+      shown.tick = 0;
+      map.setGround(ground);
+      map.fit();
+      ends();
+      page.tell("ground");
+      const { start, goal } = store.scenario;
+      // The map's own ends, so that there is something to see at once.
+      if (!start && !goal && ground.start && ground.goal) store.set({ start: ground.start, goal: ground.goal }, "map");
+      else plans.want();
+    } catch (error) {
+      if (mine !== loading) return;
+      shown.map = null;
+      page.fault(error);
+    } finally {
+      if (mine === loading) page.tell("busy", false);
+    }
+  };
+
+  const ends = () => {
+    map.start = store.scenario.start;
+    map.goal = store.scenario.goal;
+    map.robotRadius = Number(store.scenario.robot.radius ?? 0) / (page.ground?.resolution || 1);
+    map.refresh();
+  };
+
+  page.open = async (spec) => {
+    const ground = await loadGround(page.api, spec);
+    opened = { spec, ground };
+    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: placeless(store.scenario.obstacles), map_hash: undefined }, "open");
+    store.settle();
+  };
+  page.adopt = async (scenario) => {
+    store.replace(scenario);
+  };
+
+  store.listen((changed) => {
+    if (changed.has("map") && store.scenario.map !== shown.map) void load();
+    else if (changed.has("edits")) {
+      if (shown.edits === store.scenario.edits) page.tell("ground");
+      else paint();
+    }
+    if (changed.has("start") || changed.has("goal") || changed.has("robot")) ends();
+    const decisive = DECIDE.filter((key) => changed.has(key));
+    if (!decisive.length) return;
+    if (page.run || runs.busy) {
+      const tick = page.play.tick;
+      if (page.run && decisive.length === 1 && decisive[0] === "edits" && (tick > 0 || page.play.playing)) {
+        void runs.begin({ tick, play: page.play.playing });
+      } else runs.clear();
+    }
+    if (decisive.some((key) => !UNPLANNED.has(key)) && !decisive.includes("map")) plans.want();
+  });
+  page.on("tick", () => paint());
+  page.on("run", () => paint());
+  page.on("gone", (gone) => {
+    if (gone) return;
+    if (!page.ground) void load();
+    else plans.want();
+  });
+
+  // The way of the plan, by its speeds; faint while a run is on its way.
+  let faint = false;
+  const drawPlan = () => {
+    const { plan } = page;
+    map.ways = plan && plan.cells.length > 2 ? [{ cells: plan.cells, shares: sharesOf(plan, page), faint }] : [];
+    map.refresh();
+  };
+  page.on("plan", drawPlan);
+  const fade = () => {
+    const now = page.run !== null && page.play.tick > 0;
+    if (now === faint) return;
+    faint = now;
+    drawPlan();
+  };
+  page.on("tick", fade);
+  page.on("run", fade);
+}
+
+/** The scenario of the link, the draft, or a first one. @param {Page} page */
+export async function begin(page) {
+  page.store.replace((await first(page)) ?? blank(), false);
+}
+
+/** Obstacles that are a number, not places of another map. @param {Array<Record<string, any>>} obstacles */
+function placeless(obstacles) {
+  return obstacles.filter((one) => one.kind === "random-walk" || one.kind === "crossing");
+}
+
+/** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @returns {Scenario} */
+function asked(scenario) {
+  const made = /** @type {any} */ ({ ...scenario, simulate: scenario.simulate ?? {} });
+  for (const key of Object.keys(made)) if (made[key] === undefined) delete made[key];
+  if (!made.edits?.length) delete made.edits;
+  // A map that was uploaded and painted is checked by the page itself.
+  delete made.map_hash;
+  return made;
+}
+
+/** Speeds of a plan's nodes, 0 to 1. @param {Plan} plan @param {Page} page */
+function sharesOf(plan, page) {
+  const speeds = plan.speed?.v;
+  if (!speeds || 2 * speeds.length !== plan.cells.length) return null;
+  const most = plan.speed?.units.startsWith("m/s") ? Number(page.store.scenario.robot.v_max ?? 1) : Math.max(...speeds);
+  return speeds.map((v) => (most > 0 ? v / most : 0));
+}
+
+/** Plans: at most one question in flight; when its answer has come, the newest state is asked. */
+class Plans {
+  /** @param {Page} page */
+  constructor(page) {
+    this._page = page;
+    this._wanted = false;
+    this._asking = false;
+    /** @type {AbortController | null} */
+    this._abort = null;
+    this._began = 0;
+  }
+
+  want() {
+    this._wanted = true;
+    if (this._page.gone) return;
+    if (!this._asking) void this._ask();
+    else {
+      const left = Math.max(0, this._began + PATIENCE - performance.now());
+      const abort = this._abort;
+      setTimeout(() => {
+        if (this._wanted && this._abort === abort) abort?.abort();
+      }, left);
+    }
+  }
+
+  async _ask() {
+    const page = this._page;
+    this._asking = true;
+    while (this._wanted && !page.gone) {
+      this._wanted = false;
+      const { start, goal } = page.store.scenario;
+      if (!start || !goal || !page.ground) {
+        this._put(null);
+        continue;
+      }
+      this._abort = new AbortController();
+      this._began = performance.now();
+      try {
+        const plan = await this._plan(this._abort.signal);
+        this._put(plan);
+      } catch (error) {
+        if (this._abort.signal.aborted) continue;
+        this._failed(error);
+      }
+    }
+    this._asking = false;
+    this._abort = null;
+  }
+
+  /** @param {AbortSignal} signal @returns {Promise<Plan | null>} */
+  async _plan(signal) {
+    const page = this._page;
+    /** @type {any} */
+    let plan = null;
+    let cells = null;
+    for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: [] }, signal)) {
+      if (kind === "X") throw new ServerError(200, json(bytes));
+      if (kind === "H" || kind === "Z") plan = { ...plan, ...json(bytes) };
+      if (kind === "B") cells = new Int16Array(bytes.slice().buffer);
+    }
+    if (!plan) return null;
+    plan.cells = cells ?? Int16Array.from((plan.cells ?? []).flat());
+    return plan;
+  }
+
+  /** @param {Plan | null} plan */
+  _put(plan) {
+    this._page.plan = plan;
+    this._page.tell("plan", plan);
+  }
+
+  /** A place that cannot be planned from is said where a plan's sentence is said, not as an alarm at each step of a drag. @param {unknown} error */
+  _failed(error) {
+    if (error instanceof ServerError && error.status !== 401) {
+      this._put(/** @type {any} */ ({
+        status: "error", sentence: error.message, cells: new Int16Array(0), waypoints: null, cost: null, optimal_cost: null, gap: null,
+        sum_cost_to_go: null, iterations: 0, expansions: 0, gates: { count: 0, on_path: [], in_map: [] }, jumps: [], speed: null, seconds: 0,
+      }));
+    } else {
+      this._page.fault(error);
+    }
+  }
+}
+
+/** Runs: one at a time. */
+class Runs {
+  /** @param {Page} page */
+  constructor(page) {
+    this._page = page;
+    /** @type {AbortController | null} */
+    this._abort = null;
+  }
+
+  get busy() {
+    return this._abort !== null;
+  }
+
+  stop() {
+    if (this._abort) this._page.play.hold(false);
+    this._abort?.abort();
+    this._abort = null;
+    this._page.tell("busy", false);
+  }
+
+  /** The run is no longer the scenario's. */
+  clear() {
+    this.stop();
+    if (!this._page.run) return;
+    this._page.run = null;
+    this._page.tell("run", { tick: 0, play: false });
+  }
+
+  /** @param {{tick?: number, play?: boolean}} how */
+  async begin({ tick = 0, play = true }) {
+    const page = this._page;
+    const { start, goal } = page.store.scenario;
+    if (!start || !goal) {
+      page.say("First click a start and a goal on the map.");
+      return;
+    }
+    this._abort?.abort();
+    const abort = new AbortController();
+    this._abort = abort;
+    page.tell("busy", true);
+    // The old run may not go on past the moment from which the new one differs.
+    if (tick > 0) page.play.hold(true);
+    const scenario = page.asked();
+    const run = emptyRun(scenario);
+    /** Shown once it has come as far as what is shown now: until there both are the same. */
+    let published = false;
+    const publish = () => {
+      published = true;
+      page.play.hold(false);
+      page.run = run;
+      page.tell("run", { tick: Math.min(tick, Math.max(0, run.ticks - 1)), play });
+    };
+    try {
+      for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario }, abort.signal)) {
+        if (abort.signal.aborted) return;
+        if (kind === "X") throw new ServerError(200, json(bytes));
+        else if (kind === "H") Object.assign(run, headOf(json(bytes)));
+        else if (kind === "T") addTicks(bytes, run);
+        else if (kind === "E") addEvents(bytes, run);
+        else if (kind === "Z") {
+          run.end = json(bytes);
+          run.done = true;
+        }
+        if (kind === "T" && published) page.tell("ticks");
+        else if (run.ticks > tick && !published) publish();
+      }
+      if (!published) publish();
+      run.done = true;
+      page.tell("end");
+    } catch (error) {
+      if (abort.signal.aborted) return;
+      run.done = true;
+      page.play.hold(false);
+      if (published) page.tell("end");
+      page.fault(error);
+    } finally {
+      if (this._abort === abort) {
+        this._abort = null;
+        page.tell("busy", false);
+      }
+    }
+  }
+}
+
+/** What a header says of a run. @param {any} head */
+function headOf(head) {
+  const { job, planner, law, units, causes, bodies, label } = head;
+  return Object.fromEntries(Object.entries({ job, planner, law, units, causes, bodies, label }).filter(([, v]) => v !== undefined));
+}
+
+/** @param {Scenario} scenario @returns {Run} */
+function emptyRun(scenario) {
+  return {
+    job: "", planner: scenario.planner.name, label: scenario.planner.name, law: scenario.law?.name ?? "", units: "", ticks: 0,
+    done: false, robot: new Int16Array(0), speed: new Float32Array(0), cause: new Uint8Array(0), causes: [], bodies: [],
+    places: [], near: new Float32Array(0), events: [], end: null,
+  };
+}

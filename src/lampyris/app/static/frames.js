@@ -1,0 +1,130 @@
+// Frames: what the server streams. Each is a length, a kind of one letter and a payload, little endian.
+
+/** @typedef {{kind: string, bytes: Uint8Array}} Frame */
+
+const MOST = 1 << 28;
+
+/**
+ * The frames of a streamed answer, one by one as they arrive.
+ * @param {ReadableStream<Uint8Array>} stream
+ * @returns {AsyncGenerator<Frame>}
+ */
+export async function* framesOf(stream) {
+  const reader = stream.getReader();
+  let held = new Uint8Array(1 << 16);
+  let from = 0;
+  let to = 0;
+  try {
+    for (;;) {
+      while (to - from >= 5) {
+        const size = new DataView(held.buffer, from, 4).getUint32(0, true);
+        if (size < 1 || size > MOST) throw new Error(`a frame of ${size} bytes`);
+        if (to - from < 4 + size) break;
+        const kind = String.fromCharCode(held[from + 4]);
+        // A copy: what follows is written over the buffer.
+        yield { kind, bytes: held.slice(from + 5, from + 4 + size) };
+        from += 4 + size;
+      }
+      const { value, done } = await reader.read();
+      if (done) break;
+      if (to + value.length > held.length) {
+        const need = to - from + value.length;
+        const room = need > held.length ? new Uint8Array(Math.max(need, 2 * held.length)) : held;
+        room.set(held.subarray(from, to));
+        held = room;
+        to -= from;
+        from = 0;
+      }
+      held.set(value, to);
+      to += value.length;
+    }
+    if (to !== from) throw new Error("the answer broke off in the middle of a frame");
+  } finally {
+    // Whoever stops reading early wants no more of it; after the end this does nothing.
+    reader.cancel().catch(() => {});
+    reader.releaseLock();
+  }
+}
+
+/** @param {Uint8Array} bytes */
+export function json(bytes) {
+  return JSON.parse(new TextDecoder().decode(bytes));
+}
+
+/**
+ * A layer, or the heat of a tick without its tick.
+ * @param {Uint8Array} bytes
+ * @returns {import("./types.js").Layer}
+ */
+export function layerOf(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const letters = view.getUint8(0);
+  const name = new TextDecoder().decode(bytes.subarray(1, 1 + letters));
+  let at = 1 + letters;
+  const width = view.getUint32(at, true);
+  const height = view.getUint32(at + 4, true);
+  const low = view.getFloat32(at + 8, true);
+  const high = view.getFloat32(at + 12, true);
+  at += 16;
+  if (bytes.length - at !== width * height) throw new Error(`layer ${name}: ${bytes.length - at} cells`);
+  return { name, width, height, low, high, values: bytes.subarray(at) };
+}
+
+/**
+ * Ticks of a simulation, put into the run.
+ * @param {Uint8Array} bytes
+ * @param {import("./types.js").Run} run
+ */
+export function addTicks(bytes, run) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const first = view.getUint32(0, true);
+  const n = view.getUint16(4, true);
+  const bodies = view.getUint16(6, true);
+  if (first !== run.ticks) throw new Error(`ticks from ${first} on, not from ${run.ticks}`);
+  const size = 8 + n * (4 + 4 + 1 + 4 * bodies + 4);
+  if (bytes.length !== size) throw new Error(`${n} ticks in ${bytes.length} bytes, not in ${size}`);
+  const last = first + n;
+  run.robot = grown(run.robot, 2 * last);
+  run.speed = grown(run.speed, last);
+  run.cause = grown(run.cause, last);
+  run.near = grown(run.near, last);
+  // Copied out as bytes, so that nothing has to lie at a multiple of its size. Machines that run browsers are
+  // little endian, as the frames are.
+  let at = 8;
+  /** @param {number} length */
+  const next = (length) => bytes.slice(at, (at += length)).buffer;
+  run.robot.set(new Int16Array(next(4 * n)), 2 * first);
+  run.speed.set(new Float32Array(next(4 * n)), first);
+  run.cause.set(bytes.subarray(at, (at += n)), first);
+  const places = new Int16Array(next(4 * n * bodies));
+  for (let k = 0; k < n; k++) run.places.push(places.subarray(2 * bodies * k, 2 * bodies * (k + 1)));
+  run.near.set(new Float32Array(next(4 * n)), first);
+  run.ticks = last;
+}
+
+/**
+ * Events of a simulation, put into the run; who appears says what it is.
+ * @param {Uint8Array} bytes
+ * @param {import("./types.js").Run} run
+ */
+export function addEvents(bytes, run) {
+  for (const event of json(bytes)) {
+    run.events.push(event);
+    if (event.body) run.bodies.push(event.body);
+  }
+}
+
+/**
+ * The same array, or a longer one with its contents.
+ * @template {Int16Array | Float32Array | Uint8Array} T
+ * @param {T} array
+ * @param {number} need
+ * @returns {T}
+ */
+function grown(array, need) {
+  if (need <= array.length) return array;
+  const Kind = /** @type {new (n: number) => T} */ (array.constructor);
+  const longer = new Kind(Math.max(need, 2 * array.length, 256));
+  longer.set(/** @type {any} */ (array));
+  return longer;
+}

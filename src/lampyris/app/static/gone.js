@@ -1,0 +1,48 @@
+// Gone: what is said when the server does not answer, and how it is found again. Nothing that was drawn is lost:
+// it is in the page, in the browser's draft and in the link.
+
+import { byId, el } from "./page.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+const AGAIN = 2500;
+
+/** @param {Page} page */
+export function mount(page) {
+  const banner = byId("gone");
+  const words = el("span", { class: "grow" });
+  const again = el("button", { type: "button", class: "btn" }, "Try again");
+  banner.append(words, again);
+  let timer = 0;
+
+  const ask = async () => {
+    clearTimeout(timer);
+    if (!page.gone) return;
+    let status = 0;
+    try {
+      status = (await fetch("/api/hello", { headers: { "X-Lampyris-Token": page.api.token }, cache: "no-store", credentials: "omit" })).status;
+    } catch {
+      // Still gone.
+    }
+    words.textContent = status === 401
+      ? "This page's token is not the running server's: lampyris app was started again. Open the address that it printed, in this tab; everything you drew is kept."
+      : "The server is gone. Everything you drew is kept in this browser. Start lampyris app again on the same port, then open the address that it prints.";
+    if (status === 200) page.api.onGone(false);
+    else timer = window.setTimeout(ask, AGAIN);
+  };
+  again.addEventListener("click", () => void ask());
+  page.on("token", () => {
+    page.gone = true;
+    void ask();
+  });
+  page.on("gone", (gone) => {
+    banner.hidden = !gone;
+    clearTimeout(timer);
+    if (gone) {
+      words.textContent = "The server does not answer. Everything you drew is kept in this browser.";
+      timer = window.setTimeout(ask, 300);
+    } else {
+      page.say("The server is back.", "good");
+    }
+  });
+}

@@ -1,0 +1,126 @@
+// Grounds: maps as they come, and what was painted on them.
+
+import { framesOf, json } from "./frames.js";
+
+/** @typedef {import("./types.js").Cell} Cell */
+/** @typedef {import("./types.js").Edit} Edit */
+/** @typedef {import("./types.js").Ground} Ground */
+
+const SIGNS = { ".": 0, "#": 1, "?": 2, S: 0, G: 0 };
+const LETTERS = [".", "#", "?"];
+
+/**
+ * The ground that a scenario's map means.
+ * @param {import("./api.js").Api} api
+ * @param {any} spec a name, {bundled}, {library} or {rows}
+ * @returns {Promise<Ground>}
+ */
+export async function loadGround(api, spec) {
+  if (spec && typeof spec === "object" && Array.isArray(spec.rows)) return groundOfRows(spec);
+  const id = typeof spec === "string" ? spec : spec?.library ?? spec?.bundled;
+  if (typeof id !== "string") throw new Error("This scenario's map is of a kind that the app cannot open: upload it as a picture.");
+  const answer = await api.call(`/api/maps/${encodeURIComponent(id)}`);
+  /** @type {any} */
+  let head = null;
+  /** @type {Uint8Array | null} */
+  let cells = null;
+  /** @type {Uint8Array | null} */
+  let terrain = null;
+  if (!answer.body) throw new Error("an answer without a map");
+  for await (const { kind, bytes } of framesOf(answer.body)) {
+    if (kind === "H" || kind === "Z") head = { ...head, ...json(bytes) };
+    else if (kind === "B" && !cells) cells = bytes;
+    else if (kind === "B") terrain = bytes;
+    else if (kind === "X") throw new Error(json(bytes).what);
+  }
+  if (!head || !cells) throw new Error(`map ${id}: no cells`);
+  const ground = { ...blankGround(head), id, cells: unpacked(cells, head.width * head.height), terrain };
+  if (typeof spec === "object" && typeof spec.resolution === "number") ground.resolution = spec.resolution;
+  return ground;
+}
+
+/** @param {any} head @returns {Ground} */
+function blankGround(head) {
+  return {
+    id: head.id ?? "", name: head.name ?? "map", width: head.width, height: head.height, resolution: head.resolution ?? 1,
+    hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null,
+  };
+}
+
+/** Cells as they are, or four to a byte from the lowest two bits on, or eight. @param {Uint8Array} bytes @param {number} n */
+function unpacked(bytes, n) {
+  if (bytes.length === n) return bytes;
+  const cells = new Uint8Array(n);
+  if (bytes.length === Math.ceil(n / 4)) for (let k = 0; k < n; k++) cells[k] = (bytes[k >> 2] >> (2 * (k & 3))) & 3;
+  else if (bytes.length === Math.ceil(n / 8)) for (let k = 0; k < n; k++) cells[k] = (bytes[k >> 3] >> (7 - (k & 7))) & 1;
+  else throw new Error(`${bytes.length} bytes for ${n} cells`);
+  return cells;
+}
+
+/** @param {{rows: string[], name?: string, resolution?: number}} spec @returns {Ground} */
+function groundOfRows(spec) {
+  const height = spec.rows.length;
+  const width = spec.rows[0]?.length ?? 0;
+  if (!width || width * height > 1 << 22) throw new Error("This scenario's map is empty or too large.");
+  const cells = new Uint8Array(width * height);
+  /** @type {Record<string, Cell | null>} */
+  const ends = { S: null, G: null };
+  spec.rows.forEach((row, y) => {
+    if (row.length !== width) throw new Error(`Row ${y} of the map has ${row.length} cells, the first has ${width}.`);
+    for (let x = 0; x < width; x++) {
+      const sign = row[x];
+      cells[y * width + x] = SIGNS[/** @type {keyof typeof SIGNS} */ (sign)] ?? 1;
+      if (sign === "S" || sign === "G") ends[sign] = [x, y];
+    }
+  });
+  const head = { name: spec.name ?? "inline", width, height, resolution: spec.resolution, start: ends.S, goal: ends.G };
+  return { ...blankGround(head), cells };
+}
+
+/** A map as rows of text. @param {Uint8Array} cells @param {number} width @returns {string[]} */
+export function rowsOf(cells, width) {
+  const rows = [];
+  for (let at = 0; at < cells.length; at += width) {
+    let row = "";
+    for (let x = 0; x < width; x++) row += LETTERS[cells[at + x]];
+    rows.push(row);
+  }
+  return rows;
+}
+
+/**
+ * Put edits up to a tick onto the cells before any edit, into `out`.
+ * @param {Uint8Array} base @param {Edit[]} edits @param {number} tick @param {number} width @param {Uint8Array} out
+ */
+export function applyEdits(base, edits, tick, width, out) {
+  out.set(base);
+  const height = base.length / width;
+  for (const edit of [...edits].sort((a, b) => a.tick - b.tick)) {
+    if (edit.tick > tick) continue;
+    for (const [cells, value] of /** @type {Array<[Cell[], number]>} */ ([[edit.blocked, 1], [edit.freed, 0]])) {
+      for (const [x, y] of cells) if (x >= 0 && y >= 0 && x < width && y < height) out[y * width + x] = value;
+    }
+  }
+}
+
+/**
+ * Edits with a stroke put in at a tick: what is as it was before that tick is in none of the lists.
+ * @param {Edit[]} edits @param {number} tick
+ * @param {Map<number, number>} stroke value of each painted cell, 0 or 1
+ * @param {Uint8Array} before the cells as the edits of earlier ticks leave them @param {number} width
+ * @returns {Edit[]}
+ */
+export function withStroke(edits, tick, stroke, before, width) {
+  const old = edits.find((edit) => edit.tick === tick);
+  /** @type {Cell[]} */
+  const blocked = (old?.blocked ?? []).filter(([x, y]) => !stroke.has(y * width + x));
+  /** @type {Cell[]} */
+  const freed = (old?.freed ?? []).filter(([x, y]) => !stroke.has(y * width + x));
+  for (const [k, value] of stroke) {
+    if (before[k] === value) continue;
+    (value ? blocked : freed).push([k % width, Math.floor(k / width)]);
+  }
+  const others = edits.filter((edit) => edit.tick !== tick);
+  if (!blocked.length && !freed.length) return others;
+  return [...others, { tick, blocked, freed }].sort((a, b) => a.tick - b.tick);
+}

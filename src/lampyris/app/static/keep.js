@@ -1,0 +1,154 @@
+// Keep: what is shown as a file. The server makes it, from the scenario alone; the browser saves it.
+
+import { meeting } from "./compare.js";
+import { block, button, el, sentence } from "./make.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+/** What, how its name ends, what it is. @type {Array<{title: string, kinds: Array<[string, string, string]>}>} */
+const GROUPS = [
+  { title: "Picture", kinds: [["png", "png", "Map and way as an image"], ["svg", "svg", "The same as a drawing, sharp at any size"]] },
+  { title: "Film", kinds: [["webp", "webp", "The whole run, small and sharp"], ["gif", "gif", "The whole run, plays anywhere"]] },
+  { title: "Numbers", kinds: [["csv", "csv", "Tick by tick: where it was, how fast, and why"]] },
+  {
+    title: "Everything", kinds: [
+      ["scenario", "yaml", "What decides the run: the command line replays it to the same bytes"],
+      ["report", "html", "One page about the run: pictures, film, numbers, events"],
+      ["compared", "html", "One page about those chosen to meet, with statistics"],
+    ],
+  },
+];
+
+const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", report: "Report", compared: "Comparison" });
+
+/** @param {Page} page @param {HTMLElement} into */
+export function mount(page, into) {
+  const place = block(into, "keeping", "Keep");
+  if (place) new Keep(page, place);
+}
+
+class Keep {
+  /** @param {Page} page @param {HTMLElement} into */
+  constructor(page, into) {
+    this.page = page;
+    /** @type {AbortController | null} */
+    this.asked = null;
+    /** @type {HTMLButtonElement[]} */
+    this.buttons = [];
+    this.name = el("input", { type: "text", id: "keep-name", maxlength: 60, spellcheck: "false", autocomplete: "off" });
+    this.now = el("input", { type: "checkbox", id: "keep-now" });
+    this.words = el("p", { class: "hint", role: "status" });
+    this.bar = el("progress", { hidden: true, "aria-label": "Making the file" });
+    this.stop = button("Stop", () => this.asked?.abort(), { hidden: true });
+    into.append(el("div", { class: "field named" }, el("label", { for: "keep-name" }, "name"), this.name));
+    for (const { title, kinds } of GROUPS) {
+      into.append(el("h3", null, title), el("div", { class: "stack kinds" }, ...kinds.map(([what, ending, about]) => this._kind(what, ending, about))));
+      if (title === "Picture") {
+        into.append(el("div", { class: "field flag" }, el("label", { for: "keep-now" }, "PNG: the shown moment, not the plan"), this.now));
+      }
+    }
+    into.append(this.bar, el("div", { class: "row" }, this.words, this.stop));
+    const rename = () => (this.name.placeholder = nameOf(page));
+    page.store.listen(rename);
+    page.on("ground", rename);
+    rename();
+  }
+
+  /** @param {string} what @param {string} ending @param {string} about */
+  _kind(what, ending, about) {
+    const made = button(WORDS[what], () => this._keep(what, ending));
+    this.buttons.push(made);
+    return el("div", { class: "kind" }, made, el("span", { class: "hint" }, about));
+  }
+
+  /** @param {string} what @param {string} ending */
+  async _keep(what, ending) {
+    const { page } = this;
+    const { start, goal } = page.store.scenario;
+    if (what !== "scenario" && !(start ?? page.ground?.start) && !(goal ?? page.ground?.goal)) {
+      page.say("Set a start and a goal on the map first.");
+      return;
+    }
+    const asked = new AbortController();
+    this.asked = asked;
+    this._busy(true);
+    const name = `${safe(this.name.value) || nameOf(page)}${what === "compared" ? "-compared" : ""}.${ending}`;
+    const began = performance.now();
+    const clock = window.setInterval(() => this._tell(`Making ${name}: ${((performance.now() - began) / 1000).toFixed(0)} s.`), 500);
+    this._tell(`Making ${name}.`);
+    try {
+      const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
+      if (what === "compared") body.settings = meeting(page) ?? {};
+      if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
+      const answer = await page.api.call("/api/export", { json: body, signal: asked.signal });
+      clearInterval(clock);
+      const file = await this._read(answer, name);
+      save(file, name);
+      this._tell(`Saved ${name}, ${bytes(file.size)}.`);
+    } catch (error) {
+      this._tell(asked.signal.aborted ? "Stopped." : sentence(error), !asked.signal.aborted);
+      if (!asked.signal.aborted) page.fault(error);
+    } finally {
+      clearInterval(clock);
+      this.asked = null;
+      this._busy(false);
+    }
+  }
+
+  /** The file as it comes. @param {Response} answer @param {string} name */
+  async _read(answer, name) {
+    const parts = /** @type {any[]} */ ([]);
+    let size = 0;
+    const reader = answer.body?.getReader();
+    for (;;) {
+      const piece = await reader?.read();
+      if (!piece || piece.done) break;
+      parts.push(piece.value);
+      size += piece.value.length;
+      this._tell(`Receiving ${name}: ${bytes(size)}.`);
+    }
+    if (!size) throw new Error(`${name}: the server sent nothing`);
+    return new Blob(parts, { type: answer.headers.get("content-type") ?? "application/octet-stream" });
+  }
+
+  /** @param {boolean} busy */
+  _busy(busy) {
+    for (const one of this.buttons) one.disabled = busy;
+    this.bar.hidden = !busy;
+    this.stop.hidden = !busy;
+    this.page.tell("busy", busy);
+  }
+
+  /** @param {string} words @param {boolean} [bad] */
+  _tell(words, bad = false) {
+    this.words.textContent = words;
+    this.words.classList.toggle("bad", bad);
+  }
+}
+
+/** Map, planner and seed as a file's name. @param {Page} page */
+export function nameOf(page) {
+  const { name, planner, seed } = page.store.scenario;
+  return safe(name ?? "") || safe(`${page.ground?.name || "lampyris"}-${planner.name}-seed-${seed}`);
+}
+
+/** Letters and digits that every system takes in a file's name. @param {string} text */
+function safe(text) {
+  return text.normalize("NFKD").replace(/[^A-Za-z0-9._-]+/g, "-").replace(/^[-.]+|[-.]+$/g, "").slice(0, 60);
+}
+
+/** @param {Blob} file @param {string} name */
+function save(file, name) {
+  const address = URL.createObjectURL(file);
+  const link = el("a", { href: address, download: name, hidden: true });
+  document.body.append(link);
+  link.click();
+  link.remove();
+  // The browser has begun to save once the click returns; Safari reads a moment later.
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}
+
+/** @param {number} n */
+function bytes(n) {
+  return n < 1000 ? `${n} bytes` : n < 1e6 ? `${(n / 1000).toFixed(1)} kB` : `${(n / 1e6).toFixed(1)} MB`;
+}

@@ -1,0 +1,106 @@
+// Keys: everything can be done without a pointer. What typing in a field means is left to the field.
+
+import { copyLink, turnTheme } from "./theme.js";
+import { TOOLS, fit, zoomBy } from "./edit.js";
+import { byId, el } from "./page.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn"];
+
+/** What the help lists. @type {Array<[string, Array<[string, string]>]>} */
+const LIST = [
+  ["On the map", [
+    ["\u2190 \u2191 \u2192 \u2193", "move the cursor cell; with Shift by ten"], ["Enter", "do what the tool does: set start and goal in turn, paint, add a waypoint"],
+    ["S  G", "start, goal at the cursor"], ["W  X", "wall, no wall at the cursor"], ["Esc", "drop the patrol; back to start and goal"],
+  ]],
+  ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
+  ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
+  ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 7", "map, planner, traffic, now, compare, keep, learn"], ["M", "to the map"], ["T", "colours"]]],
+  ["Scenario", [["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
+];
+
+/** @param {Page} page @param {HTMLElement} dialog */
+export function mount(page, dialog) {
+  const help = /** @type {HTMLDialogElement} */ (dialog);
+  help.append(
+    el("div", { class: "row" }, el("h1", { id: "help-title", class: "grow" }, "Keys"), el("button", { type: "button", class: "btn", onclick: () => help.close() }, "Close")),
+    el("div", { class: "keys" }, ...LIST.map(([title, rows]) =>
+      el("section", {}, el("h2", {}, title), el("dl", {}, ...rows.flatMap(([keys, words]) =>
+        [el("dt", {}, ...keys.split("  ").map((key) => el("kbd", {}, key))), el("dd", {}, words)]))))),
+    el("p", { class: "hint" }, "With the mouse: click sets start and goal in turn, both can be dragged; the wheel zooms; dragging the ground, the middle button or Space moves the map; with the brush the right button erases. Files dropped on the page become maps."),
+  );
+  page.on("help", () => help.showModal());
+  help.addEventListener("click", (event) => {
+    if (event.target === help) help.close();
+  });
+  /** The space key: a press plays, unless the map was dragged meanwhile. */
+  const space = { held: false, panned: false };
+
+  /** @type {Record<string, () => void>} */
+  const plain = {
+    "?": () => help.showModal(), "+": () => zoomBy(page, 1.4), "=": () => zoomBy(page, 1.4), "-": () => zoomBy(page, 1 / 1.4),
+    0: () => fit(page), ",": () => page.play.step(-1), ".": () => page.play.step(1),
+    "<": () => page.play.rate(page.play.speed / 2), ">": () => page.play.rate(page.play.speed * 2),
+    Home: () => page.play.seek(0), End: () => page.play.seek(page.run ? page.run.ticks - 1 : 0),
+    r: () => void page.simulate({ tick: 0, play: true }), l: () => void copyLink(page), t: () => turnTheme(page),
+    m: () => page.map.canvas.focus(), "[": () => page.tell("brush", -1), "]": () => page.tell("brush", 1),
+  };
+  for (const tool of TOOLS) plain[tool.key] = () => page.use(tool.name);
+  SECTIONS.forEach((section, k) => {
+    plain[String(k + 1)] = () => {
+      page.show(section);
+      document.getElementById(`tab-${section}`)?.focus();
+    };
+  });
+
+  addEventListener("keydown", (event) => {
+    if (event.defaultPrevented || help.open) return;
+    const at = /** @type {HTMLElement} */ (event.target);
+    const onMap = at === page.map.canvas;
+    if ((event.ctrlKey || event.metaKey) && !event.altKey) {
+      const key = event.key.toLowerCase();
+      if ((key !== "z" && key !== "y") || types(at)) return;
+      event.preventDefault();
+      if (key === "y" || event.shiftKey) page.store.redo();
+      else page.store.undo();
+      return;
+    }
+    if (event.altKey || types(at)) return;
+    if (onMap) page.tell("edit-key", event);
+    if (event.defaultPrevented) return;
+    if (event.key === " ") {
+      // On a button it presses the button.
+      if (at.closest("button, summary, select, a, [role=slider]")) return;
+      event.preventDefault();
+      if (event.repeat) return;
+      space.held = true;
+      space.panned = false;
+      page.tell("space", space);
+      return;
+    }
+    if (!onMap && at.closest("[role=slider], select") && /^(Home|End)$/.test(event.key)) return;
+    const act = plain[event.key] ?? plain[event.key.toLowerCase()];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+  addEventListener("keyup", (event) => {
+    if (event.key !== " " || !space.held) return;
+    space.held = false;
+    page.tell("space", space);
+    if (!space.panned) page.play.toggle();
+  });
+  addEventListener("blur", () => {
+    space.held = false;
+    page.tell("space", space);
+  });
+  // Not a link: the address holds the token.
+  byId("skip").addEventListener("click", () => page.map.canvas.focus());
+}
+
+/** Whether keys go into a field. @param {HTMLElement} at */
+function types(at) {
+  if (at instanceof HTMLInputElement) return !["checkbox", "radio", "button", "range"].includes(at.type);
+  return at instanceof HTMLTextAreaElement || at.isContentEditable;
+}

@@ -1,0 +1,285 @@
+// Layers: what colours the ground. One question in flight at most; when its answer has come, the newest one is asked.
+
+import { levels } from "./colours.js";
+import { brief } from "./charts.js";
+import { json, layerOf } from "./frames.js";
+import { ServerError } from "./api.js";
+import { el } from "./page.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Layer} Layer */
+/** @typedef {{title: string, about: string, low: string, high: string, unit: (page: Page) => string}} Kind */
+
+/** @type {Record<string, Kind>} */
+const KINDS = {
+  none: { title: "None", about: "Walls and ground alone.", low: "", high: "", unit: () => "" },
+  cost: { title: "Cost", about: "What is left to pay from each cell to the goal.", low: "at the goal", high: "far", unit: () => "cells" },
+  luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none.", low: "at the goal", high: "far", unit: () => "" },
+  clearance: { title: "Clearance", about: "How far each cell is from the nearest wall.", low: "tight", high: "open", unit: () => "m" },
+  expanded: { title: "Expanded", about: "In which order a search from the goal comes to the cells, until it comes to the start.", low: "first", high: "last", unit: () => "" },
+  reach: { title: "Reach", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
+};
+/** Milliseconds after which an answer that is no longer wanted is stopped instead of waited for. */
+const PATIENCE = 400;
+/** Cells of the largest map of which a hover fetches layers that are not shown. */
+const SMALL = 300_000;
+
+/** Where layers come from: one question at a time, the newest state of the shown one first. */
+export class Source {
+  /** @param {Page} page */
+  constructor(page) {
+    this.page = page;
+    /** The layer that is shown, by name. */
+    this.shown = "none";
+    /** Layers that have come, each with what they were asked for. @type {Map<string, {key: string, layer: Layer | null}>} */
+    this._have = new Map();
+    /** @type {Set<string>} */
+    this._wanted = new Set();
+    /** Grows when the scenario or the map changes. */
+    this._state = 0;
+    /** @type {AbortController | null} */
+    this._abort = null;
+    this._began = 0;
+    /** State that is asked about. */
+    this._about = 0;
+    /** Told when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
+    this.onLayer = () => {};
+  }
+
+  /** The scenario is another one: what is held is old. */
+  changed() {
+    this._state++;
+  }
+
+  /** @param {string} name */
+  _key(name) {
+    // Only reach moves from tick to tick; cost and luciferin change when walls do, and then the state does.
+    const tick = name === "reach" ? Math.floor(this.page.play.tick + 1e-6) : 0;
+    return `${this._state} ${tick} ${name === "reach" ? this.page.run?.ticks && 1 : ""}`;
+  }
+
+  /** The layer as it is now; null: it is not here yet. @param {string} name @returns {Layer | null} */
+  peek(name) {
+    const have = this._have.get(name);
+    return have && have.key === this._key(name) ? have.layer : null;
+  }
+
+  /** Ask for a layer unless it is here or on its way. @param {string} name */
+  want(name) {
+    if (name === "none" || !this.page.ground || this.page.gone) return;
+    if (this._have.get(name)?.key === this._key(name)) return;
+    this._wanted.add(name);
+    if (!this._abort) void this._ask();
+    // Another tick is no reason to stop: where answers take long, none would ever come.
+    else if (this._about !== this._state && performance.now() - this._began > PATIENCE) this._abort.abort();
+  }
+
+  async _ask() {
+    for (;;) {
+      const name = this._wanted.has(this.shown) ? this.shown : [...this._wanted][0];
+      if (!name) break;
+      this._wanted.delete(name);
+      const key = this._key(name);
+      if (this._have.get(name)?.key === key) continue;
+      const abort = new AbortController();
+      this._abort = abort;
+      this._began = performance.now();
+      this._about = this._state;
+      let layer = null;
+      let fault = "";
+      try {
+        layer = await this._fetch(name, abort.signal);
+      } catch (error) {
+        if (abort.signal.aborted) continue;
+        fault = error instanceof ServerError ? error.message : "";
+        if (!fault) this.page.fault(error);
+        // Where there is nothing to be had nobody asks again before something changes.
+      }
+      this._have.set(name, { key, layer });
+      this.onLayer(name, layer, fault);
+    }
+    this._abort = null;
+  }
+
+  /** @param {string} name @param {AbortSignal} signal */
+  async _fetch(name, signal) {
+    const { page } = this;
+    const tick = Math.floor(page.play.tick + 1e-6);
+    const body = { scenario: page.asked(), layer: name, bodies: name === "reach" ? bodiesNow(page) : null, tick };
+    /** @type {Layer | null} */
+    let layer = null;
+    // Read to its end: a question is in flight until then.
+    for await (const { kind, bytes } of page.api.frames("/api/layer", body, signal)) {
+      if (kind === "X") throw new ServerError(200, json(bytes));
+      if (kind === "L") layer = layerOf(bytes);
+    }
+    return layer;
+  }
+}
+
+/** Cells of the obstacles at the shown tick; null: none are shown. @param {Page} page @returns {Array<[number, number]> | null} */
+function bodiesNow(page) {
+  const { run, play } = page;
+  const places = run?.places[Math.min(Math.floor(play.tick + 1e-6), run.ticks - 1)];
+  if (!places) return null;
+  /** @type {Array<[number, number]>} */
+  const cells = [];
+  for (let b = 0; b < places.length; b += 2) if (places[b] >= 0) cells.push([places[b], places[b + 1]]);
+  return cells;
+}
+
+class Layers {
+  /** @param {Page} page @param {HTMLElement} element @param {Source} source */
+  constructor(page, element, source) {
+    this.page = page;
+    this.source = source;
+    this.buttons = Object.entries(KINDS).map(([name, kind]) => {
+      const input = el("input", { type: "radio", name: "layer", value: name, onchange: () => this.choose(name) });
+      input.checked = name === "none";
+      return { name, input, label: el("label", { class: "ly-one", title: kind.about }, input, el("span", {}, kind.title)) };
+    });
+    this.about = el("p", { class: "hint", "aria-live": "polite" });
+    this.ramp = el("canvas", { class: "ly-ramp", width: 254, height: 1, role: "img" });
+    this.low = el("span", {});
+    this.high = el("span", {});
+    this.legend = el("div", { class: "ly-legend", hidden: true }, this.ramp, el("div", { class: "ly-ends" }, this.low, this.high));
+    this.upTo = el("input", { type: "range", min: 0, max: 255, value: 255, "aria-label": "Cells expanded so far", oninput: () => this._put() });
+    this.order = el("label", { class: "ly-order", hidden: true }, el("span", { class: "hint" }, "So far"), this.upTo);
+    this.gates = el("input", { type: "checkbox", onchange: () => this._gates(true) });
+    element.classList.add("ly");
+    element.append(
+      el("h2", {}, "Layers"),
+      el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
+      this.legend, this.order, this.about,
+      el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates")),
+    );
+    /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
+    this._cut = null;
+    this._gatesOf = "";
+
+    source.onLayer = (name, layer, fault) => {
+      page.tell("layer-came", name);
+      if (name !== source.shown) return;
+      this._put();
+      this.about.textContent = fault || (layer ? KINDS[name].about : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
+      this.about.classList.toggle("bad", Boolean(fault));
+    };
+    const renew = () => {
+      source.changed();
+      source.want(source.shown);
+      this._gates(false);
+    };
+    page.on("plan", renew);
+    page.on("ground", renew);
+    page.on("run", () => source.want(source.shown));
+    page.on("tick", () => {
+      if (source.shown === "reach") source.want("reach");
+    });
+    page.on("theme", () => this._ramp());
+    page.on("show-layer", (name) => this.choose(name));
+  }
+
+  /** @param {string} name */
+  choose(name) {
+    if (!(name in KINDS)) return;
+    const { source } = this;
+    source.shown = name;
+    for (const one of this.buttons) one.input.checked = one.name === name;
+    this.about.textContent = name === "none" ? "" : KINDS[name].about;
+    this.about.classList.remove("bad");
+    this.upTo.value = "255";
+    source.want(name);
+    this._put();
+    this.page.tell("layer", name);
+  }
+
+  /** The layer onto the map. While a newer one is on its way the old one stays, if it is of this map. */
+  _put() {
+    const { source, page } = this;
+    const name = source.shown;
+    const held = name === "none" ? null : source._have.get(name)?.layer ?? null;
+    const fits = held && page.ground && held.width === page.ground.width && held.height === page.ground.height;
+    let layer = fits ? held : null;
+    this.order.hidden = !(layer && name === "expanded");
+    const least = Number(this.upTo.value);
+    if (layer && name === "expanded" && least < 255) layer = this._part(layer, least);
+    page.map.setLayer(layer);
+    this._ramp();
+  }
+
+  /** Of the expanded cells the first ones. @param {Layer} layer @param {number} most */
+  _part(layer, most) {
+    if (!this._cut || this._cut.values.length !== layer.values.length) this._cut = { ...layer, values: new Uint8Array(layer.values.length) };
+    const { values } = this._cut;
+    for (let k = 0; k < values.length; k++) values[k] = layer.values[k] <= most ? layer.values[k] : 0;
+    return this._cut;
+  }
+
+  _ramp() {
+    const name = this.source.shown;
+    const layer = this.source._have.get(name)?.layer;
+    this.legend.hidden = name === "none" || !layer;
+    if (!layer) return;
+    const pen = /** @type {CanvasRenderingContext2D} */ (this.ramp.getContext("2d"));
+    const image = new ImageData(254, 1);
+    new Uint32Array(image.data.buffer).set(levels("landscape", this.page.dark).subarray(1, 255));
+    pen.putImageData(image, 0, 0);
+    const kind = KINDS[name];
+    const unit = kind.unit(this.page);
+    const end = (/** @type {number} */ v, /** @type {string} */ word) => `${brief(v)}${unit ? ` ${unit}` : ""}${word ? `, ${word}` : ""}`;
+    this.low.textContent = end(layer.low, kind.low);
+    this.high.textContent = end(layer.high, kind.high);
+    this.ramp.setAttribute("aria-label", `${kind.title} from ${this.low.textContent} to ${this.high.textContent}`);
+  }
+
+  /** Gates of the whole map, found by the planner; asked for when map or robot change, not with each plan. @param {boolean} now */
+  async _gates(now) {
+    const { page } = this;
+    const { map } = page;
+    if (!this.gates.checked) {
+      if (now && map.gates.length) {
+        map.gates = [];
+        map.refresh();
+      }
+      return;
+    }
+    const { scenario } = page.store;
+    if (!scenario.start || !scenario.goal || !page.ground) return;
+    const key = JSON.stringify([scenario.map, scenario.edits, scenario.robot, scenario.planner, scenario.preset]);
+    if (key === this._gatesOf && !now) return;
+    this._gatesOf = key;
+    try {
+      for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: ["gates"] })) {
+        if (kind === "X") throw new ServerError(200, json(bytes));
+        if (kind !== "H" && kind !== "Z") continue;
+        const { gates } = json(bytes);
+        if (!gates || !this.gates.checked || key !== this._gatesOf) continue;
+        map.gates = [...gates.in_map, ...gates.on_path].map((/** @type {any} */ gate) => gate.cell);
+        map.refresh();
+        if (!map.gates.length && now) page.say(`${scenario.planner.name} finds no gates in this map.`);
+      }
+    } catch (error) {
+      this._gatesOf = "";
+      if (now) page.fault(error);
+    }
+  }
+}
+
+/** @type {Source | null} */
+let only = null;
+
+/** Where the layers of the page come from. @param {Page} page */
+export function sourceOf(page) {
+  only ??= new Source(page);
+  return only;
+}
+
+/** Whether a layer that is not shown is small enough to be fetched for a hover. @param {Page} page */
+export function cheap(page) {
+  return page.ground !== null && page.ground.width * page.ground.height <= SMALL;
+}
+
+/** @param {Page} page @param {HTMLElement} element */
+export function mount(page, element) {
+  new Layers(page, element, sourceOf(page));
+}

@@ -1,0 +1,64 @@
+// Main: puts the page together.
+
+import { byId, makePage } from "./page.js";
+import { fragment } from "./state.js";
+
+/** Modules and the element each is mounted on, in order: what comes later may use what came before. */
+const PARTS = [
+  ["tabs", "left"], ["gone", "gone"], ["state", "map"], ["play", "timeline"], ["flow", "map"], ["theme", "acts"], ["edit", "tools"],
+  ["library", "library"], ["settings", "settings"], ["traffic", "traffic"], ["status", "status"], ["layers", "layers"],
+  ["hover", "hover"], ["timeline", "timeline"], ["charts", "charts"], ["compare", "compare"], ["study", "compare"],
+  ["keep", "keep"], ["tour", "learn"], ["steps", "learn"], ["keys", "help"],
+];
+
+async function main() {
+  const page = makePage(fragment().get("t") ?? "");
+  const greeting = hello(page);
+  const parts = await Promise.all(PARTS.map(load));
+  mount(parts.filter(({ name }) => name === "tabs" || name === "gone"), page);
+  page.hello = await greeting;
+  mount(parts.filter(({ name }) => name !== "tabs" && name !== "gone"), page);
+  for (const { part } of parts) await part?.begin?.(page);
+  document.body.classList.add("ready");
+}
+
+/** What there is to choose from; asked until there is an answer. @param {import("./types.js").Page} page */
+async function hello(page) {
+  for (;;) {
+    try {
+      return await page.api.json("/api/hello");
+    } catch (error) {
+      page.fault(error);
+    }
+    await new Promise((go) => {
+      page.on("gone", (gone) => {
+        if (!gone) go(undefined);
+      });
+      setTimeout(go, 10000);
+      addEventListener("hashchange", () => (page.api.token = fragment().get("t") ?? ""));
+    });
+  }
+}
+
+/** @param {string[]} row */
+async function load([name, id]) {
+  try {
+    return { name, id, part: await import(`./${name}.js`) };
+  } catch (error) {
+    console.error(`${name}.js`, error);
+    return { name, id, part: null };
+  }
+}
+
+/** One part that fails takes no other with it. @param {Array<{name: string, id: string, part: any}>} parts @param {import("./types.js").Page} page */
+function mount(parts, page) {
+  for (const { name, id, part } of parts) {
+    try {
+      part?.mount?.(page, byId(id));
+    } catch (error) {
+      console.error(`${name}.js`, error);
+    }
+  }
+}
+
+main();

@@ -1,0 +1,135 @@
+// Making elements: text is only ever text, and styles are classes.
+
+/** @typedef {string | Node | null | undefined | false} Part */
+/** @typedef {import("./types.js").Page} Page */
+
+/**
+ * An element with attributes and what is in it. `on...` are listeners, `class` and the like attributes; true is
+ * an empty attribute, false and null none.
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag @param {Record<string, any> | null} [set] @param {...Part} parts
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function el(tag, set, ...parts) {
+  const made = document.createElement(tag);
+  dress(made, set ?? {});
+  made.append(...parts.filter(real));
+  return made;
+}
+
+/** The same for pictures. @param {string} tag @param {Record<string, any>} set @param {...Part} parts */
+export function svg(tag, set, ...parts) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  dress(made, set);
+  made.append(...parts.filter(real));
+  return made;
+}
+
+/** @param {Part} part @returns {part is string | Node} */
+function real(part) {
+  return part !== null && part !== undefined && part !== false;
+}
+
+/** @param {Element} made @param {Record<string, any>} set */
+function dress(made, set) {
+  for (const [key, value] of Object.entries(set)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (typeof value === "function") made.addEventListener(key.slice(2), value);
+    else made.setAttribute(key, value === true ? "" : String(value));
+  }
+}
+
+/** @param {string} text @param {() => void} act @param {Record<string, any>} [set] */
+export function button(text, act, set) {
+  return el("button", { type: "button", class: "btn", onclick: act, ...set }, text);
+}
+
+/** Words that only screen readers say. @param {string} text */
+export function spoken(text) {
+  return el("span", { class: "unseen" }, text);
+}
+
+/** Put other contents into an element. @param {Element} into @param {...Part} parts */
+export function fill(into, ...parts) {
+  into.replaceChildren(...parts.filter(real));
+}
+
+/** A table with a head; cells may be nodes. @param {string} caption @param {Part[]} head @param {Part[][]} rows */
+export function table(caption, head, rows) {
+  return el("table", { class: "data" },
+    el("caption", null, caption),
+    el("thead", null, el("tr", null, ...head.map((part) => el("th", { scope: "col" }, part)))),
+    el("tbody", null, ...rows.map((row) => el("tr", null,
+      ...row.map((part, k) => (k ? el("td", null, part) : el("th", { scope: "row" }, part)))))));
+}
+
+/** A number with no more digits than it needs. @param {number | null | undefined} value @param {number} [digits] */
+export function told(value, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (Number.isInteger(value)) return value.toLocaleString("en");
+  const size = Math.abs(value);
+  const places = size >= 1000 ? 0 : size >= 100 ? Math.min(digits, 1) : size >= 10 ? Math.min(digits, 2) : digits;
+  return value.toLocaleString("en", { maximumFractionDigits: size < 0.01 ? 5 : places });
+}
+
+/** @param {ArrayLike<number>} cell */
+export function spelled(cell) {
+  return `(${cell[0]},${cell[1]})`;
+}
+
+/** A part of a section, made once for each page. @param {Element} into @param {string} name @param {string} title */
+export function block(into, name, title) {
+  const old = into.querySelector(`:scope > .${name}`);
+  if (old) return null;
+  const made = el("div", { class: `block ${name}`, role: "group", "aria-label": title }, el("h2", null, title));
+  into.append(made);
+  return made;
+}
+
+/** What went wrong, as a sentence. @param {unknown} error */
+export function sentence(error) {
+  return error instanceof Error ? error.message : String(error);
+}
+
+/** @type {WeakMap<Page, Promise<any>>} */
+const greetings = new WeakMap();
+
+/** What there is to choose from, asked for once. @param {Page} page */
+export async function greeted(page) {
+  if (page.hello) return page.hello;
+  let asked = greetings.get(page);
+  if (!asked) {
+    asked = page.api.json("/api/hello");
+    greetings.set(page, asked);
+    asked.catch(() => greetings.delete(page));
+  }
+  page.hello ??= await asked;
+  return page.hello;
+}
+
+/** Do something once it is known what there is: at once if it is. @param {Page} page @param {() => void} then */
+export function whenGreeted(page, then) {
+  if (page.hello) {
+    then();
+    return;
+  }
+  let done = false;
+  const attempt = async () => {
+    if (done) return;
+    try {
+      await greeted(page);
+    } catch (error) {
+      page.fault(error);
+      return;
+    }
+    if (!done) {
+      done = true;
+      then();
+    }
+  };
+  page.on("gone", (gone) => {
+    if (!gone) void attempt();
+  });
+  page.on("token", () => void attempt());
+  void attempt();
+}

@@ -1,0 +1,110 @@
+// Page: what all modules share, who hears what, and what is said to the person.
+
+import { Api, Gone, ServerError } from "./api.js";
+import { MapView } from "./map.js";
+import { Store } from "./state.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Tone} Tone */
+
+/** The element with this id; the page is ours, so it is there. @param {string} id */
+export function byId(id) {
+  return /** @type {HTMLElement} */ (document.getElementById(id));
+}
+
+/**
+ * An element with its attributes and contents. Texts are texts, never markup.
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Record<string, any>} [has] attributes; `on...`: listeners; null and false: left out
+ * @param {...(Node | string)} inside
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function el(tag, has = {}, ...inside) {
+  const made = document.createElement(tag);
+  for (const [key, value] of Object.entries(has)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
+    else made.setAttribute(key, value === true ? "" : String(value));
+  }
+  made.append(...inside);
+  return made;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** A line drawing of 20 by 20. @param {string} path */
+export function icon(path) {
+  const svg = document.createElementNS(SVG, "svg");
+  svg.setAttribute("viewBox", "0 0 20 20");
+  svg.setAttribute("aria-hidden", "true");
+  const line = document.createElementNS(SVG, "path");
+  line.setAttribute("d", path);
+  svg.append(line);
+  return svg;
+}
+
+/** @param {string} token @returns {Page} */
+export function makePage(token) {
+  /** @type {Map<string, Set<(detail: any) => void>>} */
+  const hears = new Map();
+  const nothing = () => {};
+  /** @type {Page} */
+  const page = {
+    store: new Store(), api: new Api(token), map: new MapView(/** @type {HTMLCanvasElement} */ (byId("map"))),
+    hello: null, ground: null, base: null, plan: null, run: null, dark: false, gone: false, tool: "ends",
+    // Until the player is mounted.
+    play: { tick: 0, playing: false, speed: 1, seek: nothing, toggle: nothing, step: nothing, rate: nothing, hold: nothing },
+    on(name, hear) {
+      if (!hears.has(name)) hears.set(name, new Set());
+      hears.get(name)?.add(hear);
+    },
+    tell(name, detail) {
+      for (const hear of hears.get(name) ?? []) {
+        try {
+          hear(detail);
+        } catch (error) {
+          // One module's mistake must not silence the others.
+          console.error(error);
+        }
+      }
+    },
+    say, fault,
+    simulate: async () => {}, stop: nothing, replan: nothing, open: async () => {}, adopt: async () => {},
+    asked: () => page.store.scenario, link: async () => location.href.split("#")[0],
+    show: nothing, use: nothing,
+  };
+  page.map.onView = () => page.tell("map");
+  page.api.onGone = (gone) => {
+    if (gone === page.gone) return;
+    page.gone = gone;
+    page.tell("gone", gone);
+  };
+  return page;
+}
+
+/** Say a sentence: on the screen for a while, and to a screen reader. @param {string} sentence @param {Tone} [tone] */
+function say(sentence, tone = "note") {
+  byId("live").textContent = sentence;
+  const notes = byId("notes");
+  for (const old of [...notes.children]) {
+    if (old.firstElementChild?.textContent === sentence) old.remove();
+  }
+  while (notes.children.length > 2) notes.firstElementChild?.remove();
+  const note = el("div", { class: `note ${tone}` }, el("span", { class: "grow" }, sentence));
+  note.append(el("button", { type: "button", "aria-label": "Dismiss", onclick: () => note.remove() }, "\u00d7"));
+  notes.append(note);
+  setTimeout(() => note.remove(), tone === "bad" ? 12000 : 5000);
+}
+
+/** @param {unknown} error */
+function fault(error) {
+  if (error instanceof Gone) return; // The banner says it.
+  if (error instanceof DOMException && error.name === "AbortError") return;
+  if (error instanceof ServerError) {
+    if (error.fault.code !== "CANCELLED") say(error.message, "bad");
+    return;
+  }
+  console.error(error);
+  say(error instanceof Error ? error.message : String(error), "bad");
+}

@@ -1,0 +1,112 @@
+// Runs of a comparison, gathered from one stream: the first seed of each planner and law is kept to be played,
+// of the others only how they ended.
+
+import { addTicks, json } from "./frames.js";
+
+/** @typedef {import("./types.js").Run} Run */
+/** @typedef {import("./types.js").Page} Page */
+
+/**
+ * What a comparison gave. `summary`: as studies tell it, with intervals; null until it has come.
+ * @typedef {{runs: Run[], ended: number, summary: Record<string, any> | null}} Gathered
+ */
+
+/** @param {Record<string, any>} head @returns {Run} */
+export function newRun(head) {
+  return {
+    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
+    units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
+    cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.bodies ?? [])], places: [],
+    near: new Float32Array(0), events: [], end: null,
+  };
+}
+
+/**
+ * Read a comparison's frames.
+ * @param {AsyncIterable<import("./frames.js").Frame>} frames
+ * @param {(gathered: Gathered) => void} more called after each run that began or ended
+ * @returns {Promise<Gathered>}
+ */
+export async function gather(frames, more) {
+  /** @type {Gathered} */
+  const all = { runs: [], ended: 0, summary: null };
+  /** @type {Run | null} */
+  let run = null;
+  for await (const { kind, bytes } of frames) {
+    if (kind === "T") {
+      if (run) addTicks(bytes, run);
+      continue;
+    }
+    const said = json(bytes);
+    if (kind === "H") {
+      run = newRun(said);
+      const { label } = run;
+      if (all.runs.some((one) => one.label === label)) run = null;
+      else all.runs.push(run);
+      more(all);
+    } else if (kind === "E" && run) {
+      run.events.push(...said);
+      for (const event of said) if (event.body) run.bodies.push(event.body);
+    } else if (kind === "Z" && run && !run.done) {
+      run.end = said;
+      run.done = true;
+      all.ended += 1;
+      more(all);
+    } else if (kind === "Z") {
+      all.ended += 1;
+      more(all);
+    } else if (kind === "S") {
+      all.summary = said;
+    } else if (kind === "X") {
+      throw new Error(faultOf(said));
+    }
+  }
+  return all;
+}
+
+/** An error frame as a sentence. @param {Record<string, any>} said */
+export function faultOf(said) {
+  const where = said.where ? `${said.where}: ` : "";
+  const allowed = said.allowed ? ` (allowed: ${said.allowed})` : "";
+  return `${where}${said.what ?? "stopped"}${allowed}${said.todo ? `; ${said.todo}` : ""}`;
+}
+
+/**
+ * A plan with its record, however the server splits it into frames.
+ * @param {Page} page @param {Record<string, any>} body
+ */
+export async function planned(page, body) {
+  /** @type {Record<string, any>} */
+  let plan = {};
+  for await (const { kind, bytes } of page.api.frames("/api/plan", body)) {
+    if (kind === "X") throw new Error(faultOf(json(bytes)));
+    if (kind === "H" || kind === "Z") plan = { ...plan, ...json(bytes) };
+  }
+  return plan;
+}
+
+/** Where a run's robot is at a moment, between ticks too; at its end it stays. @param {Run} run @param {number} t @returns {[number, number]} */
+export function placeAt(run, t) {
+  const last = Math.max(run.ticks - 1, 0);
+  const k = Math.min(Math.floor(t), last);
+  const f = k < last ? t - k : 0;
+  const { robot } = run;
+  return [robot[2 * k] + (f ? f * (robot[2 * k + 2] - robot[2 * k]) : 0), robot[2 * k + 1] + (f ? f * (robot[2 * k + 3] - robot[2 * k + 1]) : 0)];
+}
+
+/** Where a run's bodies are; not there: NaN. @param {Run} run @param {number} t @returns {Float32Array} */
+export function bodiesAt(run, t) {
+  const out = new Float32Array(2 * run.bodies.length).fill(NaN);
+  const last = Math.max(run.ticks - 1, 0);
+  const k = Math.min(Math.floor(t), last);
+  const f = k < last ? t - k : 0;
+  const here = run.places[k];
+  const next = f ? run.places[k + 1] : here;
+  if (!here) return out;
+  for (let b = 0; b < Math.min(out.length, here.length); b += 2) {
+    if (here[b] < 0) continue;
+    out[b] = here[b] + f * (next[b] - here[b]);
+    out[b + 1] = here[b + 1] + f * (next[b + 1] - here[b + 1]);
+  }
+  return out;
+}

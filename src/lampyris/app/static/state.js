@@ -1,0 +1,279 @@
+// State: one scenario and how it is looked at. Everything that decides a run is in the scenario; it can be undone,
+// it is kept as a draft in the browser, and it fits into a link.
+
+/** @typedef {import("./types.js").Scenario} Scenario */
+
+const DRAFT = "lampyris-draft";
+const DEEP = 200;
+
+/** @returns {Scenario} */
+export function blank() {
+  return {
+    version: 1, map: "env-3", start: null, goal: null, robot: {}, preset: "robot", moves: null,
+    planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
+    simulate: { ticks: null, patience: null },
+  };
+}
+
+export class Store {
+  constructor() {
+    /** @type {Scenario} */
+    this.scenario = blank();
+    /** @type {Scenario[]} */
+    this._past = [];
+    /** @type {Scenario[]} */
+    this._future = [];
+    /** @type {Set<(changed: Set<string>) => void>} */
+    this._listeners = new Set();
+    this._mark = "";
+  }
+
+  /** Be told of each change, with the keys that changed. @param {(changed: Set<string>) => void} listener */
+  listen(listener) {
+    this._listeners.add(listener);
+  }
+
+  /**
+   * Change some keys. Changes with the same `mark` one after the other (a drag, a stroke) are undone at once.
+   * @param {Partial<Scenario>} patch
+   * @param {string} [mark]
+   */
+  set(patch, mark = "") {
+    if (!mark || mark !== this._mark) {
+      this._past.push(this.scenario);
+      if (this._past.length > DEEP) this._past.shift();
+    }
+    this._mark = mark;
+    this._future = [];
+    this.scenario = { ...this.scenario, ...patch };
+    this._told(new Set(Object.keys(patch)));
+  }
+
+  /** The stroke or drag is over: the next one is undone apart from it. */
+  settle() {
+    this._mark = "";
+  }
+
+  /** Put another scenario in the place of this one. @param {Scenario} scenario @param {boolean} [undoable] */
+  replace(scenario, undoable = true) {
+    if (undoable) this._past.push(this.scenario);
+    this._future = [];
+    // Ends that the map gives are no step of their own.
+    this._mark = "map";
+    const keys = new Set([...Object.keys(this.scenario), ...Object.keys(scenario)]);
+    this.scenario = { ...blank(), ...scenario };
+    this._told(keys);
+  }
+
+  get canUndo() {
+    return this._past.length > 0;
+  }
+
+  get canRedo() {
+    return this._future.length > 0;
+  }
+
+  undo() {
+    this._step(this._past, this._future);
+  }
+
+  redo() {
+    this._step(this._future, this._past);
+  }
+
+  /** @param {Scenario[]} from @param {Scenario[]} to */
+  _step(from, to) {
+    const scenario = from.pop();
+    if (!scenario) return;
+    to.push(this.scenario);
+    const keys = changed(this.scenario, scenario);
+    this.scenario = scenario;
+    this._mark = "";
+    this._told(keys);
+  }
+
+  /** @param {Set<string>} keys */
+  _told(keys) {
+    for (const listener of this._listeners) listener(keys);
+  }
+}
+
+/** Keys whose values differ. @param {Scenario} a @param {Scenario} b */
+function changed(a, b) {
+  const keys = new Set([...Object.keys(a), ...Object.keys(b)]);
+  for (const key of [...keys]) {
+    if (/** @type {any} */ (a)[key] === /** @type {any} */ (b)[key]) keys.delete(key);
+  }
+  return keys;
+}
+
+/**
+ * A scenario of a file, a link or a draft in the form that the page has: every key there, names as tables.
+ * What is wrong inside is the server's to say.
+ * @param {any} made @param {string} from what to call it in a message @returns {Scenario}
+ */
+export function tidy(made, from) {
+  if (!made || typeof made !== "object" || made.version !== 1 || !made.map) {
+    throw new Error(`${from} is not a lampyris scenario: it needs "version": 1 and a "map".`);
+  }
+  const named = (/** @type {any} */ who) => (typeof who === "string" ? { name: who, settings: {} } : who ? { settings: {}, ...who } : null);
+  const cell = (/** @type {any} */ end) => (Array.isArray(end) && end.length === 2 && end.every(Number.isInteger) ? end : null);
+  const list = (/** @type {any} */ some) => (Array.isArray(some) ? some : []);
+  const edits = list(made.edits).map((one) => ({ tick: Number(one?.tick) || 0, blocked: list(one?.blocked), freed: list(one?.freed) }));
+  return {
+    ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), start: cell(made.start), goal: cell(made.goal),
+    obstacles: list(made.obstacles).filter((one) => one && typeof one === "object"), edits, robot: made.robot ?? {},
+  };
+}
+
+/** Keep a draft; a browser that refuses (private windows, no room) costs the draft and nothing else. @param {Scenario} scenario */
+function keep(scenario) {
+  try {
+    localStorage.setItem(DRAFT, JSON.stringify(scenario));
+  } catch {
+    // Said nowhere: the link still holds everything.
+  }
+}
+
+/** What was drawn last in this browser, if anything. @returns {Scenario | null} */
+export function draft() {
+  try {
+    const text = localStorage.getItem(DRAFT);
+    return text ? tidy(JSON.parse(text), "The draft") : null;
+  } catch {
+    return null;
+  }
+}
+
+/** A scenario as a part of a link. @param {Scenario} scenario @returns {Promise<string>} */
+export async function toLink(scenario) {
+  const packed = new Blob([JSON.stringify(scenario)]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+  const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
+  let text = "";
+  for (const byte of bytes) text += String.fromCharCode(byte);
+  return btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+/** The scenario of a link. @param {string} text @returns {Promise<Scenario>} */
+export async function ofLink(text) {
+  const plain = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
+  const bytes = Uint8Array.from(plain, (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return tidy(JSON.parse(await new Response(stream).text()), "The link");
+}
+
+/** Parts of the fragment: `t` the token, `s` a scenario, `v` how it is looked at, `m` a map. */
+export function fragment() {
+  return new URLSearchParams(location.hash.slice(1));
+}
+
+/** A link longer than this is not put into the address bar: browsers and mail cut it. */
+const LONGEST = 60_000;
+const SOON = 300;
+
+/** How the state is looked at, for the link: layer, moment, and where the map is if not all of it is shown. @param {import("./types.js").Page} page @param {string} layer */
+function viewOf(page, layer) {
+  const { map, ground } = page;
+  const { view } = map;
+  const tick = page.run && !page.play.playing ? Math.floor(page.play.tick) : 0;
+  const place = map.fitted || !ground ? "" : [(view.width / 2 - view.x) / view.scale, (view.height / 2 - view.y) / view.scale, view.scale].map((v) => v.toFixed(2)).join("_");
+  return layer === "none" && !tick && !place ? "" : `&v=${layer}~${tick}~${place}`;
+}
+
+/** Look at it in the same way. @param {import("./types.js").Page} page @param {string} text */
+function look(page, text) {
+  const [layer, tick, place] = text.split("~");
+  const [cx, cy, scale] = (place ?? "").split("_").map(Number);
+  if (scale > 0 && Number.isFinite(cx + cy + scale)) page.map.look(cx, cy, scale);
+  if (/^[a-z]+$/.test(layer)) page.tell("show-layer", layer);
+  if (Number(tick) > 0 && Number(tick) < 1e6) void page.simulate({ tick: Number(tick), play: false });
+}
+
+/** Keep draft and address with the state, not at each step of a drag. @param {import("./types.js").Page} page */
+export function mount(page) {
+  const { store } = page;
+  let timer = 0;
+  let layer = "none";
+  /** The look of the link that was opened, until its map is there. */
+  let wanted = fragment().get("v") ?? "";
+  let begun = false;
+  const address = async () => `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${viewOf(page, layer)}`;
+  const now = async () => {
+    clearTimeout(timer);
+    timer = 0;
+    const { scenario } = store;
+    keep(scenario);
+    const made = await address();
+    if (scenario !== store.scenario) return;
+    // Too long for an address: the draft has it, and a file can.
+    const short = made.length <= LONGEST ? made : `${location.origin}/#t=${fragment().get("t") ?? ""}`;
+    if (short !== location.href) history.replaceState(null, "", short);
+  };
+  const soon = () => {
+    if (begun && !timer) timer = window.setTimeout(() => void now(), SOON);
+  };
+  store.listen(() => {
+    soon();
+    begun = true;
+  });
+  page.on("layer", (name) => {
+    layer = name;
+    soon();
+  });
+  page.on("map", () => {
+    if (page.ground) soon();
+  });
+  page.on("tick", () => {
+    if (!page.play.playing) soon();
+  });
+  page.on("play", soon);
+  page.on("ground", () => {
+    if (!wanted) return;
+    const text = wanted;
+    wanted = "";
+    look(page, text);
+  });
+  addEventListener("pagehide", () => {
+    if (timer) keep(store.scenario);
+  });
+  page.link = address;
+  addEventListener("hashchange", () => {
+    wanted = fragment().get("v") ?? "";
+    void arrived(page);
+  });
+  page.on("gone", (gone) => {
+    if (gone) keep(store.scenario);
+  });
+}
+
+/** Another address was opened in this tab: perhaps with a new server's token. @param {import("./types.js").Page} page */
+async function arrived(page) {
+  const said = fragment();
+  page.api.token = said.get("t") ?? "";
+  const text = said.get("s");
+  if (text) {
+    try {
+      const scenario = await ofLink(text);
+      if (JSON.stringify(scenario) !== JSON.stringify(page.store.scenario)) page.store.replace(scenario);
+    } catch {
+      page.say("That link is damaged; this is still what was here before.", "bad");
+    }
+  }
+  page.tell("token");
+}
+
+/** What to begin with: the link's state, else the map that was asked for, else the draft. @param {import("./types.js").Page} page @returns {Promise<Scenario | null>} */
+export async function first(page) {
+  const said = fragment();
+  const text = said.get("s");
+  if (text) {
+    try {
+      return await ofLink(text);
+    } catch {
+      page.say("The link is damaged; this is what was drawn last.", "bad");
+    }
+  }
+  const name = said.get("m");
+  if (name) return { ...blank(), map: name };
+  return draft();
+}

@@ -1,0 +1,298 @@
+// Status: what is happening, in a sentence and in numbers.
+//
+// What is seen changes a few times a second; what is read aloud (aria-live) only when something happens.
+
+import { EVENTS, causeColour } from "./colours.js";
+import { brief } from "./charts.js";
+import { el } from "./page.js";
+import { mark } from "./timeline.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Run} Run */
+
+/** Milliseconds between two changes of what is seen. */
+const SELDOM = 100;
+/** Milliseconds between two sentences that are read aloud while it plays. */
+const ALOUD = 2500;
+/** Lines of the list of events. */
+const LINES = 60;
+
+class Status {
+  /** @param {Page} page @param {HTMLElement} element */
+  constructor(page, element) {
+    this.page = page;
+    this.sentence = el("p", { class: "st-now", "aria-live": "off" });
+    this.aloud = el("p", { class: "unseen", "aria-live": "polite", role: "status" });
+    this.speed = el("b", {});
+    this.swatch = el("i", { class: "swatch" });
+    this.cause = el("span", {});
+    this.fast = el("p", { class: "st-speed", hidden: true }, this.speed, el("span", { class: "st-cause" }, this.swatch, this.cause));
+    this.facts = el("dl", { class: "facts" });
+    /** @type {Map<string, {dt: HTMLElement, dd: HTMLElement}>} */
+    this._rows = new Map();
+    this.list = el("ol", { class: "st-events" });
+    this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
+    element.classList.add("st");
+    element.append(this.sentence, this.aloud, this.fast, this.facts, this.story);
+
+    this._due = 0;
+    this._seen = 0;
+    this._spoken = 0;
+    this._lastSpoken = "";
+    /** Events of the run up to the shown tick: how many, and how many of each word. */
+    this._passed = 0;
+    /** @type {Record<string, number>} */
+    this._counts = {};
+    /** @type {Run | null} */
+    this._of = null;
+    this._listed = -1;
+    this._busy = false;
+
+    page.on("tick", () => this.later());
+    for (const name of ["plan", "run", "ticks", "end", "play", "ground", "theme"]) page.on(name, () => this.later(true));
+    page.on("busy", (busy) => {
+      this._busy = Boolean(busy);
+      this.later(true);
+    });
+    this.tell();
+  }
+
+  /** @param {boolean} [important] */
+  later(important = false) {
+    if (this._due) return;
+    const wait = important ? 16 : Math.max(0, SELDOM - (performance.now() - this._seen));
+    this._due = setTimeout(() => {
+      this._due = 0;
+      this.tell();
+    }, wait);
+  }
+
+  tell() {
+    this._seen = performance.now();
+    const run = this.page.run && this.page.run.ticks > 0 ? this.page.run : null;
+    if (run) this._ofRun(run);
+    else this._ofPlan();
+    this._events(run);
+  }
+
+  // ---- a plan --------------------
+
+  _ofPlan() {
+    const { plan, store } = this.page;
+    const { start, goal } = store.scenario;
+    this.fast.hidden = true;
+    this._of = null;
+    if (!plan) {
+      const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
+      this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
+      this._show([]);
+      return;
+    }
+    this._now(plan.sentence, plan.cost === null);
+    this._show(this._planFacts());
+  }
+
+  /** @returns {Array<[string, string]>} */
+  _planFacts() {
+    const { plan } = this.page;
+    if (!plan) return [];
+    /** @type {Array<[string, string]>} */
+    const rows = [];
+    const add = (/** @type {string} */ name, /** @type {string | null} */ value) => void (value && rows.push([name, value]));
+    add("Cost", plan.cost === null ? null : `${brief(plan.cost)} cells`);
+    add("Optimal", plan.optimal_cost === null ? null : `${brief(plan.optimal_cost)} cells`);
+    add("Gap", plan.gap === null ? null : percent(plan.gap));
+    add("Sum of cost to go", plan.sum_cost_to_go === null ? null : brief(plan.sum_cost_to_go));
+    add("Iterations", plan.iterations ? whole(plan.iterations) : null);
+    add("Expansions", whole(plan.expansions));
+    const { gates } = plan;
+    // Planners that know no gates have none to tell of.
+    if (gates?.count) add("Gates", `${whole(gates.on_path?.length ?? 0)} of ${whole(gates.count)} on the way`);
+    const speed = /** @type {any} */ (plan.speed);
+    if (speed?.v?.length) {
+      const metric = speed.units === "m/s";
+      add("Mean speed", speed.mean === undefined ? null : `${brief(speed.mean)} ${speed.units}`);
+      add("Time", `${brief(speed.t[speed.t.length - 1])} ${metric ? "s" : "transfers"}`);
+    }
+    const seconds = plan.seconds ?? /** @type {any} */ (plan).timing?.total;
+    add("Planned in", Number.isFinite(seconds) ? `${brief(1000 * seconds)} ms` : null);
+    return rows;
+  }
+
+  // ---- a run --------------------
+
+  /** @param {Run} run */
+  _ofRun(run) {
+    const { page } = this;
+    const tick = Math.min(Math.floor(page.play.tick + 1e-6), run.ticks - 1);
+    this._count(run, tick);
+    const event = this._passed ? run.events[this._passed - 1] : null;
+    const cause = run.causes[run.cause[tick]] ?? "";
+    const over = run.done && tick === run.ticks - 1;
+    this.fast.hidden = false;
+    set(this.speed, `${brief(run.speed[tick])} ${run.units}`);
+    set(this.cause, cause);
+    this.swatch.style.background = causeColour(cause, page.dark);
+
+    const end = run.end ?? {};
+    const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
+    if (over) this._now(end.sentence ?? end.outcome ?? "The run is over.", bad);
+    else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
+    else this._now(going(run, tick, cause));
+
+    /** @type {Array<[string, string]>} */
+    const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
+    const near = run.near[tick];
+    if (run.bodies.length) {
+      const there = run.places[tick].length / 2;
+      rows.push(["Obstacles", whole(there)]);
+      rows.push(["Nearest", near < Infinity ? `${brief(near)} m` : "\u2013"]);
+    }
+    rows.push(["Replans so far", whole(this._counts.replan ?? 0)]);
+    rows.push(["Waits so far", whole(this._counts.wait ?? 0)]);
+    const m = end.metrics ?? {};
+    if (over) {
+      rows.push(["Outcome", String(end.outcome ?? "")]);
+      if (Number.isFinite(m.cost)) rows.push(["Cost driven", `${brief(m.cost)} cells`]);
+      if (Number.isFinite(m.gap)) rows.push(["Gap", percent(m.gap)]);
+      if (Number.isFinite(m.iterations)) rows.push(["Iterations", whole(m.iterations)]);
+      if (Number.isFinite(m.expansions)) rows.push(["Expansions", whole(m.expansions)]);
+      if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed", `${brief(m.speed_mean)} ${run.units}`]);
+      if (Number.isFinite(m.near_m)) rows.push(["Nearest of all", `${brief(m.near_m)} m`]);
+      if (Number.isFinite(m.collisions)) rows.push(["Collisions", whole(m.collisions)]);
+    } else {
+      for (const row of this._planFacts()) {
+        if (["Cost", "Gap", "Iterations", "Expansions", "Gates"].includes(row[0])) rows.push([`${row[0]} (plan)`, row[1]]);
+      }
+    }
+    this._show(rows);
+  }
+
+  /** Events up to a tick, counted on or back from where the count was. @param {Run} run @param {number} tick */
+  _count(run, tick) {
+    if (run !== this._of) {
+      this._of = run;
+      this._passed = 0;
+      this._counts = {};
+      this._listed = -1;
+    }
+    const { events } = run;
+    while (this._passed < events.length && events[this._passed].tick <= tick) {
+      const { word } = events[this._passed++];
+      this._counts[word] = (this._counts[word] ?? 0) + 1;
+    }
+    while (this._passed > 0 && events[this._passed - 1].tick > tick) this._counts[events[--this._passed].word]--;
+  }
+
+  /** The last events before now, each a way to its moment. @param {Run | null} run */
+  _events(run) {
+    if (!run) this.story.hidden = true;
+    if (!run || this._listed === this._passed) return;
+    this._listed = this._passed;
+    /** @type {HTMLElement[]} */
+    const lines = [];
+    for (let k = this._passed - 1; k >= 0 && lines.length < LINES; k--) {
+      const event = run.events[k];
+      const look = EVENTS[event.word];
+      if (!look?.tell) continue;
+      const go = () => {
+        /** @type {import("./play.js").Player} */ (this.page.play).pause();
+        this.page.play.seek(event.tick);
+      };
+      lines.push(
+        el("li", {}, el("button", { type: "button", onclick: go, title: `Go to tick ${event.tick}` },
+          glyph(look.shape, this.page.dark ? look.dark : look.light), el("span", { class: "st-tick" }, String(event.tick)),
+          el("span", {}, event.sentence || look.label))),
+      );
+    }
+    this.story.hidden = !lines.length;
+    this.list.replaceChildren(...lines);
+  }
+
+  // ---- what is seen and said --------------------
+
+  /** @param {string} sentence @param {boolean} [bad] */
+  _now(sentence, bad = false) {
+    set(this.sentence, sentence);
+    this.sentence.classList.toggle("bad", bad);
+    const { play, run } = this.page;
+    const time = performance.now();
+    // While it plays, a reader hears of it now and then; when it stands, at once.
+    const wait = play.playing && !(run?.done && play.tick >= run.ticks - 1) ? ALOUD : 0;
+    if (sentence === this._lastSpoken || time - this._spoken < wait) return;
+    this._spoken = time;
+    this._lastSpoken = sentence;
+    set(this.aloud, sentence);
+  }
+
+  /** Rows of numbers; only what changed is touched. @param {Array<[string, string]>} rows */
+  _show(rows) {
+    const names = new Set(rows.map(([name]) => name));
+    for (const [name, row] of this._rows) {
+      if (names.has(name)) continue;
+      row.dt.remove();
+      row.dd.remove();
+      this._rows.delete(name);
+    }
+    for (const [name, value] of rows) {
+      let row = this._rows.get(name);
+      if (!row) {
+        row = { dt: el("dt", {}, name), dd: el("dd", {}) };
+        this._rows.set(name, row);
+        this.facts.append(row.dt, row.dd);
+      }
+      set(row.dd, value);
+    }
+  }
+}
+
+/** What the robot does when nothing happens. @param {Run} run @param {number} tick @param {string} cause */
+function going(run, tick, cause) {
+  const { robot } = run;
+  if (tick === 0) return "The robot stands at the start.";
+  const still = robot[2 * tick] === robot[2 * tick - 2] && robot[2 * tick + 1] === robot[2 * tick - 1];
+  if (still) return cause === "wait" || cause === "waiting" ? "The robot waits." : `The robot stands: ${cause}.`;
+  return PHRASES[cause] ?? (cause ? `The robot drives; what bounds its speed: ${cause}.` : "The robot drives.");
+}
+
+/** What causes mean for who does not know the words. @type {Record<string, string>} */
+const PHRASES = {
+  start: "The robot sets off.", limit: "The robot drives at its top speed.", acceleration: "The robot speeds up.",
+  braking: "The robot brakes for what comes.", clearance: "The robot is slowed by walls close by.",
+  curvature: "The robot is slowed by a bend.", turn: "The robot is slowed by a turn.", angle: "The robot is slowed by a turn.",
+  "moving obstacle": "The robot is slowed by a moving obstacle.", obstacle: "The robot is slowed by a moving obstacle.",
+  zone: "The robot is in a zone with a limit of its own.", "blind area": "The robot is slowed by what it cannot see.",
+  "ring 1": "The robot is slowed by walls next to it.", "ring 2": "The robot is slowed by walls two cells away.",
+  approach: "The robot slows down for the goal.", goal: "The robot is at the goal.",
+};
+
+/** A small picture of an event's mark. @param {string} shape @param {string} colour */
+function glyph(shape, colour) {
+  const canvas = el("canvas", { width: 28, height: 28, class: "st-glyph", "aria-hidden": "true" });
+  const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  pen.scale(2, 2);
+  pen.fillStyle = pen.strokeStyle = colour;
+  mark(pen, shape, 7, 7);
+  return canvas;
+}
+
+/** @param {HTMLElement} element @param {string} text */
+function set(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** @param {number} v */
+function whole(v) {
+  return Number(v).toLocaleString("en").replaceAll(",", "\u202f");
+}
+
+/** @param {number} v */
+function percent(v) {
+  if (v === 0) return "0 % (optimal)";
+  return `${(100 * v).toPrecision(3)} %`;
+}
+
+/** @param {Page} page @param {HTMLElement} element */
+export function mount(page, element) {
+  new Status(page, element);
+}

@@ -1,0 +1,186 @@
+// Study: the comparison sent on as a full study, its progress, and its report in a tab of its own.
+
+import { meeting } from "./compare.js";
+import { block, button, el, sentence } from "./make.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+const POLL = 700;
+/** Where the job of this browser's last study is kept, so that a reload finds it. */
+const KEPT = "lampyris-study";
+
+/** @param {Page} page @param {HTMLElement} into */
+export function mount(page, into) {
+  const place = block(into, "study", "Full study");
+  if (place) new Study(page, place);
+}
+
+class Study {
+  /** @param {Page} page @param {HTMLElement} into */
+  constructor(page, into) {
+    this.page = page;
+    this.job = "";
+    this.timer = 0;
+    this.seeds = el("input", { type: "number", id: "study-seeds", min: 1, max: 1000, step: 1, value: 30 });
+    this.queries = el("input", { type: "number", id: "study-queries", min: 1, max: 500, step: 1, value: 10 });
+    this.send = button("Send to a study", () => this._send(), { class: "btn primary" });
+    this.stop = button("Stop", () => this._stop(), { hidden: true });
+    this.open = button("Open the report", () => this._open(), { hidden: true });
+    this.bar = el("progress", { "aria-label": "Progress of the study", hidden: true });
+    this.words = el("p", { class: "hint", role: "status" });
+    into.append(
+      el("p", { class: "hint" }, "The planners and laws chosen above, from this start to this goal and between others of the map, with statistics and a report."),
+      el("div", { class: "field" }, el("label", { for: "study-queries" }, "starts and goals"), this.queries),
+      el("div", { class: "field" }, el("label", { for: "study-seeds" }, "seeds of each"), this.seeds),
+      el("div", { class: "row" }, this.send, this.stop, this.open), this.bar, this.words,
+    );
+    const before = kept();
+    if (before) this._watch(before);
+  }
+
+  async _send() {
+    const { page } = this;
+    const who = meeting(page);
+    if (!who?.planners.length) {
+      page.say("Choose somebody to compare first.");
+      return;
+    }
+    this.send.disabled = true;
+    this._tell("Sending.");
+    try {
+      const { job } = await page.api.json("/api/study", {
+        scenario: page.asked(), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
+      });
+      this._watch(String(job));
+    } catch (error) {
+      this._tell(sentence(error), true);
+      page.fault(error);
+    } finally {
+      this.send.disabled = false;
+    }
+  }
+
+  /** @param {string} job */
+  _watch(job) {
+    this.job = job;
+    keep(job);
+    this.open.hidden = true;
+    this.stop.hidden = false;
+    this.bar.hidden = false;
+    this.bar.removeAttribute("value");
+    clearTimeout(this.timer);
+    void this._poll(job);
+  }
+
+  /** @param {string} job */
+  async _poll(job) {
+    if (job !== this.job) return;
+    try {
+      const now = await this.page.api.json(`/api/study/${encodeURIComponent(job)}`);
+      if (job !== this.job) return;
+      if (this._show(now)) return;
+    } catch (error) {
+      if (job !== this.job) return;
+      if (/** @type {any} */ (error).status === 404) {
+        this._over("That study is gone: the server was started anew.");
+        keep("");
+        return;
+      }
+      this._tell("The server does not answer; this goes on when it is back.");
+    }
+    this.timer = window.setTimeout(() => void this._poll(job), POLL);
+  }
+
+  /** How far it is; true when there is nothing more to come. @param {Record<string, any>} now */
+  _show(now) {
+    const done = Number(now.done ?? 0);
+    const all = Number(now.total ?? now.of ?? 0);
+    const state = String(now.state ?? (now.report ? "done" : ""));
+    if (all) {
+      this.bar.max = all;
+      this.bar.value = done;
+    }
+    if (now.error || state === "failed") {
+      this._over(now.error?.what ?? now.error ?? "The study failed.", true);
+      return true;
+    }
+    if (state === "cancelled" || state === "stopped") {
+      this._over("Stopped.");
+      return true;
+    }
+    if (state === "done" || state === "finished" || now.report === true) {
+      this._over(`Done: ${all.toLocaleString("en")} runs.`);
+      this.open.hidden = false;
+      return true;
+    }
+    const left = now.left_s ?? now.left;
+    const word = state && state !== "running" ? `${state}, ` : "";
+    const time = typeof left === "number" ? `, about ${duration(left)} left` : "";
+    this._tell(`${word}${done.toLocaleString("en")} of ${all ? all.toLocaleString("en") : "?"} runs${time}.`);
+    return false;
+  }
+
+  /** @param {string} words @param {boolean} [bad] */
+  _over(words, bad = false) {
+    this.stop.hidden = true;
+    this.bar.hidden = true;
+    this._tell(words, bad);
+  }
+
+  async _stop() {
+    const { job } = this;
+    const number = Number(job);
+    try {
+      await this.page.api.json("/api/cancel", { job: job !== "" && Number.isInteger(number) ? number : job });
+    } catch (error) {
+      this.page.fault(error);
+    }
+  }
+
+  async _open() {
+    try {
+      const { ticket } = await this.page.api.json("/api/ticket", { job: this.job });
+      // A tab of its own that knows nothing of this one.
+      window.open(`/view/${encodeURIComponent(ticket)}`, "_blank", "noopener,noreferrer");
+    } catch (error) {
+      this.page.fault(error);
+    }
+  }
+
+  /** @param {string} words @param {boolean} [bad] */
+  _tell(words, bad = false) {
+    this.words.textContent = words;
+    this.words.classList.toggle("bad", bad);
+  }
+}
+
+/** @param {HTMLInputElement} input @param {number} most */
+function whole(input, most) {
+  const value = Math.min(Math.max(Math.round(Number(input.value) || 1), 1), most);
+  input.value = String(value);
+  return value;
+}
+
+/** @param {number} seconds */
+export function duration(seconds) {
+  if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
+  if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
+  return `${(seconds / 3600).toFixed(1)} h`;
+}
+
+function kept() {
+  try {
+    return sessionStorage.getItem(KEPT) ?? "";
+  } catch {
+    return "";
+  }
+}
+
+/** @param {string} job */
+function keep(job) {
+  try {
+    sessionStorage.setItem(KEPT, job);
+  } catch {
+    // Then a reload forgets it.
+  }
+}

@@ -1,0 +1,104 @@
+// The nouns that cross between the modules of the page. Types only; nothing here runs.
+
+/** @typedef {[number, number]} Cell column and row, from the top left */
+
+/**
+ * Cells that turn wall or free at the beginning of a tick; 0: before anything has moved.
+ * @typedef {{tick: number, blocked: Cell[], freed: Cell[]}} Edit
+ */
+
+/** @typedef {{name: string, settings: Record<string, unknown>}} Who */
+
+/**
+ * What a scenario file says, as far as the page changes it. Keys it does not know are kept as they are.
+ * @typedef {{
+ *   version: 1, name?: string, map: unknown, map_hash?: string, start: Cell | null, goal: Cell | null,
+ *   robot: Record<string, number | null>, preset: string, moves: string | null, planner: Who, law: Who | null,
+ *   seed: number, obstacles: Array<Record<string, any>>, edits: Edit[],
+ *   simulate?: {ticks: number | null, patience: number | null},
+ * }} Scenario
+ */
+
+/**
+ * A map as the server sends it. `cells`: 0 free, 1 wall, 2 unknown; row by row from the top.
+ * @typedef {{
+ *   id: string, name: string, width: number, height: number, resolution: number, hash: string,
+ *   cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null,
+ * }} Ground
+ */
+
+/**
+ * Values of every cell, 0: none, 1 to 255 from low to high.
+ * @typedef {{name: string, width: number, height: number, low: number, high: number, values: Uint8Array}} Layer
+ */
+
+/**
+ * A simulation as far as it has come. Arrays grow; `ticks` says how much of them is filled.
+ * @typedef {{
+ *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
+ *   robot: Int16Array, speed: Float32Array, cause: Uint8Array, causes: string[],
+ *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Int16Array[],
+ *   near: Float32Array, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
+ *   end: Record<string, any> | null,
+ * }} Run
+ */
+
+/**
+ * A plan: its way, and the speed at each node with what binds it.
+ * @typedef {{
+ *   status: string, sentence: string, cells: Int16Array, waypoints: Cell[] | null, cost: number | null,
+ *   optimal_cost: number | null, gap: number | null, sum_cost_to_go: number | null, iterations: number,
+ *   expansions: number, gates: {count: number, on_path: any[], in_map: any[]}, jumps: any[],
+ *   speed: {v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
+ *           caps: Array<{cause: string, v: Array<number | null>}>} | null,
+ *   seconds: number,
+ * }} Plan
+ */
+
+/**
+ * The player of a run. It fills `page.map.moment` from the run, between ticks too. Without a run, or with one of
+ * another scenario, `toggle` asks for one with `page.simulate()`. `hold`: time stands still while a hand is on it.
+ * @typedef {{
+ *   tick: number, playing: boolean, speed: number, seek: (t: number) => void, toggle: () => void,
+ *   step: (n: number) => void, rate: (f: number) => void, hold: (held: boolean) => void,
+ * }} Play
+ */
+
+/** @typedef {"note" | "good" | "bad"} Tone */
+
+/**
+ * What every module gets. Made by page.js, filled by main.js.
+ *
+ * Told by name: "ground" (a map came or its cells changed), "plan" (page.plan is new; detail: Plan or null),
+ * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
+ * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
+ * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
+ * "token" (another address was opened), "help", "tab" (detail: id of the section that came to be shown), "map" (the view panned or zoomed).
+ * Changes of the scenario are told by `store.listen(changed keys)`.
+ *
+ * @typedef {{
+ *   store: import("./state.js").Store, api: import("./api.js").Api, map: import("./map.js").MapView,
+ *   hello: any, ground: Ground | null, base: Uint8Array | null, plan: Plan | null, run: Run | null, play: Play,
+ *   dark: boolean, gone: boolean, tool: string,
+ *   on: (name: string, hear: (detail: any) => void) => void,
+ *   tell: (name: string, detail?: any) => void,
+ *   say: (sentence: string, tone?: Tone) => void,
+ *   fault: (error: unknown) => void,
+ *   simulate: (how?: {tick?: number, play?: boolean}) => Promise<void>,
+ *   stop: () => void,
+ *   replan: () => void,
+ *   open: (map: unknown) => Promise<void>,
+ *   adopt: (scenario: Scenario) => Promise<void>,
+ *   asked: () => Scenario,
+ *   link: () => Promise<string>,
+ *   show: (section: string) => void,
+ *   use: (tool: string) => void,
+ * }} Page
+ *
+ * `base`: cells of the map before any edit. `fault`: say what went wrong, whatever was thrown. `simulate`: run the
+ * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
+ * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it. `link`: this state's
+ * address without the token. `show`: open the tab with a section. `use`: take up a tool.
+ */
+
+export {};

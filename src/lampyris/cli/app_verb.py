@@ -1,0 +1,46 @@
+"""``lampyris app``: the page in the browser.
+
+Work is imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def app(
+    map_: Annotated[
+        str | None, typer.Argument(metavar="[MAP]", help="The map to begin with (`lampyris maps list`).")
+    ] = None,
+    port: Annotated[
+        int,
+        typer.Option(
+            "--port", metavar="N", min=0, max=65535, help="Where to listen; 0: a port that is free."
+        ),
+    ] = 0,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--folder", metavar="DIR", help="A folder of your maps, shown beside the bundled ones."),
+    ] = None,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address and open nothing.")
+    ] = False,
+    allow_remote: Annotated[
+        str | None,
+        typer.Option(
+            "--allow-remote",
+            metavar="HOSTNAME",
+            help="Let other machines in, under this name of this machine, unencrypted. "
+            "Without it only this machine is served.",
+        ),
+    ] = None,
+) -> None:
+    """Open the app: draw, plan, watch and compare in the browser."""
+    from lampyris.app.run import run_app
+
+    raise typer.Exit(
+        run_app(map_, port=port, folder=folder, browser=not no_browser, allow_remote=allow_remote)
+    )

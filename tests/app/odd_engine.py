@@ -1,0 +1,90 @@
+"""An engine that can also be asked to misbehave, for tests of those who hold it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import types
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from lampyris.app import engine
+from lampyris.app.frames import frame, json_frame
+
+Look = Callable[[], None]
+
+
+def spin(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Work for ever and never look whether anybody waits."""
+    yield json_frame("H", {})
+    while True:
+        pass
+
+
+def wait(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Do nothing until cancelled."""
+    yield json_frame("H", {"job": question["job"], "pid": os.getpid()})
+    while True:
+        look()
+        time.sleep(0.005)
+
+
+def sleep(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Do nothing, and never look."""
+    yield json_frame("H", {"job": question["job"], "pid": os.getpid()})
+    time.sleep(1000)
+
+
+def grow(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Take 10 GB."""
+    held = []
+    while len(held) < 160:
+        held.append(bytearray(2**26))
+    yield json_frame("Z", {"held": len(held)})
+
+
+def crash(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """End in the middle of an answer."""
+    yield json_frame("H", {})
+    os._exit(3)
+
+
+def pour(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A hundred megabytes, and how much of them has left to stderr's file."""
+    for k in range(100):
+        yield frame("B", bytes(2**20))
+        with open(question["file"], "w") as out:
+            out.write(str(k + 1))
+    yield json_frame("Z", {})
+
+
+def forge(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Bytes that are no answer."""
+    os.write(int(os.environ["ODD_OUT"]), b"\xff" * 64)
+    yield json_frame("Z", {})
+
+
+def fault(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Something nobody thought of."""
+    raise ZeroDivisionError("on purpose")
+    yield b""
+
+
+def quick(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """At once."""
+    yield json_frame("Z", {"pid": os.getpid(), "said": question.get("said")})
+
+
+if __name__ == "__main__":
+    os.environ["ODD_OUT"] = str(os.dup(1))
+    verbs = {kind.__name__: kind for kind in (spin, wait, sleep, grow, crash, pour, forge, fault, quick)}
+    # In the place of the real work, whose import takes most of a second.
+    odd = types.ModuleType("lampyris.app.work")
+    odd.answer = lambda question, look: verbs[question["verb"]](question, look)  # type: ignore[attr-defined]
+    odd.warm = lambda question, look: iter(())  # type: ignore[attr-defined]
+    import lampyris.app
+
+    sys.modules[odd.__name__] = lampyris.app.work = odd  # type: ignore[attr-defined]
+    engine.main()
+    sys.exit(0)

@@ -1,0 +1,307 @@
+"""Engines: limits, turns, cancelling, ends; nothing is left running, whoever ends (W15, W19)."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import struct
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import AsyncIterator, Coroutine
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lampyris.app.engines import Busy, Engines
+from lampyris.app.frames import json_frame
+
+ODD = (sys.executable, str(Path(__file__).with_name("odd_engine.py")))
+LINUX = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
+
+
+def run(work: Coroutine[Any, Any, Any]) -> Any:
+    async def soon() -> Any:
+        async with asyncio.timeout(60):
+            return await work
+
+    return asyncio.run(soon())
+
+
+async def whole(engines: Engines, **question: Any) -> list[tuple[str, Any]]:
+    return [unframed(piece) async for piece in engines.ask(question)]
+
+
+def unframed(piece: bytes) -> tuple[str, Any]:
+    (size,) = struct.unpack_from("<I", piece)
+    assert size == len(piece) - 4
+    kind = chr(piece[4])
+    return kind, json.loads(piece[5:]) if kind in "HEZXPS" else piece[5:]
+
+
+def alive(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat") as told:
+            return told.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+async def gone(pid: int) -> bool:
+    for _ in range(200):
+        if not alive(pid):
+            return True
+        await asyncio.sleep(0.01)
+    return False
+
+
+async def first(answer: AsyncIterator[bytes]) -> dict[str, Any]:
+    kind, head = unframed(await anext(answer))
+    assert kind == "H"
+    return head  # type: ignore[no-any-return]
+
+
+def test_an_answer_is_that_of_its_own_question_and_the_engine_is_kept() -> None:
+    async def ask() -> tuple[Any, Any]:
+        engines = Engines(2, command=ODD)
+        many = await asyncio.gather(*(whole(engines, verb="quick", said=k) for k in range(9)))
+        await engines.close()
+        return [frames[-1][1]["said"] for frames in many], {frames[-1][1]["pid"] for frames in many}
+
+    said, pids = run(ask())
+    assert said == list(range(9))
+    assert len(pids) <= 2
+
+
+def test_more_than_two_and_eight_are_refused() -> None:
+    async def ask() -> tuple[str, list[Any]]:
+        engines = Engines(2, 8, command=ODD)
+        running = [engines.ask({"verb": "wait"}) for _ in range(2)]
+        jobs = [(await first(answer))["job"] for answer in running]
+        waiting = [asyncio.ensure_future(whole(engines, verb="quick", said=k)) for k in range(8)]
+        await asyncio.sleep(0)
+        with pytest.raises(Busy) as refused:
+            await whole(engines, verb="quick")
+        for job in jobs:
+            await engines.cancel(job)
+        for answer in running:
+            assert unframed(await anext(answer))[1]["code"] == "CANCELLED"
+            assert [piece async for piece in answer] == []
+        done = [frames[-1][1]["said"] for frames in await asyncio.gather(*waiting)]
+        await engines.close()
+        return refused.value.code, done
+
+    assert run(ask()) == ("BUSY", list(range(8)))
+
+
+def test_who_waits_can_be_cancelled_and_can_leave() -> None:
+    async def ask() -> tuple[Any, Any]:
+        engines = Engines(1, 2, command=ODD)
+        running = engines.ask({"verb": "wait"})
+        job = (await first(running))["job"]
+        one, other = (asyncio.ensure_future(whole(engines, verb="quick")) for _ in range(2))
+        await asyncio.sleep(0)
+        await engines.cancel(job + 1)
+        cancelled = await one
+        other.cancel()
+        await asyncio.gather(other, return_exceptions=True)
+        await running.aclose()  # type: ignore[attr-defined]
+        after = await whole(engines, verb="quick", said="next")
+        await engines.close()
+        return cancelled, after
+
+    cancelled, after = run(ask())
+    assert [(kind, told["code"]) for kind, told in cancelled] == [("X", "CANCELLED")]
+    assert after[-1][1]["said"] == "next"
+
+
+@LINUX
+@pytest.mark.parametrize("verb", ["wait", "sleep"])
+def test_a_reader_that_leaves_ends_the_job(verb: str) -> None:
+    async def ask() -> tuple[bool, bool]:
+        engines = Engines(1, command=ODD)
+        answer = engines.ask({"verb": verb})
+        pid = (await first(answer))["pid"]
+        began = time.monotonic()
+        await answer.aclose()  # type: ignore[attr-defined]
+        left = time.monotonic() - began
+        after = (await whole(engines, verb="quick"))[-1][1]["pid"]
+        await engines.close()
+        assert left < 0.4, "who leaves does not wait"
+        return after == pid, await gone(after) and await gone(pid)
+
+    same, all_gone = run(ask())
+    # What stops by itself is kept; what does not is killed and started anew.
+    assert same == (verb == "wait")
+    assert all_gone
+
+
+@LINUX
+def test_a_job_that_does_not_stop_is_killed() -> None:
+    async def ask() -> Any:
+        engines = Engines(1, command=ODD)
+        answer = engines.ask({"verb": "sleep"})
+        head = await first(answer)
+        stopping = asyncio.ensure_future(engines.cancel(head["job"]))
+        kind, told = unframed(await anext(answer))
+        await stopping
+        after = await whole(engines, verb="quick")
+        dead = await gone(head["pid"])
+        await engines.close()
+        return kind, told["code"], after[-1][0], dead
+
+    assert run(ask()) == ("X", "CANCELLED", "Z", True)
+
+
+@LINUX
+def test_processor_time_has_its_limit() -> None:
+    async def ask() -> Any:
+        engines = Engines(1, command=ODD, seconds=1)
+        began = time.monotonic()
+        frames = await whole(engines, verb="spin")
+        took = time.monotonic() - began
+        after = await whole(engines, verb="quick")
+        await engines.close()
+        return frames[-1], after[-1][0], took
+
+    (kind, told), after, took = run(ask())
+    assert (kind, told["code"], after) == ("X", "CPU_LIMIT", "Z")
+    assert "1 seconds" in told["what"]
+    assert took < 30, "it must end at all; how soon depends on who else works here"
+
+
+@LINUX
+def test_memory_has_its_limit_and_others_are_answered() -> None:
+    async def ask() -> Any:
+        engines = Engines(2, command=ODD, memory=2**28)
+        big, small = await asyncio.gather(whole(engines, verb="grow"), whole(engines, verb="quick"))
+        again = await whole(engines, verb="grow")
+        await engines.close()
+        return big[-1], again[-1], small[-1][0]
+
+    big, again, small = run(ask())
+    assert (big[0], big[1]["code"]) == ("X", "MEMORY")
+    assert again == big
+    assert small == "Z"
+
+
+@pytest.mark.parametrize(("verb", "code"), [("crash", "ENGINE"), ("forge", "ENGINE"), ("fault", "INTERNAL")])
+def test_an_engine_that_ends_or_talks_nonsense_is_told_of_and_replaced(verb: str, code: str) -> None:
+    async def ask() -> Any:
+        engines = Engines(1, command=ODD)
+        frames = await whole(engines, verb=verb)
+        after = await whole(engines, verb="quick")
+        await engines.close()
+        return frames[-1], after
+
+    (kind, told), after = run(ask())
+    assert (kind, told["code"]) == ("X", code)
+    assert "Traceback" not in json.dumps(told)
+    assert [k for k, _ in after] == ["Z"]
+
+
+def test_who_reads_slowly_holds_the_engine_back(tmp_path: Path) -> None:
+    async def ask() -> tuple[int, int]:
+        engines = Engines(1, command=ODD)
+        told = tmp_path / "told"
+        answer = engines.ask({"verb": "pour", "file": str(told)})
+        await anext(answer)
+        before, now = -1, 0
+        while before != now or not now:
+            await asyncio.sleep(0.2)
+            before, now = now, int((told.read_text() if told.exists() else "") or 0)
+        rest = [len(piece) async for piece in answer]
+        await engines.close()
+        return before, len(rest)
+
+    poured, rest = run(ask())
+    assert poured < 20
+    assert rest == 100
+
+
+@LINUX
+def test_closing_leaves_nobody() -> None:
+    async def ask() -> bool:
+        engines = Engines(2, command=ODD)
+        heads = [await first(engines.ask({"verb": verb})) for verb in ("wait", "sleep")]
+        await engines.close()
+        return all([await gone(head["pid"]) for head in heads])
+
+    assert run(ask())
+
+
+@LINUX
+def test_when_the_server_is_killed_its_engines_end() -> None:
+    code = textwrap.dedent(f"""
+        import asyncio, json
+        from lampyris.app.engines import Engines
+        async def main():
+            engines = Engines(2, command={ODD!r})
+            answers = [engines.ask({{"verb": verb}}) for verb in ("wait", "sleep")]
+            pids = [json.loads((await anext(a))[5:])["pid"] for a in answers]
+            print(*pids, flush=True)
+            await asyncio.sleep(1000)
+        asyncio.run(main())
+    """)
+    server = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    pids = [int(word) for word in server.stdout.readline().split()]
+    assert len(pids) == 2
+    assert all(map(alive, pids))
+    os.kill(server.pid, signal.SIGKILL)
+    server.wait()
+    server.stdout.close()
+    assert all(asyncio.run(gone(pid)) for pid in pids)
+
+
+FORGED = {
+    "no json": struct.pack("<I", 4) + b"{{{{",
+    "a pickle": struct.pack("<I", 12) + b"\x80\x04cos\nsystem\n.",
+    "a list": struct.pack("<I", 2) + b"[]",
+    "no number": struct.pack("<I", 11) + b'{"job":"x"}',
+    "oversize": struct.pack("<I", 2**31) + b"{}",
+    "empty": struct.pack("<I", 0),
+    "cut short": struct.pack("<I", 100) + b"{}",
+}
+
+
+@pytest.mark.parametrize("data", FORGED.values(), ids=list(FORGED))
+def test_an_engine_that_is_sent_nonsense_ends_without_a_word(data: bytes) -> None:
+    done = subprocess.run(ODD, input=data, capture_output=True, timeout=30, check=False)
+    assert done.stdout == b""
+    assert b"Traceback" not in done.stderr
+
+
+def test_a_question_that_is_too_large_is_not_sent() -> None:
+    async def ask() -> str:
+        engines = Engines(1, command=ODD)
+        try:
+            await whole(engines, verb="quick", said="x" * 2**26)
+        except Exception as fault:
+            return str(getattr(fault, "code", fault))
+        finally:
+            await engines.close()
+        return ""
+
+    assert run(ask()) == "QUESTION_SIZE"
+
+
+def test_nothing_of_the_app_unpickles_or_evaluates() -> None:
+    import lampyris.app as room
+
+    for path in Path(str(room.__file__)).parent.glob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        for word in ("import pickle", "import marshal", "import shelve", "eval(", "exec(", "shell=True"):
+            assert word not in text.replace("subprocess_exec(", "").replace("create_subprocess_exec", ""), (
+                path
+            )
+
+
+def test_frames_hold_what_json_can() -> None:
+    assert unframed(json_frame("Z", {"a": None})) == ("Z", {"a": None})
+    with pytest.raises(ValueError, match="JSON"):
+        json_frame("Z", float("nan"))

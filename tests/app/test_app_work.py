@@ -1,0 +1,567 @@
+"""What an engine answers: the same as the library and the command line, byte for byte, in frames."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib
+import io
+import json
+import struct
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import lampyris
+from lampyris import scenarios
+from lampyris.app import work
+from lampyris.app.compared import comparison
+from lampyris.app.engine import Cancelled
+from lampyris.app.frames import NOWHERE
+from lampyris.app.layered import grid_at, reach
+from lampyris.app.said import said_scenario
+from lampyris.app.watched import WORDS, begin
+from lampyris.cli import main
+from lampyris.errors import LampyrisError, SettingError
+from lampyris.field.solve import solve_field
+from lampyris.maps import library
+from lampyris.maps.scenario_file import ScenarioFile
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.report.measure import METRICS, near_by_tick
+from lampyris.report.plain import trace_record
+from lampyris.study.ground import pack
+
+STATE: dict[str, Any] = {
+    "version": 1, "map": "env-3", "start": None, "goal": None, "robot": {}, "preset": "robot", "moves": None,
+    "planner": {"name": "ad-gso", "settings": {}}, "law": None, "seed": 0, "obstacles": [], "edits": [],
+    "simulate": {"ticks": None, "patience": None},
+}  # fmt: skip
+"""What the page holds, as static/state.js makes it."""
+CROWD = [
+    {"kind": "random-walk", "count": 12, "rate": 0.5},
+    {"kind": "crossing", "count": 4},
+    {"kind": "patrol", "waypoints": [[5, 5], [12, 5]]},
+]
+
+EDITS = [
+    {"tick": 0, "blocked": [[10, 10]], "freed": []},
+    {"tick": 4, "blocked": [[24, 12], [25, 12]], "freed": [[10, 10]]},
+]
+with_edits = pytest.mark.skipif("edits" not in ScenarioFile.model_fields, reason="scenarios without edits")
+
+
+def state(**more: Any) -> dict[str, Any]:
+    return {**STATE, **more}
+
+
+def ask(verb: str, scenario: dict[str, Any] | None = None, **more: Any) -> list[tuple[str, Any]]:
+    question = {"verb": verb, "job": 7, "scenario": scenario or state(), **more}
+    return [unframed(piece) for piece in work.answer(question, lambda: None)]
+
+
+def unframed(piece: bytes) -> tuple[str, Any]:
+    (size,) = struct.unpack_from("<I", piece)
+    assert size == len(piece) - 4
+    kind = chr(piece[4])
+    return kind, json.loads(piece[5:]) if kind in "HEZXPS" else piece[5:]
+
+
+def only(frames: list[tuple[str, Any]], kind: str) -> Any:
+    found = [value for k, value in frames if k == kind]
+    assert len(found) == 1
+    return found[0]
+
+
+def refusal(verb: str, scenario: dict[str, Any] | None = None, **more: Any) -> LampyrisError:
+    with pytest.raises(LampyrisError) as found:
+        ask(verb, scenario, **more)
+    assert "\n" not in str(found.value)
+    return found.value
+
+
+# ---- scenarios --------------------
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "where"),
+    [
+        ({"goal": [1]}, "TYPE", "scenario: /goal"),
+        ({"start": [99, 2]}, "START_OUTSIDE", "scenario: /start"),
+        ({"robot": {"v_max": 0}}, "ROBOT_LIMIT", "scenario: /robot/v_max"),
+        ({"obstacles": [{"kind": "crossing", "count": -1}]}, "TRAFFIC_COUNT", "scenario: /obstacles/0/count"),
+        (
+            {"obstacles": [{"kind": "patrol", "waypoints": [[0]]}]},
+            "TYPE",
+            "scenario: /obstacles/0/waypoints/0",
+        ),
+        ({"obstacles": [{"kind": "recorded", "file": "/etc/passwd"}]}, "PATH_OUTSIDE", "/obstacles/0/file"),
+        ({"zones": "zones.npy"}, "PATH_OUTSIDE", "scenario: /zones"),
+        ({"map": {"file": "/etc/passwd"}}, "PATH_OUTSIDE", "scenario: /map/file"),
+        ({"map": {"library": "nobody"}}, "KEY", "scenario: /map"),
+        ({"map": "nobody"}, "FILE_MISSING", "scenario: /map"),
+        ({"planner": {"name": "nobody"}}, "PLANNER", "scenario: /planner"),
+        ({"planner": {"name": "astar", "settings": {"x": 1}}}, "SETTING", "scenario: /planner"),
+        ({"nonsense": 1}, "KEY", "scenario: /nonsense"),
+        ({"version": 2}, "VERSION", "scenario: /version"),
+        ({"seed": -1}, "SEED", "scenario: /seed"),
+        (
+            {"map": {"recipe": "caves", "size": [9000, 9]}, "start": [0, 0], "goal": [1, 1]},
+            "MAP_SIDE",
+            "scenario: /map",
+        ),
+        ({"map": {"recipe": "caves", "size": [9000, 9000]}}, "MAP_TOO_LARGE", "scenario: /map"),
+    ],
+)
+def test_mistakes_are_told_at_their_json_pointer(more: dict[str, Any], code: str, where: str) -> None:
+    fault = refusal("plan", state(**more))
+    assert fault.code in (code, "MAP") if more.get("map") == "nobody" else fault.code == code
+    assert where in fault.where
+
+
+def test_all_mistakes_are_told_at_once() -> None:
+    fault = refusal("plan", state(goal=[1], seed=-1, robot={"v_max": 0}))
+    assert len(getattr(fault, "__notes__", ())) == 2
+
+
+def test_no_file_is_opened_for_a_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
+    said_scenario({"scenario": state(map={"rows": ["S..G"]})})  # what is imported late is there
+    opened: list[str] = []
+    active = [True]
+    sys.addaudithook(
+        lambda event, given: opened.append(str(given[0])) if active[0] and event == "open" else None
+    )
+    for more in (
+        {"obstacles": [{"kind": "recorded", "file": "../../etc/passwd"}]},
+        {"zones": "/etc/passwd"},
+        {"map": {"file": "etc/passwd"}},
+    ):
+        refusal("plan", state(map={"rows": ["S..G"]}) | more)
+    active[0] = False
+    assert not [name for name in opened if "passwd" in name]
+
+
+def test_a_map_beside_the_question_is_taken_whatever_the_scenario_calls_it() -> None:
+    blocked = np.zeros((4, 5), dtype=np.bool_)
+    blocked[1, 1:] = True
+    ground = {**pack(Grid(blocked, resolution=0.5, name="mine.png")), "start": [4, 0], "goal": [4, 3]}
+    for spec in ("up-0123", {"library": "up-0123"}, {"rows": ["..."]}):
+        scenario = said_scenario({"scenario": state(map=spec), "ground": ground})
+        assert np.array_equal(scenario.scene.grid.blocked, blocked)
+        assert (scenario.scene.start, scenario.scene.goal, scenario.map) == ((4, 0), (4, 3), None)
+        assert scenario.scene.grid.name == "mine.png"
+    # One of ours is ours.
+    given = said_scenario({"scenario": state(), "ground": ground}).scene.grid
+    assert np.array_equal(given.blocked, library.load("env-3").grid.blocked)
+
+
+def test_rows_recipes_and_resolutions_are_maps_too() -> None:
+    rows = said_scenario({"scenario": state(map={"rows": ["S..", ".#.", "..G"]})}).scene
+    assert (rows.start, rows.goal, rows.grid.blocked.sum()) == ((0, 0), (2, 2), 1)
+    table = said_scenario({"scenario": state(map={"bundled": "env-3", "resolution": 0.25})}).scene
+    assert table.grid.resolution == 0.25
+    made = said_scenario(
+        {"scenario": state(map={"recipe": "caves", "size": [40, 30]}, start=[0, 0], goal=[1, 1])}
+    )
+    assert made.scene.grid.width == 40
+
+
+def test_the_same_map_is_the_same_noun_so_that_a_drag_unpacks_it_once() -> None:
+    ground = pack(library.load("env-3").grid)
+    one, two = (
+        said_scenario({"scenario": state(map="x", start=[28, k], goal=[26, 26]), "ground": ground})
+        for k in (7, 6)
+    )
+    assert one.scene.grid is two.scene.grid
+
+
+# ---- plans --------------------
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "astar"])
+def test_a_plan_is_that_of_the_library(planner: str) -> None:
+    told = only(ask("plan", state(planner={"name": planner, "settings": {}})), "Z")
+    document = library.load("env-3")
+    assert document.start is not None
+    assert document.goal is not None
+    scene = Scene(document.grid, document.start, document.goal)
+    found = lampyris.plan(scene, planner, record=False)
+    assert found.cells is not None
+    assert told["cells"] == found.cells.tolist()
+    assert told["speed"]["v"] == lampyris.profile(found, scene).v.tolist()
+    assert len(told["speed"]["why"]) == len(told["cells"])
+    assert {cap["cause"] for cap in told["speed"]["caps"]}
+    assert told["jumps"] == []
+    assert told["gates"]["in_map"] == []
+    assert told["gates"]["count"] == len(found.gates_in_map)
+
+
+def test_a_plan_has_its_jumps_and_gates_if_they_are_asked_for() -> None:
+    told = only(ask("plan", record=True, layers=["gates"]), "Z")
+    assert len(told["jumps"]) == told["iterations"]
+    assert len(told["gates"]["in_map"]) == told["gates"]["count"] > 0
+
+
+def test_no_way_is_an_answer_and_no_error() -> None:
+    told = only(ask("plan", state(map={"rows": ["S#G"]})), "Z")
+    assert (told["status"], told["cells"], told["speed"]) == ("no-path", None, None)
+
+
+# ---- simulations --------------------
+
+
+def ticks(frames: list[tuple[str, Any]]) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+    for kind, data in frames:
+        if kind != "T":
+            continue
+        first, n, bodies = struct.unpack_from("<IHH", data)
+        at, parts = 8, {}
+        shapes = (("robot", "<i2", (n, 2)), ("speed", "<f4", (n,)), ("cause", "u1", (n,)),
+                  ("places", "<i2", (n, bodies, 2)), ("near", "<f4", (n,)))  # fmt: skip
+        for name, kind_, shape in shapes:
+            size = int(np.prod(shape))
+            parts[name] = np.frombuffer(data, kind_, size, at).reshape(shape)
+            at += parts[name].nbytes
+        assert at == len(data)
+        yield first, parts
+
+
+@pytest.mark.parametrize("slow", [False, True])
+def test_frames_hold_the_whole_trace(monkeypatch: pytest.MonkeyPatch, slow: bool) -> None:
+    monkeypatch.setattr("lampyris.app.watched.CHUNK_S", -1.0 if slow else 1e9)
+    scenario = state(obstacles=CROWD)
+    frames = ask("simulate", scenario)
+    head, end = only(frames, "H"), only(frames, "Z")
+    trace: Any = scenarios.run(said_scenario({"scenario": scenario}))
+    assert (head["job"], head["planner"], head["law"], head["units"]) == (7, "ad-gso", "physical", "m/s")
+    kinds = [body["kind"] for body in head["bodies"]]
+    told = 0
+    near = near_by_tick(trace)
+    number = 0
+    for kind, value in frames:
+        if kind == "E":
+            kinds += [event["body"]["kind"] for event in value if event["word"] == "appear"]
+        if kind != "T":
+            continue
+        first, part = list(ticks(frames))[number]
+        number += 1
+        n = len(part["robot"])
+        assert first == told
+        assert part["places"].shape[1] == len(kinds), "events come before the ticks that need them"
+        assert np.array_equal(part["robot"], trace.robot[first : first + n])
+        assert np.array_equal(part["speed"], trace.speed[first : first + n].astype(np.float32))
+        assert [head["causes"][c] for c in part["cause"]] == list(trace.cause[first : first + n])
+        assert np.array_equal(part["near"], near[first : first + n].astype(np.float32))
+        for k in range(n):
+            there = [tuple(cell) for cell in part["places"][k].tolist() if cell[0] != NOWHERE]
+            assert there == trace.obstacles_at(first + k)
+        told += n
+    assert told == trace.ticks + 1 == end["ticks"] + 1
+    assert (number > 5) == slow
+    events = [event for kind, value in frames if kind == "E" for event in value]
+    assert [(e["tick"], e["word"]) for e in events] == [(e.tick, e.word) for e in trace.events]
+    assert (end["outcome"], end["sentence"]) == (trace.outcome.value, trace.sentence)
+    assert end["last_tick"] == trace.last_tick
+    assert tuple(end["metrics"]) == METRICS
+    assert len(end["bodies"]) == len(trace.bodies) == len(kinds)
+    plain = json.dumps({**trace_record(trace), "timing": {}}, separators=(",", ":"))
+    assert end["digest"] == hashlib.sha256(plain.encode()).hexdigest()
+
+
+SAME = {
+    "crowd": state(obstacles=CROWD, seed=5),
+    "dissertation": state(
+        preset="dissertation", obstacles=CROWD, planner={"name": "ad-gso", "settings": {"nt": 6}}
+    ),
+    "astar": state(planner={"name": "astar", "settings": {}}, obstacles=CROWD[1:], simulate={"ticks": 9}),
+    "no way": state(map={"rows": ["S#.", "##.", "..G"], "name": "closed"}, obstacles=[]),
+    "wall": state(map={"rows": ["S#.", "...", "..G"], "name": "wall"}, start=[1, 0], obstacles=CROWD[:1]),
+    "rows": state(map={"rows": ["S....", ".###.", ".#?..", "....G"], "resolution": 0.5, "name": "drawn"}),
+    "recipe": state(
+        map={"recipe": "caves", "size": [40, 30], "seed": 3, "settings": {}}, start=[20, 15], goal=[39, 29]
+    ),
+    "edits": state(obstacles=CROWD, edits=EDITS),
+    "track": state(obstacles=[{"kind": "recorded", "track": [[20, 10], [21, 10], [22, 10]]}]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=with_edits if n == "edits" else ()) for n in SAME])
+def test_the_command_line_replays_the_saved_scenario_to_the_same_bytes(tmp_path: Path, name: str) -> None:
+    digest = only(ask("simulate", SAME[name]), "Z")["digest"]
+    saved = b"".join(value for kind, value in ask("export", SAME[name], what="scenario") if kind == "B")
+    file = tmp_path / "kept.yaml"
+    file.write_bytes(saved)
+    out = io.StringIO()
+    words = ["lampyris", "run", str(file), "--json", "--no-timing"]
+    with (
+        mock.patch.object(sys, "argv", words),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(io.StringIO()),
+        pytest.raises(SystemExit) as done,
+    ):
+        main()
+    assert done.value.code in (0, 4)
+    text = out.getvalue()
+    assert text.endswith("}\n")
+    assert hashlib.sha256(text[:-1].encode()).hexdigest() == digest
+
+
+def test_an_uploaded_map_goes_into_the_saved_scenario(tmp_path: Path) -> None:
+    ground = {**pack(library.load("guide").grid), "name": "my map (1).png"}
+    scenario = state(map="up-1", start=[0, 9], goal=[7, 0], obstacles=[{"kind": "random-walk", "count": 2}])
+    digest = only(ask("simulate", scenario, ground=ground), "Z")["digest"]
+    saved = b"".join(v for k, v in ask("export", scenario, ground=ground, what="scenario") if k == "B")
+    file = tmp_path / "kept.yaml"
+    file.write_bytes(saved)
+    trace: Any = scenarios.run(scenarios.load_scenario(file))
+    assert work.digest(trace) == digest
+
+
+def test_a_simulation_is_stopped_between_two_ticks() -> None:
+    seen = []
+
+    def look() -> None:
+        seen.append(1)
+        if len(seen) == 4:
+            raise Cancelled
+
+    question = {"verb": "simulate", "job": 1, "scenario": state(obstacles=CROWD)}
+    with pytest.raises(Cancelled):
+        list(work.answer(question, look))
+    assert len(seen) == 4
+
+
+def test_every_cause_of_a_speed_has_its_number() -> None:
+    assert len(set(WORDS)) == len(WORDS) < 256
+
+
+def test_a_drive_is_not_simulated_in_ticks() -> None:
+    scenario = {key: value for key, value in state().items() if key != "simulate"} | {"drive": {}}
+    assert refusal("simulate", scenario).code == "DRIVE"
+
+
+# ---- layers --------------------
+
+
+def layer(name: str, scenario: dict[str, Any] | None = None, **more: Any) -> tuple[float, float, np.ndarray]:
+    data = only(ask("layer", scenario, layer=name, **more), "L")
+    letters = data[0]
+    assert data[1 : 1 + letters].decode() == name
+    width, height, low, high = struct.unpack_from("<IIff", data, 1 + letters)
+    return low, high, np.frombuffer(data, np.uint8, width * height, 17 + letters).reshape(height, width)
+
+
+@pytest.mark.parametrize("name", ["cost", "luciferin", "clearance", "expanded"])
+def test_a_layer_is_the_librarys_field_in_255_steps(name: str) -> None:
+    low, high, shown = layer(name)
+    scene = said_scenario({"scenario": state()}).scene
+    field = solve_field(scene)
+    assert not shown[scene.grid.blocked].any()
+    if name in ("cost", "luciferin"):
+        values = getattr(field, name)
+        there = np.isfinite(values)
+        assert np.array_equal(shown > 0, there)
+        assert (low, high) == (np.float32(values[there].min()), np.float32(values[there].max()))
+        back = low + (shown[there] - 1.0) / 254 * (high - low)
+        assert np.abs(back - values[there]).max() <= (high - low) / 254 * 0.51
+    if name == "expanded":
+        x, y = scene.start
+        assert (
+            high
+            == np.count_nonzero(shown)
+            == np.count_nonzero((field.exact >= 0) & (field.exact <= field.exact[y, x]))
+        )
+        assert shown[scene.goal[1], scene.goal[0]] == 1
+
+
+def test_the_layers_of_a_planner_are_of_its_own_settings() -> None:
+    one = layer("luciferin")
+    other = layer("luciferin", state(planner={"name": "ad-gso", "settings": {"rho": 0.1}}))
+    assert one[1] != other[1]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_reach_is_a_search_step_by_step(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((9, 12)) < 0.3
+    free = [(int(x), int(y)) for y, x in np.argwhere(~blocked)]
+    cells = [free[k] for k in rng.integers(len(free), size=3)]
+    cutting, horizon = bool(seed % 2), 6
+    found = reach(Grid(blocked), cells, cutting, horizon)
+    ticks = dict.fromkeys(cells, 0)
+    for tick in range(1, horizon + 1):
+        for x, y in [cell for cell, t in ticks.items() if t == tick - 1]:
+            for dx in (-1, 0, 1):
+                for dy in (-1, 0, 1):
+                    to = (x + dx, y + dy)
+                    corner = dx and dy and not cutting and not {(x + dx, y), (x, y + dy)} <= set(free)
+                    if to in free and not corner:
+                        ticks.setdefault(to, tick)
+    assert {(int(x), int(y)): int(found[y, x]) for y, x in np.argwhere(np.isfinite(found))} == ticks
+
+
+def test_obstacles_are_never_outside_their_reach() -> None:
+    scenario = state(obstacles=[{"kind": "random-walk", "count": 9}, *CROWD[1:]])
+    trace: Any = scenarios.run(said_scenario({"scenario": scenario}))
+    _, _, shown = layer("reach", scenario, bodies=None)
+    grid = trace.scene.grid
+    ticks_ = reach(grid, trace.obstacles_at(0), trace.scene.moves.corner_cutting, 64)
+    assert np.array_equal(shown > 0, np.isfinite(ticks_))
+    for tick in range(min(trace.ticks, 64) + 1):
+        assert all(ticks_[y, x] <= tick for x, y in trace.obstacles_at(tick))
+
+
+@pytest.mark.parametrize(
+    ("more", "code"),
+    [
+        ({"layer": "secret"}, "LAYER"),
+        ({"layer": "cost", "tick": -1}, "TICK"),
+        ({"layer": "reach", "bodies": [[0.5, 1]]}, "TYPE"),
+        ({"layer": "reach", "bodies": [[99, 1]]}, "BODY_OUTSIDE"),
+        ({"layer": "reach", "bodies": "all"}, "TYPE"),
+    ],
+)
+def test_layers_that_are_none(more: dict[str, Any], code: str) -> None:
+    assert refusal("layer", **more).code == code
+
+
+@with_edits
+def test_layers_are_of_the_map_as_it_is_at_a_tick() -> None:
+    applied = importlib.import_module("lampyris.model.edit").applied
+    for name, edits in (
+        ("env-3", EDITS),
+        ("hills-48", [{"tick": 3, "blocked": [[5, 5]], "freed": [[0, 0]]}]),
+    ):
+        scene: Any = said_scenario({"scenario": state(map=name, edits=edits)}).scene
+        for tick in (0, 3, 4, 9):
+            now = grid_at(scene, tick)
+            wanted = applied(scene.grid, [edit for edit in scene.edits if edit.tick <= tick])
+            assert np.array_equal(now.blocked, wanted.blocked)
+            assert (now.terrain is None) == (wanted.terrain is None)
+            assert now.terrain is None or np.array_equal(now.terrain, wanted.terrain)
+    at = [layer("clearance", state(edits=EDITS), tick=tick)[2][12, 24] for tick in (0, 4)]
+    assert at[0] > 0
+    assert at[1] == 0
+
+
+# ---- comparisons --------------------
+
+
+def test_a_comparison_is_runs_in_one_world_and_what_studies_say_of_them() -> None:
+    who = ["ad-gso", {"name": "astar", "settings": {}, "label": "A*"}]
+    frames = ask("compare", state(obstacles=CROWD[1:]), planners=who, seeds=3)
+    heads = [value for kind, value in frames if kind == "H"]
+    ends = [value for kind, value in frames if kind == "Z"]
+    assert [head["label"] for head in heads] == ["ad-gso", "A*"]
+    assert [(end["label"], end["seed"]) for end in ends] == [
+        (w, s) for s in range(3) for w in ("ad-gso", "A*")
+    ]
+    alone = only(ask("simulate", state(obstacles=CROWD[1:], planner="astar", seed=2)), "Z")
+    assert ends[-1]["digest"] == alone["digest"]
+    assert frames[-1][0] == "S"
+    summary = frames[-1][1]
+    assert summary["entrants"] == ["ad-gso", "A*"]
+    entry = next(e for e in summary["entries"] if e["entrant"] == "A*" and e["place"] == "")
+    costs = [end["metrics"]["cost"] for end in ends if end["label"] == "A*" and end["metrics"]["cost"]]
+    assert entry["runs"] == 3
+    assert entry["own"]["cost"]["value"] == pytest.approx(np.mean(costs))
+
+
+def test_who_refuses_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuses(scenario: Any) -> Any:
+        if scenario.planner == "jps":
+            raise SettingError("MOVES", "not with these moves")
+        return begin(scenario)
+
+    monkeypatch.setattr("lampyris.app.compared.begin", refuses)
+    frames = ask("compare", planners=["jps", "astar"], seeds=2)
+    assert [value["label"] for kind, value in frames if kind == "H"] == ["jps", "astar"]
+    outcomes = [(value["planner"], value["outcome"]) for kind, value in frames if kind == "Z"]
+    assert outcomes == [("jps", "refused"), ("astar", "arrived")] * 2
+    assert frames[-1][0] == "S"
+    entry = next(e for e in frames[-1][1]["entries"] if e["entrant"] == "jps")
+    assert entry["endings"] == {"refused": 2}
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "where"),
+    [
+        ({"planners": ["nobody"]}, "PLANNER", "planners: /0"),
+        ({"planners": [{"name": "astar", "sets": {}}]}, "KEY", "planners: /0"),
+        ({"planners": ["astar"] * 2}, "LABEL", "planners"),
+        ({"planners": ["astar"] * 17}, "LIMIT", "planners"),
+        ({"planners": ["astar"], "laws": [{"name": "x"}]}, "LAW", "laws: /0"),
+        ({"planners": ["astar"], "seeds": 0}, "SEEDS", "seeds"),
+        ({"planners": ["astar"], "seeds": [1, 1]}, "SEEDS", "seeds"),
+        ({"planners": [{"name": "astar", "label": "a\nb"}]}, "TEXT", "planners: /0/label"),
+    ],
+)
+def test_comparisons_that_are_none(more: dict[str, Any], code: str, where: str) -> None:
+    fault = refusal("compare", **more)
+    assert (fault.code, fault.where) == (code, where)
+
+
+def test_nobody_named_is_the_scenarios_own() -> None:
+    made = comparison(said_scenario({"scenario": state()}), {})
+    assert [label for label, *_ in made.entrants] == ["ad-gso"]
+
+
+# ---- files --------------------
+
+MAGIC = {
+    "png": b"\x89PNG", "svg": b"<?xml", "webp": b"RIFF", "gif": b"GIF8", "csv": b"x_m,y_m",
+    "scenario": b"# A lam", "report": b"<!DOCTYPE html>",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", MAGIC)
+def test_files_are_of_their_kind_and_the_same_twice(what: str) -> None:
+    scenario = state(map="guide", obstacles=[{"kind": "random-walk", "count": 2}], simulate={"ticks": 12})
+    one, two = (b"".join(v for k, v in ask("export", scenario, what=what) if k == "B") for _ in range(2))
+    assert one.startswith(MAGIC[what])
+    assert one == two
+    assert b"/tmp" not in one
+
+
+def test_a_moment_is_a_picture_of_its_tick() -> None:
+    scenario = state(map="guide", obstacles=[{"kind": "random-walk", "count": 2}])
+    pictures = [ask("export", scenario, what="png", tick=tick)[0][1] for tick in (0, 5)]
+    assert pictures[0] != pictures[1]
+    assert Image.open(io.BytesIO(pictures[0])).format == "PNG"
+    assert refusal("export", scenario, what="svg", tick=3).code == "EXPORT"
+    assert refusal("export", scenario, what="png", tick=-3).code == "TICK"
+    assert refusal("export", scenario, what="exe").code == "EXPORT"
+
+
+def test_the_report_of_a_comparison_is_a_studys_page() -> None:
+    settings = {"planners": ["ad-gso", "astar"], "seeds": 2}
+    page = b"".join(
+        v for _, v in ask("export", state(map="guide"), what="report", settings=settings)
+    ).decode()
+    assert "ad-gso" in page
+    assert "<script" not in page
+
+
+def test_words_of_a_scenario_do_not_become_markup() -> None:
+    scenario = state(map={"rows": ["S..", "..G"], "name": "<img src=x>"}, name="<script>1</script>")
+    page = b"".join(v for _, v in ask("export", scenario, what="report")).decode()
+    assert "<script>1" not in page
+    assert "<img src=x>" not in page
+
+
+def test_verbs_that_are_none() -> None:
+    assert refusal("sudo").code == "VERB"
+    with pytest.raises(LampyrisError, match="KEY"):
+        list(work.answer({"verb": "plan", "job": 1, "scenario": [1]}, lambda: None))
+
+
+def test_every_planner_can_be_watched() -> None:
+    run = begin(said_scenario({"scenario": state(map="guide")}))
+    run.tick()
+    assert run.now == 1

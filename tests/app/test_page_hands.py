@@ -1,0 +1,360 @@
+"""The map under hands and keys in a browser: ends, brush, link, files, a server that goes."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lampyris.maps.scenario_file import ScenarioFile
+
+driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+SOON = 30_000
+
+
+@contextmanager
+def app(port: int, home: Path) -> Iterator[str]:
+    """An app of its own; its address."""
+    code = f"from lampyris.app.run import run_app; run_app(None, port={port}, browser=False)"
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "XDG_DATA_HOME": str(home)}
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as server:
+        try:
+            assert server.stdout is not None
+            found = re.search(r"http://\S+", server.stdout.readline())
+            assert found
+            yield found[0]
+        finally:
+            server.kill()
+            server.wait(20)
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with app(0, tmp_path_factory.mktemp("home")) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with driver.sync_playwright() as started:
+        made = started.chromium.launch(
+            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
+        )
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def tab(browser: Any) -> Iterator[Any]:
+    """A tab of a browser that was never here."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
+    made = context.new_page()
+    made.set_default_timeout(SOON)
+    yield made
+    context.close()
+
+
+@pytest.fixture
+def page(tab: Any, address: str) -> Iterator[Any]:
+    """The page; whatever it complains of, or asks of another machine, fails the test."""
+    wrong: list[str] = []
+    home = address.split("#")[0]
+    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
+    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
+    tab.on("request", lambda asked: wrong.append(asked.url) if foreign(asked.url, home) else None)
+    arrive(tab, address)
+    yield tab
+    assert not [fault for fault in wrong if "400 (Bad Request)" not in fault]
+
+
+def foreign(url: str, home: str) -> bool:
+    """Whether this is asked of anybody but the server; blobs are the page's own."""
+    return not url.startswith((home, "blob:", "data:"))
+
+
+def arrive(tab: Any, address: str) -> None:
+    """Open the page and wait until it has a plan."""
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    tab.wait_for_selector("#status >> text=found")
+
+
+def scenario(page: Any) -> dict[str, Any]:
+    """What the browser keeps as its draft, once it keeps it."""
+    page.wait_for_timeout(450)
+    found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
+    return found
+
+
+def at(page: Any, cell: tuple[int, int], size: int = 50) -> tuple[float, float]:
+    """Where a cell of a fitted map of that many cells a side is on the screen."""
+    box = page.locator("#map").bounding_box()
+    scale = min((box["width"] - 116) / size, (box["height"] - 32) / size)
+    left = box["x"] + (box["width"] - size * scale) / 2
+    top = box["y"] + (box["height"] - size * scale) / 2
+    return left + (cell[0] + 0.5) * scale, top + (cell[1] + 0.5) * scale
+
+
+def test_clicks_set_the_ends_in_turn_and_a_drag_keeps_off_walls(page: Any) -> None:
+    page.mouse.click(*at(page, (8, 3)))
+    page.mouse.click(*at(page, (45, 46)))
+    now = scenario(page)
+    assert (now["start"], now["goal"]) == ([8, 3], [45, 46])
+    page.mouse.move(*at(page, (8, 3)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (11, 2)), steps=8)
+    page.mouse.move(*at(page, (12, 2)), steps=4)  # a wall
+    page.mouse.up()
+    assert scenario(page)["start"] == [11, 2]
+    page.keyboard.press("Control+z")
+    assert scenario(page)["start"] == [8, 3], "a drag is undone at once"
+
+
+def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> None:
+    page.keyboard.press("b")
+    page.mouse.move(*at(page, (5, 40)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (30, 48)))  # one event, many cells
+    page.mouse.up()
+    (edit,) = scenario(page)["edits"]
+    assert edit["tick"] == 0
+    assert edit["freed"] == []
+    page.keyboard.press("b")
+    page.keyboard.press("e")
+    page.mouse.move(*at(page, (5, 40)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (30, 48)))
+    page.mouse.up()
+    # Painted and erased in the same places: what was painted is gone, what were walls before are free.
+    left = scenario(page)["edits"]
+    assert all(one["blocked"] == [] for one in left)
+    page.keyboard.press("Control+z")
+    assert scenario(page)["edits"] == [edit]
+    page.keyboard.press("Control+z")
+    assert scenario(page)["edits"] == []
+    page.keyboard.press("Control+Shift+z")
+    assert scenario(page)["edits"] == [edit]
+
+
+def test_lines_and_strokes_are_what_they_say(page: Any) -> None:
+    """Lines are connected and never further than half a cell off; strokes painted are strokes applied."""
+    wrong = page.evaluate(
+        """async () => {
+          const { line, brush } = await import('/static/edit.js');
+          const { applyEdits, withStroke } = await import('/static/ground.js');
+          let state = 12345;
+          const draw = (n) => {
+            state = (state * 1103515245 + 12345) % 2147483648;
+            return Math.floor(state / 65536) % n;
+          };
+          const wrong = [];
+          for (let round = 0; round < 400; round++) {
+            const a = [draw(40), draw(40)], b = [draw(40), draw(40)];
+            const cells = line(a, b);
+            const long = Math.max(Math.abs(a[0] - b[0]), Math.abs(a[1] - b[1]));
+            if (cells.length !== long + 1) wrong.push(['long', a, b]);
+            if (String([cells[0], cells.at(-1)]) !== String([a, b])) wrong.push(['ends', a, b]);
+            const size = Math.hypot(b[0] - a[0], b[1] - a[1]);
+            cells.forEach(([x, y], k) => {
+              const [px, py] = cells[Math.max(k - 1, 0)];
+              if (k && Math.max(Math.abs(x - px), Math.abs(y - py)) !== 1) wrong.push(['gap', a, b]);
+              const off = size ? Math.abs((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / size : 0;
+              if (off > 0.5 + 1e-9) wrong.push(['off', a, b, off]);
+            });
+          }
+          for (let size = 1; size <= 9; size++) {
+            const cells = brush(size), keys = new Set(cells.map(String));
+            if (keys.size !== cells.length || !keys.has('0,0')) wrong.push(['brush', size]);
+          }
+          for (let round = 0; round < 200; round++) {
+            const width = 7, base = Uint8Array.from({ length: 42 }, () => draw(3));
+            let edits = [];
+            const ticks = [0, 0, 4, 9];
+            for (let k = 0; k < 4; k++) {
+              const tick = ticks[draw(4)];
+              const before = new Uint8Array(42), now = new Uint8Array(42), after = new Uint8Array(42);
+              applyEdits(base, edits.filter((e) => e.tick < tick), tick, width, before);
+              applyEdits(base, edits, tick, width, now);
+              const stroke = new Map(Array.from({ length: draw(9) }, () => [draw(42), draw(2)]));
+              edits = withStroke(edits, tick, stroke, before, width);
+              applyEdits(base, edits, tick, width, after);
+              for (const [cell, value] of stroke) now[cell] = value;
+              if (String(now) !== String(after)) wrong.push(['stroke', round, k]);
+              if (edits.some((e, j) => j && e.tick <= edits[j - 1].tick)) wrong.push(['order', round]);
+            }
+          }
+          return wrong.slice(0, 5);
+        }"""
+    )
+    assert wrong == []
+
+
+def test_everything_by_keyboard(page: Any) -> None:
+    press = page.keyboard.press
+    press("1")
+    assert page.evaluate("document.activeElement.id") == "tab-library"
+    page.get_by_title("guide 10").focus()
+    press("Enter")
+    page.wait_for_selector("#where >> text=guide")
+    page.wait_for_selector("#status >> text=found")
+    press("m")
+    for _ in range(12):
+        press("ArrowLeft")
+        press("ArrowUp")
+    assert "column 0, row 0" in page.inner_text("#live")
+    press("ArrowRight")
+    press("ArrowRight")
+    assert "free" in page.inner_text("#live")
+    press("Enter")
+    assert scenario(page)["start"] == [2, 0]
+    press("w")  # the start's own cell stays free
+    assert scenario(page)["edits"] == []
+    press("ArrowRight")
+    press("w")
+    assert scenario(page)["edits"] == [{"tick": 0, "blocked": [[3, 0]], "freed": []}]
+    press("Control+z")
+    press("p")
+    press("Enter")
+    press("ArrowRight")
+    press("Enter")
+    press("Enter")
+    assert scenario(page)["obstacles"] == [{"kind": "patrol", "waypoints": [[3, 0], [4, 0]]}]
+    press("r")
+    page.wait_for_selector("#timeline >> text=/ \\d+/")
+    press("?")
+    assert page.locator("#help").is_visible()
+    press("Escape")
+    assert not page.locator("#help").is_visible()
+
+
+def test_a_link_is_the_state(page: Any, browser: Any) -> None:
+    page.mouse.click(*at(page, (8, 3)))
+    page.get_by_role("tab", name="Traffic").click()
+    page.get_by_label("Random walkers").fill("7")
+    page.keyboard.press("Tab")
+    now = scenario(page)
+    page.wait_for_timeout(300)
+    link = page.url
+    page.reload()
+    page.wait_for_selector("#status >> text=found")
+    assert scenario(page) == now
+    other = browser.new_context()
+    try:
+        fresh = other.new_page()
+        arrive(fresh, link)
+        fresh.get_by_role("tab", name="Traffic").click()
+        assert fresh.get_by_label("Random walkers").input_value() == "7"
+    finally:
+        other.close()
+
+
+def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
+    page.locator("#layers label").filter(has_text="Luciferin").click()
+    page.keyboard.press("m")
+    page.keyboard.press("+")
+    page.keyboard.press("r")
+    page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
+    page.keyboard.press("Space")
+    zoom = page.inner_text("#zoom output")
+    tick = page.inner_text("#status dd >> nth=0")
+    page.wait_for_timeout(500)
+    page.reload()
+    page.wait_for_selector(f"#status dd >> text={tick}")
+    assert page.inner_text("#zoom output") == zoom
+    assert page.locator("#layers label").filter(has_text="Luciferin").locator("input").is_checked()
+
+
+@pytest.mark.skipif("edits" not in ScenarioFile.model_fields, reason="scenarios have no edits yet")
+def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any) -> None:
+    page.keyboard.press("r")
+    page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
+    page.keyboard.press("b")
+    page.mouse.move(*at(page, (24, 22)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (24, 24)), steps=3)
+    page.mouse.up()
+    (edit,) = scenario(page)["edits"]
+    assert edit["tick"] > 4, "what was driven stays"
+    page.wait_for_selector("#timeline >> text=/ \\d+/")
+    page.keyboard.press("Home")
+    page.keyboard.press("Control+z")
+    assert scenario(page)["edits"] == []
+
+
+def test_files_become_maps_or_a_sentence(page: Any, tmp_path: Path) -> None:
+    rows = [b"\xfe" * 20 if y != 5 else b"\x00" * 15 + b"\xfe" * 5 for y in range(12)]
+    (tmp_path / "hall.pgm").write_bytes(b"P5 20 12 255\n" + b"".join(rows))
+    (tmp_path / "hall.yaml").write_text(
+        "image: hall.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    (tmp_path / "bad.png").write_bytes(b"nothing of a picture")
+    (tmp_path / "case.yaml").write_text("version: 1\nmap: guide\nseed: 5\nplanner: a-star\n")
+    files = page.locator("#library input[type=file]")
+    files.set_input_files([tmp_path / "hall.yaml", tmp_path / "hall.pgm"])
+    page.wait_for_selector("#where >> text=20 × 12, 0.05 m a cell")
+    files.set_input_files([tmp_path / "bad.png"])
+    page.wait_for_selector(".note.bad >> text=bad.png")
+    assert "Traceback" not in page.inner_text("body")
+    assert "20 × 12" in page.inner_text("#where"), "what was there stays"
+    files.set_input_files([tmp_path / "case.yaml"])
+    page.wait_for_selector("#where >> text=guide")
+    now = scenario(page)
+    assert (now["map"], now["seed"], now["planner"]) == ("guide", 5, {"name": "a-star", "settings": {}})
+
+
+def test_two_fingers_pinch_and_paint_nothing(page: Any) -> None:
+    box = page.locator("#map").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    device = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *points: tuple[float, float]) -> None:
+        told = [{"x": px, "y": py, "id": k} for k, (px, py) in enumerate(points)]
+        device.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": told})
+
+    page.keyboard.press("b")
+    before = page.inner_text("#zoom output")
+    touch("touchStart", (x - 20, y))
+    touch("touchStart", (x - 20, y), (x + 20, y))
+    for k in range(1, 6):
+        touch("touchMove", (x - 20 - 8 * k, y), (x + 20 + 8 * k, y))
+    touch("touchEnd")
+    page.wait_for_timeout(100)
+    assert page.inner_text("#zoom output") != before
+    page.keyboard.press("v")
+    assert not page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft') ?? '{}').edits?.length")
+    page.keyboard.press("0")
+    assert page.inner_text("#zoom output") == before
+
+
+def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with app(port, tmp_path) as address:
+        arrive(tab, address)
+    tab.keyboard.press("b")
+    tab.mouse.move(*at(tab, (5, 40)))
+    tab.mouse.down()
+    tab.mouse.move(*at(tab, (9, 40)))
+    tab.mouse.up()
+    tab.wait_for_selector("#gone >> text=kept")
+    drawn = scenario(tab)["edits"]
+    assert drawn
+    with app(port, tmp_path) as address:
+        tab.goto(address)
+        tab.wait_for_selector("#gone", state="hidden")
+        assert scenario(tab)["edits"] == drawn
+        tab.wait_for_timeout(300)
+        assert address.split("#")[1] in tab.url, "the address has the new token"

@@ -1,0 +1,190 @@
+"""Settings, comparison, tour and steps in a browser, as a person uses them. Skipped without chromium."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+SOON = 30_000
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Of an app of its own."""
+    code = "from lampyris.app.run import run_app; run_app('env-3', browser=False)"
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as server:
+        try:
+            assert server.stdout is not None
+            found = re.search(r"http://\S+", server.stdout.readline())
+            assert found
+            yield found[0]
+        finally:
+            server.terminate()
+            server.wait(20)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with driver.sync_playwright() as started:
+        made = started.chromium.launch(
+            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
+        )
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def page(browser: Any, address: str) -> Iterator[Any]:
+    """The page in a browser that was never here; whatever it complains of fails the test."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    tab = context.new_page()
+    wrong: list[str] = []
+    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
+    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
+    tab.set_default_timeout(SOON)
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    tab.wait_for_selector("#status >> text=found")
+    yield tab
+    context.close()
+    assert not wrong
+
+
+def scenario(page: Any) -> dict[str, Any]:
+    """What the browser keeps as its draft, once it keeps it."""
+    page.wait_for_timeout(400)
+    found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
+    return found
+
+
+def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
+    page.click("#tab-settings")
+    page.click("#settings .planner .settings summary")
+    nt = page.get_by_label("nt", exact=True)
+    nt.fill("12")
+    nt.press("Tab")
+    assert scenario(page)["planner"] == {"name": "ad-gso", "settings": {"nt": 12}}
+    nt.fill("0")
+    nt.press("Tab")
+    assert nt.get_attribute("aria-invalid") == "true"
+    assert "1 to 10000" in page.inner_text("#settings .planner .settings")
+    assert scenario(page)["planner"]["settings"] == {"nt": 12}
+    nt.fill("10")
+    nt.press("Tab")
+    assert scenario(page)["planner"]["settings"] == {}, "defaults are not written down"
+    page.locator("#settings .planner select").first.select_option("gso")
+    assert scenario(page)["planner"] == {"name": "gso", "settings": {}}
+    page.get_by_role("button", name="Undo").click()
+    assert scenario(page)["planner"]["name"] == "ad-gso"
+    assert page.get_by_label("nt", exact=True).input_value() == "10"
+
+
+def test_a_rule_of_a_law_opens_its_own_settings(page: Any) -> None:
+    page.click("#tab-settings")
+    page.click("#settings .law .settings summary")
+    page.get_by_label("approach", exact=True).check()
+    page.get_by_label("distance", exact=True).fill("2.5")
+    page.keyboard.press("Tab")
+    law = scenario(page)["law"]
+    assert law == {"name": "physical", "settings": {"approach": "on", "approach.distance": 2.5}}
+    page.get_by_label("approach", exact=True).uncheck()
+    assert scenario(page)["law"] == {"name": "physical", "settings": {}}
+
+
+def test_three_planners_meet_and_the_clock_is_the_longest_run_s(page: Any) -> None:
+    page.click("#tab-traffic")
+    page.get_by_label("Random walkers").fill("5")
+    page.keyboard.press("Tab")
+    page.click("#tab-compare")
+    page.get_by_label("seeds", exact=True).fill("2")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.wait_for_selector("#compare table.measures")
+    heads = page.locator("#compare table.measures thead th").all_inner_texts()
+    assert [text.strip() for text in heads] == ["ad-gso", "astar", "dstar-lite"]
+    row = page.locator("#compare table.measures tr", has_text="cost (cells)").locator("td")
+    values = [float(text.split()[0]) for text in row.all_inner_texts()]
+    stars = [k for k, text in enumerate(row.all_inner_texts()) if "best" in text]
+    assert stars == [k for k, value in enumerate(values) if value == min(values)]
+    assert page.locator("#compare figure.bars").count() == 3
+    page.get_by_role("button", name="Side by side").click()
+    assert page.locator(".mosaic canvas").count() == 3
+    page.get_by_role("button", name="Leave", exact=True).click()
+    assert page.locator(".mosaic canvas").count() == 0
+
+
+TALLIES = {
+    3: "Table 4.2: 77 of 78 printed numbers ✓, 1 ≈ (digits cut off).",
+    4: "Table 4.2: 70 of 77 pointers of free cells ✓, 7 with row and column the wrong way round.",
+    6: "Table 4.3: 12 of 13 printed numbers ✓, 1 ≠.",
+    7: "Table 4.4: 9 of 9 printed numbers ✓.",
+    8: "Table 4.5: 0 of 7 printed numbers ✓, 7 ≠.",
+    9: "Table 4.6: 0 of 8 printed numbers ✓, 8 ≠.",
+}
+"""What ``lampyris reproduce`` finds of these tables, step by step."""
+
+
+def test_the_tour_reproduces_the_tables_and_gives_back_what_was_there(page: Any) -> None:
+    before = scenario(page)
+    page.click("#tab-learn")
+    page.get_by_role("button", name="Begin the tour").click()
+    for step in range(1, 11):
+        page.wait_for_selector(f"text=Step {step} of 10")
+        if step in TALLIES:
+            assert page.inner_text(".tour .tally") == TALLIES[step]
+        if step < 10:
+            page.keyboard.press("ArrowRight") if step > 1 else page.get_by_role("button", name="Next").click()
+    assert "4 + 6 × 1.4 = 12.4" in page.inner_text(".tour")
+    assert scenario(page)["map"] == "guide"
+    page.get_by_role("button", name="Leave the tour").click()
+    page.wait_for_selector("#where >> text=env-3")
+    assert scenario(page) == before
+
+
+def test_a_tour_that_is_cut_short_gives_it_back_too(page: Any, address: str) -> None:
+    before = scenario(page)
+    page.click("#tab-learn")
+    page.get_by_role("button", name="Begin the tour").click()
+    page.wait_for_selector("text=Step 1 of 10")
+    assert scenario(page)["map"] == "guide"
+    page.reload()
+    page.wait_for_selector("#where >> text=env-3")
+    page.wait_for_selector("#status >> text=found")
+    assert {**scenario(page), "edits": []} == {**before, "edits": []}
+
+
+def test_steps_are_the_record_of_the_plan(page: Any) -> None:
+    page.click("#tab-learn")
+    page.get_by_role("button", name="Show its steps").click()
+    page.wait_for_selector("text=Ring 1:")
+    assert page.locator(".slow table tbody tr").count() > 0
+    for _ in range(6):
+        if "is chosen" in page.inner_text(".slow"):
+            break
+        page.keyboard.press("ArrowRight")
+    shares = [float(text) for text in page.locator(".slow table tbody tr td:last-child").all_inner_texts()]
+    assert abs(sum(shares) - 1.0) < 0.001
+    assert float(page.inner_text(".slow tr.chosen td:last-child")) == max(shares)
+    page.keyboard.press("Escape")
+    assert page.get_by_role("button", name="Show its steps").is_visible()
+
+
+def test_a_scenario_file_is_saved_under_its_name(page: Any, tmp_path: Path) -> None:
+    page.click("#tab-keep")
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Scenario", exact=True).click()
+    file = waiting.value
+    assert file.suggested_filename == "env-3-ad-gso-seed-0.yaml"
+    file.save_as(tmp_path / "kept.yaml")
+    assert "planner" in (tmp_path / "kept.yaml").read_text()

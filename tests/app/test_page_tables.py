@@ -1,0 +1,98 @@
+"""What the page says again in its own files is what the package says."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from dataclasses import fields
+from importlib.resources import files
+from typing import Any
+
+from lampyris.maps.scenario import PRESETS
+from lampyris.model.moves import MOVES
+from lampyris.model.robot import Robot
+from lampyris.reproduce import data
+from lampyris.study.measures import ALL
+
+STATIC = files("lampyris.app").joinpath("static")
+
+
+def source(name: str) -> str:
+    """A file of the page."""
+    return STATIC.joinpath(name).read_text(encoding="utf-8")
+
+
+def printed() -> dict[str, Any]:
+    """Tables 4.2 to 4.6 of the worked example as ``printed.json`` has them."""
+    field: list[Any] = [None] * 100
+    for row in data.rows("4.2"):
+        x, y = data.cell(row["cell"])
+        pointer = list(data.cell(row["back_pointer"])) if row["back_pointer"] else None
+        field[10 * y + x] = [row["luciferin"], pointer]
+    claims = files("lampyris.reproduce").joinpath("data/claims.csv").read_text(encoding="utf-8")
+    said = {row["id"]: row["printed"] for row in csv.DictReader(claims.splitlines())}
+    own = next(row for row in data.rows("4.10") if row["method"] == "ad-gso")
+    return {
+        "field": field,
+        "walk": [iteration(table) for table in ("4.3", "4.4", "4.5", "4.6")],
+        "whole": {
+            "iterations": said["guide-iterations"],
+            "gates": said["guide-gates"],
+            "cost": said["guide-cost"],
+            "table_cost": own["path_cost"],
+        },
+    }
+
+
+def iteration(table: str) -> dict[str, Any]:
+    """One of the tables of the walk."""
+    rows = data.rows(table)
+    head = {row["name"]: row["printed"] for row in rows if row["part"] == "header"}
+    accepted: dict[str, dict[str, str]] = {}
+    for row in rows:
+        if row["part"] == "accepted":
+            accepted.setdefault(row["index"], {})[row["name"]] = row["printed"]
+    return {
+        "table": table,
+        "current": list(data.cell(head["current"])),
+        "next": list(data.cell(head["next"])) if "next" in head else None,
+        "accepted": [[*data.cell(one["cell"]), one["probability"]] for one in accepted.values()],
+        "path": [list(data.cell(row["printed"])) for row in rows if row["part"] == "path"],
+    }
+
+
+def test_printed_tables_are_the_packaged_ones() -> None:
+    assert json.loads(source("printed.json")) == printed()
+
+
+def test_measures_are_those_of_studies() -> None:
+    table = re.search(r"export const MEASURES = \[(.*?)\n\];", source("measures.js"), re.DOTALL)
+    assert table
+    rows = re.findall(r'\["(\w+)", "([^"]+)", "(\w*)", (\d+)\]', table[1])
+    assert len(rows) == len(table[1].strip().splitlines()) > 15
+    for name, title, better, scale in rows:
+        measure = ALL[name]
+        assert better == measure.better, name
+        if name == "plan_s":
+            # Seconds there; a plan of the page takes milliseconds.
+            assert (title, float(scale)) == ("planning (ms)", 1000 * measure.scale)
+        else:
+            assert (title, float(scale)) == (measure.title, measure.scale)
+
+
+def test_presets_and_moves_are_the_scenario_file_s() -> None:
+    text = source("settings.js")
+    said = re.findall(r'(\w+): \{\s+moves: "(\w+)", law: "(\w+)"', text)
+    assert {name: (moves, law) for name, moves, law in said} == PRESETS
+    table = re.search(r"const MOVES = \{(.*?)\};", text, re.DOTALL)
+    assert table
+    assert set(re.findall(r"(\w+): \"\1:", table[1])) == set(MOVES)
+
+
+def test_robot_s_fields_have_the_robot_s_defaults() -> None:
+    rows = re.findall(r'limit\("(\w+)", "[^"]+", "[^"]+", ([\w.]+), ([\w.-]+),', source("settings.js"))
+    table = source("settings.js").split("const ROBOT = [")[1].split("];")[0]
+    own = [row for row in rows if f'limit("{row[0]}"' in table]
+    said = {name: None if value == "null" else float(value) for name, value, _ in own[: len(fields(Robot))]}
+    assert said == {f.name: f.default for f in fields(Robot)}

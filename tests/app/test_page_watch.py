@@ -1,0 +1,159 @@
+"""Timeline, charts, status, layers and hover in a browser, as a person uses them; not without chromium."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+SOON = 30_000
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Of an app of its own."""
+    code = "from lampyris.app.run import run_app; run_app('env-3', browser=False)"
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as server:
+        try:
+            assert server.stdout is not None
+            found = re.search(r"http://\S+", server.stdout.readline())
+            assert found
+            yield found[0]
+        finally:
+            server.terminate()
+            server.wait(20)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with driver.sync_playwright() as started:
+        made = started.chromium.launch(
+            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
+        )
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def page(browser: Any, address: str) -> Iterator[Any]:
+    """The page in a browser that was never here; whatever it complains of fails the test."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    tab = context.new_page()
+    wrong: list[str] = []
+    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
+    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
+    tab.set_default_timeout(SOON)
+    tab.goto(address)
+    tab.wait_for_selector("#status >> text=found")
+    yield tab
+    context.close()
+    assert not wrong
+
+
+def fact(page: Any, name: str) -> str:
+    """What the status says of something."""
+    row = page.locator("#status dt", has_text=re.compile(f"^{re.escape(name)}$")).locator("+ dd")
+    return str(row.inner_text())
+
+
+def run_to_its_end(page: Any) -> int:
+    """Play it as fast as it goes; its last tick."""
+    page.get_by_label("Speed of play").select_option("16")
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.wait_for_selector("#status >> text=arrived at the goal")
+    page.get_by_role("button", name="Play again").wait_for()
+    shown = re.fullmatch(r"(\d+) / (\d+)", page.inner_text(".tl-where"))
+    assert shown
+    assert shown[1] == shown[2]
+    return int(shown[2])
+
+
+def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
+    last = run_to_its_end(page)
+    assert fact(page, "Outcome") == "arrived"
+    slider = page.get_by_role("slider", name="Moment")
+    assert slider.get_attribute("aria-valuemax") == str(last)
+    now = lambda: int(slider.get_attribute("aria-valuenow"))  # noqa: E731
+    slider.focus()
+    moves = [("Home", 0), ("ArrowRight", 1), ("ArrowRight", 2), ("Shift+ArrowRight", 12), ("ArrowLeft", 11)]
+    for key, tick in [*moves, ("End", last), ("[", last), ("Home", 0), ("]", last), ("Home", 0)]:
+        page.keyboard.press(key)
+        assert now() == tick, key
+        assert slider.get_attribute("aria-valuetext") == f"tick {tick} of {last}"
+    page.wait_for_selector("#status >> text=stands at the start")
+    box = slider.bounding_box()
+    y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + 0.9 * box["width"], y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.25 * box["width"], y, steps=5)
+    page.mouse.up()
+    assert abs(now() - 0.25 * last) <= 1
+    plot = page.locator("#charts .u-over").first
+    box = plot.bounding_box()
+    plot.click(position={"x": 0.75 * box["width"], "y": 20})
+    assert abs(now() - 0.75 * last) <= 1
+    head = page.locator("#charts .ch-head-line").first.bounding_box()
+    assert abs(head["x"] + 1 - (box["x"] + 0.75 * box["width"])) < 1.5 * box["width"] / last
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.get_by_role("button", name="Play again").wait_for()
+    assert now() == last
+
+
+def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
+    charts = page.locator("#charts")
+    assert page.inner_text("#charts .ch-legend").split() == ["limit", "start", "goal"]
+    run_to_its_end(page)
+    for of in ("Run", "Plan"):
+        for over in ("Time", "Way"):
+            charts.get_by_role("button", name=of, exact=True).click()
+            charts.get_by_role("button", name=over, exact=True).click()
+            box = page.locator("#charts .u-over").first.bounding_box()
+            page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 30)
+            said = page.inner_text("#charts figcaption >> nth=0")
+            unit = {"Time": "tick" if of == "Run" else "s", "Way": "m"}[over]
+            assert re.search(rf"\b{unit}\b", said.partition(":")[0]), said
+            assert said.endswith("1 m/s, limit")
+    assert page.locator("#charts .ch-head-line:visible").count() == 0, "a plan has no moment"
+
+
+def test_layers_have_their_ends_told(page: Any) -> None:
+    for name, low in [("Cost", "0 cells, at the goal"), ("Clearance", "m, tight"), ("Expanded", "1, first")]:
+        page.get_by_role("radio", name=name).check()
+        page.wait_for_selector(f".ly-ends >> text={low}")
+    assert page.locator(".ly-order").is_visible()
+    page.get_by_role("radio", name="None").check()
+    assert not page.locator(".ly-legend").is_visible()
+    page.click("#tab-traffic")
+    page.get_by_label("Random walkers").fill("9")
+    page.keyboard.press("Tab")
+    page.get_by_role("radio", name="Reach").check()
+    run_to_its_end(page)
+    page.wait_for_selector(".ly-ends >> text=0 ticks, soon")
+    assert fact(page, "Obstacles") == "9"
+
+
+def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:
+    box = page.locator("#map").bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.wait_for_selector("#hover >> text=Luciferin")
+    said = page.inner_text("#hover")
+    assert re.search(r"\(\d+, \d+\)", said)
+    assert "Cost to the goal" in said
+    seen = set()
+    for k in range(60):
+        page.mouse.move(box["x"] + box["width"] * (0.3 + 0.4 * k / 60), box["y"] + 0.45 * box["height"])
+        page.wait_for_timeout(30)
+        seen |= set(re.findall(r"Speed\s+(\S+ m/s: \w+)", page.inner_text("#hover")))
+    assert "1 m/s: limit" in seen
+    page.mouse.move(box["x"] + 5, box["y"] + box["height"] + 40)
+    assert not page.locator("#hover").is_visible()
