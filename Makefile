@@ -46,6 +46,7 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports
 
 unit: $(VENV)/.dev
+	@tools/browser.sh
 	$(BIN)/python -m pytest -q -n auto -m "not nightly"
 
 check-nightly: $(VENV)/.dev

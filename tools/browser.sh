@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Chromium and node for the tests of the page, from the distribution. Without them those tests say that they were skipped.
+set -uo pipefail
+missing=()
+for one in chromium:chromium node:nodejs; do
+  command -v "${one%%:*}" >/dev/null || missing+=("${one##*:}")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+echo "installing ${missing[*]} ..."
+if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+  { apt-get install -y -qq "${missing[@]}" || { apt-get update -qq && apt-get install -y -qq "${missing[@]}"; }; } >/dev/null 2>&1 && exit 0
+fi
+echo "could not install ${missing[*]}: tests of the page in a browser will be skipped (apt-get install ${missing[*]})" >&2
