@@ -266,9 +266,9 @@ def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
     page.keyboard.press("r")
     page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
     page.keyboard.press("Space")
+    page.wait_for_timeout(700)  # it stands still, and the address says so
     zoom = page.inner_text("#zoom output")
     tick = page.inner_text("#status dd >> nth=0")
-    page.wait_for_timeout(500)
     page.reload()
     page.wait_for_selector(f"#status dd >> text={tick}")
     assert page.inner_text("#zoom output") == zoom
