@@ -66,16 +66,21 @@ def tab(browser: Any) -> Iterator[Any]:
 
 
 @pytest.fixture
-def page(tab: Any, address: str) -> Iterator[Any]:
+def wrong() -> list[str]:
+    """What the page complains of. A test that asks for what is refused takes that out."""
+    return []
+
+
+@pytest.fixture
+def page(tab: Any, address: str, wrong: list[str]) -> Iterator[Any]:
     """The page; whatever it complains of, or asks of another machine, fails the test."""
-    wrong: list[str] = []
     home = address.split("#")[0]
     tab.on("pageerror", lambda fault: wrong.append(str(fault)))
     tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
     tab.on("request", lambda asked: wrong.append(asked.url) if foreign(asked.url, home) else None)
     arrive(tab, address)
     yield tab
-    assert not [fault for fault in wrong if "400 (Bad Request)" not in fault]
+    assert not wrong
 
 
 def foreign(url: str, home: str) -> bool:
@@ -292,7 +297,7 @@ def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any
     assert scenario(page)["edits"] == []
 
 
-def test_files_become_maps_or_a_sentence(page: Any, tmp_path: Path) -> None:
+def test_files_become_maps_or_a_sentence(page: Any, wrong: list[str], tmp_path: Path) -> None:
     rows = [b"\xfe" * 20 if y != 5 else b"\x00" * 15 + b"\xfe" * 5 for y in range(12)]
     (tmp_path / "hall.pgm").write_bytes(b"P5 20 12 255\n" + b"".join(rows))
     (tmp_path / "hall.yaml").write_text(
@@ -312,6 +317,8 @@ def test_files_become_maps_or_a_sentence(page: Any, tmp_path: Path) -> None:
     page.wait_for_selector("#where >> text=guide")
     now = scenario(page)
     assert (now["map"], now["seed"], now["planner"]) == ("guide", 5, {"name": "a-star", "settings": {}})
+    assert all("400 (Bad Request)" in fault for fault in wrong)
+    wrong.clear()
 
 
 def test_two_fingers_pinch_and_paint_nothing(page: Any) -> None:
