@@ -47,7 +47,8 @@ def test_the_planners_meet_the_same_world(tmp_path: Path) -> None:
     assert told == record(tmp_path, *GUIDE, "--no-timing")
 
 
-def test_the_table_is_for_people(tmp_path: Path) -> None:
+def test_the_table_is_for_people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
     done = compare(tmp_path, *GUIDE, "--planners", "astar, ad-gso:choice=exact:gates=ignore")
     assert (done.exit, done.err) == (0, "")
     lines = done.out.splitlines()
@@ -77,8 +78,23 @@ def test_seeds_are_averaged_and_failures_stay_in_the_count(tmp_path: Path) -> No
         assert line["cost"] == pytest.approx(sum(costs) / len(costs))
 
 
-def test_means_of_counts_have_four_digits_that_count(tmp_path: Path) -> None:
+@pytest.mark.parametrize("width", [72, 80, 100, 120])
+def test_a_narrow_terminal_has_fewer_columns_and_whole_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    done = compare(tmp_path, *ENV_3)
+    lines = done.out.splitlines()
+    assert all(len(line.rstrip()) <= width for line in lines)
+    (head,) = (line for line in lines if "planner" in line and "cost" in line)
+    assert "gap (%)" in head
+    assert "any-angle length" in head
+    assert ("no room for CPU (s)" in " ".join(done.out.split())) == ("CPU (s)" not in head)
+
+
+def test_means_of_counts_have_four_digits_that_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As the tables of studies have them: 3844 expansions, and not 3844.0."""
+    monkeypatch.setenv("COLUMNS", "120")
     words = ("env-3", "--start", "28,7", "--goal", "26,26", "--seeds", "2", "--planners", "astar,ad-gso")
     done, told = compare(tmp_path, *words), record(tmp_path, *words)["rows"]
     most = max(row["expansions"] for row in told)

@@ -189,7 +189,9 @@ def test_what_is_neither_a_file_nor_a_ready_study(folder: Path) -> None:
 
 def test_ctrl_c_keeps_what_was_done_and_says_how_to_go_on(tmp_path: Path) -> None:
     (tmp_path / "slow.yaml").write_text(SLOW)
-    words = [sys.executable, "-c", "from lampyris.cli import main; main()", "study", "slow.yaml"]
+    # A suite that runs in the background hands down that SIGINT is ignored.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    words = [sys.executable, "-c", f"{heard}; from lampyris.cli import main; main()", "study", "slow.yaml"]
     process = subprocess.Popen(
         [*words, "--workers", "1"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "COLUMNS": "100"},

@@ -368,10 +368,12 @@ def test_an_address_that_is_none_is_refused() -> None:
 # ---- ends from outside --------------------
 
 SCRIPT = """
-import json, sys
+import json, signal, sys
 from lampyris.study.run import run
 from lampyris.study.where import Where
 from tests.study import study_hands as hands
+# A suite in the background hands down that it is ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 def sink(rows):
     for row in rows:
         print(row.key, row.metrics["pid"], flush=True)

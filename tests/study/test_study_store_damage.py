@@ -469,7 +469,7 @@ def test_a_repair_that_is_killed_loses_nothing(
         store_new.sync_folder,
     )
     counted(
-        "lampyris.study.repair.Hold.start",
+        "lampyris.study.store_lock.Hold.start",
         store_lock.Hold.start,
     )
     with pytest.raises(Killed):

@@ -46,6 +46,8 @@ COLUMNS: tuple[Column, ...] = (
     ("cpu_s", "CPU (s)", 1.0, 3),
 )
 """Name of a metric, heading, factor and digits of each column behind the first ones."""
+LESSER = ("cpu_s", "cost_to_go", "speed_mean", "turns", "expansions")
+"""Columns that are left out where the terminal is narrow, in this order."""
 
 
 @dataclass(frozen=True)
@@ -291,13 +293,37 @@ def _digits(lines: Sequence[Line], column: Column, several: bool) -> int | None:
 
 def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> None:
     """The table, what it is of, and why runs have no result."""
-    world, several = study.worlds[0], len(study.seeds) > 1
-    grid, by_law = world.ground.grid, len(study.laws) > 1
     hidden = "ticks" if study.kind == "plan" else "time_s"
-    left_out = (hidden, "" if by_law else "speed_mean")
+    left_out = (hidden, "" if len(study.laws) > 1 else "speed_mean")
     columns = [
         c for c in COLUMNS if c[0] not in left_out and any(line.mean(c[0]) is not None for line in lines)
     ]
+    tab = _tab(study, lines, metric, columns, ())
+    gone: list[str] = []
+    for name in LESSER:
+        if study_show.fits(tab):
+            break
+        gone += [c[1] for c in columns if c[0] == name]
+        columns = [c for c in columns if c[0] != name]
+        tab = _tab(study, lines, metric, columns, gone)
+    study_show.tab(tab)
+    reasons: dict[str, list[str]] = {}
+    for line in lines:
+        for why in dict.fromkeys(row.error for row in line.rows if row.error):
+            reasons.setdefault(why, []).append(line.planner.called)
+    for why, whose in reasons.items():
+        print(f"{', '.join(dict.fromkeys(whose))}: {why}")
+    for file in (out.picture, out.csv):
+        if file is not None:
+            print(f"wrote {file}")
+
+
+def _tab(
+    study: Study, lines: Sequence[Line], metric: str, columns: Sequence[Column], gone: Sequence[str]
+) -> Tab:
+    """The table of these columns; ``gone``: those that there is no room for."""
+    world, several = study.worlds[0], len(study.seeds) > 1
+    grid, by_law = world.ground.grid, len(study.laws) > 1
     rows = tuple(
         (
             line.planner.called,
@@ -316,7 +342,9 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
         )
     elif any(line.planner.name in ANY_ANGLE for line in lines):
         notes.append("in ticks any-angle planners are driven by the walk by cells along their lines")
-    tab = Tab(
+    if gone:
+        notes.append(f"no room for {', '.join(gone)}: --json, or a wider terminal")
+    return Tab(
         "compare",
         f"{grid.name or 'map'}, {world.query}, {grid.width} x {grid.height} cells of {grid.resolution:g} m, "
         f"{study.moves} moves, obstacles: {_moving(study)}"
@@ -326,16 +354,6 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
         "; ".join(notes),
         digits=(None,) * (2 + by_law) + tuple(_digits(lines, c, several) for c in columns),
     )
-    study_show.tab(tab)
-    reasons: dict[str, list[str]] = {}
-    for line in lines:
-        for why in dict.fromkeys(row.error for row in line.rows if row.error):
-            reasons.setdefault(why, []).append(line.planner.called)
-    for why, whose in reasons.items():
-        print(f"{', '.join(dict.fromkeys(whose))}: {why}")
-    for file in (out.picture, out.csv):
-        if file is not None:
-            print(f"wrote {file}")
 
 
 def _record(study: Study, lines: Sequence[Line], metric: str, timing: bool, seconds: float) -> dict[str, Any]:

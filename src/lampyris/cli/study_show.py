@@ -202,6 +202,13 @@ def console_for_tables() -> Console:
     return console if known else Console(highlight=False, width=WIDTH)
 
 
+def fits(one: Tab) -> bool:
+    """Whether a table's lines are short enough for the terminal."""
+    rows = (one.header, *one.texts())
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return sum(widths) + 3 * (len(widths) - 1) + 2 <= console_for_tables().width
+
+
 def tab(one: Tab, console: Console | None = None) -> None:
     """A table for people."""
     console = console or console_for_tables()

@@ -130,7 +130,9 @@ def words(cause: Sequence[str]) -> tuple[list[str], NDArray[np.int16]]:
 
 
 def said(plain: Mapping[str, Any], numbers: NDArray[Any], name: str = "words") -> tuple[str, ...]:
-    words = [str(word) for word in plain[name]]
+    words = plain[name]
+    if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+        raise wrong(f"{name} of another kind", "a list of words")
     if len(numbers) and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(words):
         raise wrong(f"a number of a word out of {len(words)}", "0 to the number of words less one")
     return tuple(words[k] for k in numbers.tolist())
