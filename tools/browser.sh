@@ -8,6 +8,6 @@ done
 [ ${#missing[@]} -eq 0 ] && exit 0
 echo "installing ${missing[*]} ..."
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-  { apt-get install -y -qq "${missing[@]}" || { apt-get update -qq && apt-get install -y -qq "${missing[@]}"; }; } >/dev/null 2>&1 && exit 0
+  { timeout 240 apt-get install -y -qq "${missing[@]}" || { timeout 120 apt-get update -qq && timeout 240 apt-get install -y -qq "${missing[@]}"; }; } >/dev/null 2>&1 && exit 0
 fi
 echo "could not install ${missing[*]}: tests of the page in a browser will be skipped (apt-get install ${missing[*]})" >&2
