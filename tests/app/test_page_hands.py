@@ -2,57 +2,24 @@
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
 import socket
-import subprocess
-import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.app.page_browser import SOON, app, needs_chromium
 
 from lampyris.maps.scenario_file import ScenarioFile
 
-driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-SOON = 30_000
-
-
-@contextmanager
-def app(port: int, home: Path) -> Iterator[str]:
-    """An app of its own; its address."""
-    code = f"from lampyris.app.run import run_app; run_app(None, port={port}, browser=False)"
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "XDG_DATA_HOME": str(home)}
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as server:
-        try:
-            assert server.stdout is not None
-            found = re.search(r"http://\S+", server.stdout.readline())
-            assert found
-            yield found[0]
-        finally:
-            server.kill()
-            server.wait(20)
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = needs_chromium
 
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with app(0, tmp_path_factory.mktemp("home")) as found:
+    with app(tmp_path_factory.mktemp("home")) as found:
         yield found
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with driver.sync_playwright() as started:
-        made = started.chromium.launch(
-            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
-        )
-        yield made
-        made.close()
 
 
 @pytest.fixture
@@ -349,7 +316,7 @@ def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> Non
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with app(port, tmp_path) as address:
+    with app(tmp_path, port=port) as address:
         arrive(tab, address)
     tab.keyboard.press("b")
     tab.mouse.move(*at(tab, (5, 40)))
@@ -359,7 +326,7 @@ def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> Non
     tab.wait_for_selector("#gone >> text=kept")
     drawn = scenario(tab)["edits"]
     assert drawn
-    with app(port, tmp_path) as address:
+    with app(tmp_path, port=port) as address:
         tab.goto(address)
         tab.wait_for_selector("#gone", state="hidden")
         assert scenario(tab)["edits"] == drawn

@@ -2,64 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
-import subprocess
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.app.page_browser import needs_chromium
 
-driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-SOON = 30_000
-
-
-@pytest.fixture(scope="module")
-def address() -> Iterator[str]:
-    """Of an app of its own."""
-    code = "from lampyris.app.run import run_app; run_app('env-3', browser=False)"
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as server:
-        try:
-            assert server.stdout is not None
-            found = re.search(r"http://\S+", server.stdout.readline())
-            assert found
-            yield found[0]
-        finally:
-            server.terminate()
-            server.wait(20)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with driver.sync_playwright() as started:
-        made = started.chromium.launch(
-            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
-        )
-        yield made
-        made.close()
-
-
-@pytest.fixture
-def page(browser: Any, address: str) -> Iterator[Any]:
-    """The page in a browser that was never here; whatever it complains of fails the test."""
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    tab = context.new_page()
-    wrong: list[str] = []
-    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
-    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
-    tab.set_default_timeout(SOON)
-    tab.goto(address)
-    tab.wait_for_selector("body.ready")
-    tab.wait_for_selector("#status >> text=found")
-    yield tab
-    context.close()
-    assert not wrong
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = needs_chromium
 
 
 def scenario(page: Any) -> dict[str, Any]:

@@ -1,0 +1,45 @@
+"""A browser, an app on env-3 and its page, for whoever asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from tests.app.page_browser import CHROMIUM, SOON, app
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Of an app of its own."""
+    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium, without a window."""
+    driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with driver.sync_playwright() as started:
+        made = started.chromium.launch(
+            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
+        )
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def page(browser: Any, address: str) -> Iterator[Any]:
+    """The page in a browser that was never here; whatever it complains of fails the test."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    tab = context.new_page()
+    wrong: list[str] = []
+    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
+    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
+    tab.set_default_timeout(SOON)
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    tab.wait_for_selector("#status >> text=found")
+    yield tab
+    context.close()
+    assert not wrong
