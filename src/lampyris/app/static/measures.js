@@ -70,7 +70,7 @@ function planSeconds(end) {
 
 /** Which of some numbers are best; none where all are the same. @param {Array<Told | undefined>} some @param {string} better */
 export function best(some, better) {
-  const values = some.map((one) => one?.value).filter((v) => v !== undefined).map((v) => (better === "less" ? -v : v));
+  const values = some.flatMap((one) => (one ? [better === "less" ? -one.value : one.value] : []));
   const top = Math.max(...values);
   if (!better || values.length < 2 || values.every((v) => same(v, top))) return some.map(() => false);
   return some.map((one) => one !== undefined && same(better === "less" ? -one.value : one.value, top));
