@@ -78,7 +78,8 @@ def main() -> int:
             print(f"{name:7} {s.key}: {s.before:.3g} -> {s.after:.3g} ({s.factor:.2f} times)")
     same = len(found) - len(worse) - len(better)
     print(
-        f"{len(found)} figures in both: {len(worse)} worse, {len(better)} better, {same} within {given.worse:g} times"
+        f"{len(found)} figures in both: {len(worse)} worse, {len(better)} better, "
+        f"{same} within {given.worse:g} times"
     )
     if alone:
         print(f"{len(alone)} in one record alone: {', '.join(alone[:5])}{' ...' if len(alone) > 5 else ''}")

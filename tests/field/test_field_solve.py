@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SceneError, SettingError
+from lampyris.field import waves
 from lampyris.field.solve import solve, solve_field
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
@@ -240,3 +241,22 @@ solve(np.ones((50, 50), dtype=bool), MOVES["octile"], (3, 3))
 sys.exit(any(m in sys.modules for m in ("numba", "scipy", "matplotlib")))
 """
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("name", ["four", "dissertation", "sixteen"])
+def test_heads_and_windows_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Step sets of a caller's own go through windows; on those that have heads both give the same bytes."""
+    rng = np.random.default_rng(23)
+    for k in range(60):
+        free, goal = _draw(rng, 40)
+        stop = (int(rng.integers(free.shape[1])), int(rng.integers(free.shape[0]))) if k % 2 else None
+        by_heads = solve(free, MOVES[name], goal, stop=stop)
+        monkeypatch.setattr(waves, "_BY_HEADS", set())
+        by_windows = solve(free, MOVES[name], goal, stop=stop)
+        monkeypatch.undo()
+        settled = by_windows.exact >= 0
+        np.testing.assert_array_equal(by_heads.exact[settled], by_windows.exact[settled])
+        np.testing.assert_array_equal(by_heads.step[settled], by_windows.step[settled])
+        np.testing.assert_array_equal(by_heads.luciferin[settled], by_windows.luciferin[settled])
+        if stop is None:
+            np.testing.assert_array_equal(by_heads.exact, by_windows.exact)

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.field.frame import AHEAD, SCRATCH, WEIGHS_MOST, Frame
-from lampyris.kernels import descent, wavefront, weighted
+from lampyris.kernels import descent, heads, wavefront, weighted
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
 from lampyris.typing import BoolGrid, ByteGrid, Floats
 
 _EIGHT = MOVES["octile"].offsets
+_BY_HEADS = {
+    (MOVES[name].offsets, MOVES[name].corner_cutting) for name in ("four", "dissertation", "sixteen")
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +53,15 @@ class Wave:
         """
         moves = self.moves
         a, b = moves.unit, moves.diagonal
-        if not self._two_prices or not a < b <= 2 * a:
-            return self._ripple()
-        if moves.corner_cutting and self.frame.dtype is np.int32:
-            return self._two_heads()
-        return self._windows()
+        if (
+            self.frame.dtype is np.int32
+            and (moves.offsets, moves.corner_cutting) in _BY_HEADS
+            and self._one_price_a_length
+        ):
+            return self._by_heads()
+        if self._two_prices and a < b <= 2 * a:
+            return self._windows()
+        return self._ripple()
 
     def run_over(self, terrain: ByteGrid) -> int:
         """Fill the maps over terrain; how many cells were settled, 0 if costs outgrow the frame's.
@@ -69,13 +76,13 @@ class Wave:
         # A bucket as wide as the greatest power of two in the least step; one shift finds a cost's bucket.
         shift = (TERRAIN_UNIT * prices[0]).bit_length() - 1
         ring = 1 << ((WEIGHS_MOST * max(moves.costs) >> shift) + 1).bit_length()
-        order, toll, load, weight, links, heads, near, far = SCRATCH.take(
+        order, toll, load, weight, links, firsts, near, far = SCRATCH.take(
             (n + AHEAD, np.uint32), (bench, frame.dtype), (bench, np.uint8), (n, np.uint8),
             (len(prices) * bench, np.uint32), (len(prices) * ring, np.uint32),
             (3 * frame.width, frame.dtype), (3 * frame.width, frame.dtype),
         )  # fmt: skip
         weighted.lay_out(self._rooms, terrain.ravel(), self.cost, weight, frame.width, frame.pad, frame.never)
-        room = (weight, self.cost, order, toll, load, links, heads, bench)
+        room = (weight, self.cost, order, toll, load, links, firsts, bench)
         last = (self.goal, self.stop)
         rest = (shift, ring - 1, frame.never)
         if self._two_prices:
@@ -109,16 +116,22 @@ class Wave:
         jump, side, other = (column[by] for column in self.frame.table(self.moves))
         return first, -jump, side - jump, other - jump, np.array(prices, dtype=np.int64)
 
-    def _two_heads(self) -> int:
-        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
+    def _by_heads(self) -> int:
+        """Costs level by level, for step sets of :data:`lampyris.model.moves.MOVES` in whole numbers."""
+        frame, moves, n = self.frame, self.moves, self.frame.size
         fresh, order, *levels = SCRATCH.take(
             (n, np.uint8), (n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32)
         )
         width, rows = frame.width, frame.rows
-        many = wavefront.two_heads(
-            self._rooms, self.cost, fresh, order, *levels, width, self.goal, self.stop, a, b, frame.never
-        )
-        descent.parents8(self.cost, self.step, width, rows, a, b, 0, frame.never - 1)
+        prices = sorted(set(moves.costs))
+        loop = (heads.one_head, heads.two_heads, heads.three_heads)[len(prices) - 1]
+        room = (self._rooms, self.cost, fresh, order, *levels, width, self.goal, self.stop)
+        many = loop(*room, *prices, frame.never)
+        if len(prices) == 2:
+            descent.parents8(self.cost, self.step, width, rows, *prices, 0, frame.never - 1)
+        else:
+            table = (*frame.table(moves), np.array(moves.costs, dtype=frame.dtype))
+            descent.parents(self.cost, self.step, width, rows, frame.pad, *table, frame.never - 1)
         descent.glow_levels(order, *levels, many, self.step, self._jump, self.luciferin, np.inf, *self.shares)
         return int(levels[1][many - 1])
 
@@ -164,6 +177,17 @@ class Wave:
         """Whether these are the eight steps, all straights at one price and all diagonals at another."""
         moves = self.moves
         return moves.offsets == _EIGHT and moves.costs == (moves.diagonal,) * 4 + (moves.unit,) * 4
+
+    @property
+    def _one_price_a_length(self) -> bool:
+        """Whether straights, diagonals and knight's moves rise in price and all of a length have one."""
+        moves = self.moves
+        by_length = [
+            {c for (dx, dy), c in zip(moves.offsets, moves.costs, strict=True) if dx * dx + dy * dy == square}
+            for square in (1, 2, 5)
+        ]
+        prices = [c for each in by_length for c in each]
+        return all(len(each) <= 1 for each in by_length) and prices == sorted(set(prices))
 
     @property
     def _rooms(self) -> NDArray[np.uint8]:
