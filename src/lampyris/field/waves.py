@@ -103,7 +103,7 @@ class Wave:
             weighted.parents(
                 self.cost, weight, self.step, frame.width, frame.rows, frame.pad, *table, each, self._limit
             )
-        descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        self._glow(order, count)
         return int(count)
 
     def _by_price(self, prices: list[int]) -> tuple[NDArray[np.int64], ...]:
@@ -119,47 +119,49 @@ class Wave:
     def _by_heads(self) -> int:
         """Costs level by level, for step sets of :data:`lampyris.model.moves.MOVES` in whole numbers."""
         frame, moves, n = self.frame, self.moves, self.frame.size
-        fresh, order, *levels = SCRATCH.take(
-            (n, np.uint8), (n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32)
-        )
+        order, *levels = SCRATCH.take((n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
+        # Parents come after costs: until then their memory says what is fresh.
+        fresh = self.step.view(np.uint8)
         width, rows = frame.width, frame.rows
         prices = sorted(set(moves.costs))
         loop = (heads.one_head, heads.two_heads, heads.three_heads)[len(prices) - 1]
         room = (self._rooms, self.cost, fresh, order, *levels, width, self.goal, self.stop)
         many = loop(*room, *prices, frame.never)
+        self.step.fill(-1)
         if len(prices) == 2:
             descent.parents8(self.cost, self.step, width, rows, *prices, 0, frame.never - 1)
         else:
             table = (*frame.table(moves), np.array(moves.costs, dtype=frame.dtype))
             descent.parents(self.cost, self.step, width, rows, frame.pad, *table, frame.never - 1)
-        descent.glow_levels(order, *levels, many, self.step, self._jump, self.luciferin, np.inf, *self.shares)
-        return int(levels[1][many - 1])
+        count = int(levels[1][many - 1])
+        self._glow(order, count)
+        return count
 
     def _windows(self) -> int:
         frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
-        order, toll = SCRATCH.take((2 * n + 2 + AHEAD, np.uint32), (n + 1, frame.dtype))
+        (order,) = SCRATCH.take((2 * n + 2 + AHEAD, np.uint32))
         guard = 0 if self.moves.corner_cutting else -1
         width, rows = frame.width, frame.rows
         count = wavefront.windows(
-            self._rooms, self.cost, order, toll, n + 1, width, self.goal, self.stop, a, b, guard, frame.never
+            self._rooms, self.cost, order, n + 1, width, self.goal, self.stop, a, b, guard, frame.never
         )
         descent.parents8(self.cost, self.step, width, rows, a, b, guard, self._limit)
-        descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        self._glow(order, count)
         return int(count)
 
     def _ripple(self) -> int:
         frame, n, costs = self.frame, self.frame.size, self.moves.costs
         least = self._check(costs)
         lists = (3 * n + 3 + AHEAD, np.uint32)
-        order, toll, ends = SCRATCH.take(lists, (n + 1, frame.dtype), (3, np.uint64))
+        order, ends = SCRATCH.take(lists, (3, np.uint64))
         table = (*frame.table(self.moves), np.array(costs, dtype=frame.dtype))
         width, rows, pad = frame.width, frame.rows, frame.pad
         count = wavefront.ripple(
-            self._rooms, self.cost, order, toll, ends, n + 1, *table, width, pad, self.goal, self.stop, least,
+            self._rooms, self.cost, order, ends, n + 1, *table, width, pad, self.goal, self.stop, least,
             frame.never,
         )  # fmt: skip
         descent.parents(self.cost, self.step, width, rows, pad, *table, self._limit)
-        descent.glow(order, toll, count, self.step, self._jump, self.luciferin, np.inf, *self.shares)
+        self._glow(order, count)
         return int(count)
 
     def _check(self, costs: Sequence[int]) -> int:
@@ -171,6 +173,10 @@ class Wave:
             allowed = "positive, the greatest below three times the least"
             raise SettingError("MOVES", f"costs {self.moves.costs}", allowed=allowed)
         return least
+
+    def _glow(self, order: NDArray[np.uint32], count: int) -> None:
+        """Luciferin, along parents in the order in which cells settled."""
+        descent.glow(order, count, self.cost, self.step, self._jump, self.luciferin, np.inf, *self.shares)
 
     @property
     def _two_prices(self) -> bool:

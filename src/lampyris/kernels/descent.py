@@ -96,31 +96,12 @@ def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
 
 
 @kernel(out=("luciferin",))
-def glow_levels(order, level_cost, level_end, levels, step, jump, luciferin, nothing, keep, gamma, unit):
-    """Luciferin along parents, level by level: ``luc = keep luc(parent) + gamma (cost / unit)``, 0 at the
-    goal.
+def glow(order, count, cost, step, jump, luciferin, nothing, keep, gamma, unit):
+    """Luciferin along parents: ``luc = keep luc(parent) + gamma (cost / unit)``, 0 at the goal.
 
-    Sums are formed in exactly this order, cost divided first, so that both forms agree to the last bit.
-    ``nothing`` is what cells get that were not reached.
+    ``order`` has each cell after its parent. Sums are formed in exactly this order, cost divided first, so
+    that both forms agree to the last bit. ``nothing`` is what cells get that were not reached.
     """
-    for i in range(u64(len(luciferin))):
-        luciferin[i] = nothing
-    luciferin[order[0]] = 0.0
-    begin = u64(1)
-    ahead = u64(24)
-    for level in range(1, levels):
-        share = gamma * (level_cost[level] / unit)
-        end = u64(level_end[level])
-        for i in range(begin, end):
-            fetch(luciferin, order[i + ahead] + u64(0))
-            n = order[i]
-            luciferin[n] = keep * luciferin[n + u64(jump[step[n]])] + share
-        begin = end
-
-
-@kernel(out=("luciferin",))
-def glow(order, toll, count, step, jump, luciferin, nothing, keep, gamma, unit):
-    """The same as :func:`glow_levels` where every cell has a cost of its own, in ``toll``."""
     for i in range(u64(len(luciferin))):
         luciferin[i] = nothing
     luciferin[order[0]] = 0.0
@@ -128,4 +109,4 @@ def glow(order, toll, count, step, jump, luciferin, nothing, keep, gamma, unit):
     for i in range(u64(1), u64(count)):
         fetch(luciferin, order[i + ahead] + u64(0))
         n = order[i]
-        luciferin[n] = keep * luciferin[n + u64(jump[step[n]])] + gamma * (toll[i] / unit)
+        luciferin[n] = keep * luciferin[n + u64(jump[step[n]])] + gamma * (cost[n] / unit)

@@ -67,7 +67,7 @@ def mend(
     shift : 1 << shift is at most the least that a step costs.
     hopeless, most : see above.
     never : a cost too great for ``cost``; to come to it is another reason to solve anew.
-    keep, gamma, unit : see :func:`lampyris.kernels.descent.glow_levels`.
+    keep, gamma, unit : see :func:`lampyris.kernels.descent.glow`.
     work : int64, (6,); what was done, see above.
     """
     for k in range(6):

@@ -1,7 +1,7 @@
 """Windows: cost-to-goal without a heap, for step costs too various for levels, over padded flat maps.
 
 Every map here has a border of walls, so that no loop asks whether a neighbour is on the map; a cell is its
-index in the padded map. A wavefront writes ``order``, the cells as they settle, and ``toll``, their costs.
+index in the padded map. A wavefront writes ``order``, the cells as they settle.
 
 Within a window of costs as wide as the least step the order does not matter: no step leads from the window
 into itself. As in :mod:`.heads`, a neighbour is written at the end of a list unconditionally.
@@ -17,8 +17,8 @@ from lampyris.kernels._jit import fetch, kernel, u64
 from lampyris.kernels.heads import lay_out
 
 
-@kernel(out=("cost", "order", "toll"))
-def windows(free, cost, order, toll, bench, width, goal, stop, straight, diagonal, guard, never):
+@kernel(out=("cost", "order"))
+def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, guard, never):
     """Settle every cell that can reach the goal, window by window of width ``straight``; return how many.
 
     Parameters
@@ -26,7 +26,6 @@ def windows(free, cost, order, toll, bench, width, goal, stop, straight, diagona
     free, cost, width, never : as for :func:`.heads.two_heads`; with ``stop``, cells beyond it may hold a
         cost that is no more than an upper bound.
     order : uint32, (2 n + 2,); from ``bench`` (>= n + 1) on lie cells that wait for the window after next.
-    toll : as ``cost``, (n + 1,).
     goal, stop : cells; what costs more than ``stop`` is not settled; 0 for never.
     guard : -1 if both side cells of a diagonal must be free, 0 if not.
     """
@@ -60,7 +59,6 @@ def windows(free, cost, order, toll, bench, width, goal, stop, straight, diagona
             fetch(cost, far + one)
             p = order[head]
             d = cost[p]
-            toll[head] = d
             head += one
             up = p - w
             left = p - one
@@ -117,21 +115,19 @@ def windows(free, cost, order, toll, bench, width, goal, stop, straight, diagona
             tail = t if soon else tail
             waiting = waiting if soon else t
         if stop > 0 and cost[stop] < hi:
-            return _keep(order, toll, begin, head, cost[stop])
+            return _keep(order, cost, begin, head, cost[stop])
         end = tail
         hi = hi_next
     return head
 
 
-@kernel(out=("cost", "order", "toll"))
-def ripple(
-    free, cost, order, toll, ends, bench, jump, side, other, price, width, pad, goal, stop, straight, never
-):
+@kernel(out=("cost", "order"))
+def ripple(free, cost, order, ends, bench, jump, side, other, price, width, pad, goal, stop, straight, never):
     """Settle every cell that can reach the goal by any step set, window by window; return how many.
 
     Parameters
     ----------
-    free, cost, toll, width, goal, stop, never : as for :func:`windows`.
+    free, cost, width, goal, stop, never : as for :func:`windows`.
     order : uint32, (3 n + 3,); from ``bench`` on the window after next waits, from twice ``bench`` on the
         one after that.
     ends : uint64, (3,); scratch, the ends of those three lists.
@@ -172,7 +168,6 @@ def ripple(
         while head < end:
             p = order[head]
             d = cost[p]
-            toll[head] = d
             head += one
             for k in range(len(jump)):
                 n = p + u64(jump[k])
@@ -185,19 +180,18 @@ def ripple(
                 ends[lane] = t + one if seen >= hi_next + lane * straight else t
                 cost[n] = old if seen < c else c
         if stop > 0 and cost[stop] < hi:
-            return _keep(order, toll, begin, head, cost[stop])
+            return _keep(order, cost, begin, head, cost[stop])
         end = u64(ends[0])
         hi = hi_next
     return head
 
 
-@kernel(out=("order", "toll"))
-def _keep(order, toll, begin, end, limit):
+@kernel(out=("order",))
+def _keep(order, cost, begin, end, limit):
     """Drop the cells of the last window that cost more than ``limit``; return how many are left in all."""
     one = u64(1)
     kept = begin
     for i in range(begin, end):
         order[kept] = order[i]
-        toll[kept] = toll[i]
-        kept = kept + one if toll[i] <= limit else kept
+        kept = kept + one if cost[order[i]] <= limit else kept
     return kept
