@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from lampyris.cli import INTERRUPTED, Interrupted, study_show, study_work, verbs
+from lampyris.cli import INTERRUPTED, Interrupted, study_show, verbs
 from lampyris.errors import FileError, UsageError
+from lampyris.processors import processors
 from lampyris.report.tab import Tab, Value
 
 if TYPE_CHECKING:
@@ -36,9 +37,7 @@ def reproduce(out: Path, workers: int | None, quick: bool, as_json: bool, force:
             watch.say(at.name, at.done, at.total, "", at.seconds_left)
 
         try:
-            made = work(
-                out, workers=study_work.cores() if workers is None else workers, quick=quick, progress=tell
-            )
+            made = work(out, workers=processors() if workers is None else workers, quick=quick, progress=tell)
         except KeyboardInterrupt:
             made = None
     if made is None:

@@ -16,6 +16,7 @@ from lampyris.cli import INTERRUPTED, Interrupted, verbs
 from lampyris.cli.request import known
 from lampyris.errors import FileError, UsageError
 from lampyris.maps.make import MAX_CELLS
+from lampyris.processors import processors
 from lampyris.report.style import suffix_of
 from lampyris.study.design import Study
 from lampyris.study.row import Row
@@ -72,7 +73,7 @@ class Asked:
             if self.workers is not None:
                 raise UsageError("OPTIONS", "--workers and --dask both given", allowed="one of them")
             needs("distributed", "--dask", "dask", "CLUSTER_MISSING")
-        return Where(workers=cores() if self.workers is None else self.workers, dask=self.dask)
+        return Where(workers=processors() if self.workers is None else self.workers, dask=self.dask)
 
 
 @dataclass(frozen=True)
@@ -122,11 +123,6 @@ def needs(package: str, option: str, extra: str, code: str) -> None:
         raise UsageError(
             code, f"needs the package {package}", where=option, todo=f"pip install 'lampyris[{extra}]'"
         )
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def default_store(study: Study) -> Path:

@@ -1,0 +1,69 @@
+"""Fields of many goals on one map, several at a time: the kernels let go of the interpreter."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from lampyris.errors import SettingError
+from lampyris.field.solve import solve
+from lampyris.model.field import Field
+from lampyris.model.moves import Moves
+from lampyris.processors import processors
+from lampyris.typing import BoolGrid, ByteGrid, Cell
+
+
+def solve_many(
+    free: BoolGrid,
+    moves: Moves,
+    goals: Iterable[Cell],
+    *,
+    terrain: ByteGrid | None = None,
+    rho: float = 0.4,
+    gamma: float = 0.6,
+    workers: int | None = None,
+) -> Iterator[Field]:
+    """The field of each goal, in the order of the goals, as :func:`lampyris.field.solve.solve` gives it.
+
+    A thread solves a field at a time; two fields more than there are workers are held at the most, so that
+    goals may be as many as one likes.
+
+    Parameters
+    ----------
+    free, moves, terrain, rho, gamma : as for :func:`lampyris.field.solve.solve`. A map that is written to
+        meanwhile is read as it is then: freeze it, or it is copied for each field.
+    goals : cells; drawn from as fields are taken.
+    workers : how many threads, 1 or more; None for one for each processor of this process.
+
+    Raises
+    ------
+    SettingError : fewer than one worker; and what ``solve`` raises, when its field's turn has come.
+    """
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise SettingError("WORKERS", f"{workers!r}", where="workers", allowed="1 or more, or None")
+    return _solve_many(free, moves, goals, terrain, rho, gamma, workers or processors())
+
+
+def _solve_many(
+    free: BoolGrid,
+    moves: Moves,
+    goals: Iterable[Cell],
+    terrain: ByteGrid | None,
+    rho: float,
+    gamma: float,
+    workers: int,
+) -> Iterator[Field]:
+    ahead: deque[Future[Field]] = deque()
+    with ThreadPoolExecutor(workers, thread_name_prefix="lampyris-field") as pool:
+        try:
+            for goal in goals:
+                ahead.append(pool.submit(solve, free, moves, goal, terrain=terrain, rho=rho, gamma=gamma))
+                if len(ahead) > workers + 1:
+                    yield ahead.popleft().result()
+            while ahead:
+                yield ahead.popleft().result()
+        finally:
+            # Whoever stops taking fields shall not wait for those that nobody will see.
+            for future in ahead:
+                future.cancel()

@@ -1,0 +1,68 @@
+"""Fields of many goals at once are those of one goal after the other."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from lampyris.errors import SceneError, SettingError
+from lampyris.field.many import solve_many
+from lampyris.field.solve import solve
+from lampyris.model.moves import MOVES
+from reference.kernel_forms import use
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+@pytest.mark.parametrize("form", ["plain", "compiled"])
+def test_same_fields_in_the_order_of_the_goals(
+    form: str, workers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use(monkeypatch, form)
+    rng = np.random.default_rng(3)
+    free = rng.random((40, 50)) >= 0.2
+    free.setflags(write=False)
+    terrain = rng.integers(0, 253, free.shape).astype(np.uint8)
+    goals = [(int(x), int(y)) for x, y in zip(rng.integers(0, 50, 30), rng.integers(0, 40, 30), strict=True)]
+    for name in ("dissertation", "octile"):
+        for moves, ground in ((MOVES[name], None), (MOVES[name].weighed(), terrain)):
+            got = list(solve_many(free, moves, goals, terrain=ground, workers=workers))
+            assert [f.goal for f in got] == goals
+            for field in got:
+                alone = solve(free, moves, field.goal, terrain=ground)
+                for what in ("exact", "step", "luciferin"):
+                    assert getattr(field, what).tobytes() == getattr(alone, what).tobytes()
+
+
+def test_goals_are_drawn_as_fields_are_taken() -> None:
+    free = np.ones((9, 9), dtype=bool)
+    drawn = []
+
+    def endless() -> Iterator[tuple[int, int]]:
+        k = 0
+        while True:
+            drawn.append(k)
+            yield k % 9, k // 9 % 9
+            k += 1
+
+    fields = solve_many(free, MOVES["octile"], endless(), workers=2)
+    for k in range(5):
+        assert next(fields).goal == (k, 0)
+    assert len(drawn) <= 5 + 2 + 1
+    fields.close()  # type: ignore[attr-defined]
+    assert not [t for t in threading.enumerate() if t.name.startswith("lampyris-field")]
+
+
+def test_a_goal_off_the_map_is_told_at_its_turn() -> None:
+    fields = solve_many(np.ones((5, 5), dtype=bool), MOVES["octile"], [(1, 1), (7, 1)])
+    assert next(fields).goal == (1, 1)
+    with pytest.raises(SceneError, match="outside the map"):
+        next(fields)
+
+
+@pytest.mark.parametrize("workers", [0, -1, True, 1.5])
+def test_workers_are_at_least_one(workers: int) -> None:
+    with pytest.raises(SettingError, match="workers"):
+        solve_many(np.ones((5, 5), dtype=bool), MOVES["octile"], [(1, 1)], workers=workers)
