@@ -28,6 +28,10 @@ class Spread:
         low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
         return cls(middle, low, high, len(values))
 
+    def rate(self, scale: float) -> Spread:
+        """Times turned into rates: ``scale`` divided by each."""
+        return Spread(scale / self.middle, scale / self.high, scale / self.low, self.n)
+
 
 @dataclass(frozen=True, slots=True)
 class Figure:
