@@ -30,8 +30,8 @@ time for each cell reached. The rivals give costs alone (parents would cost them
 {rules}
 
 On every map our costs are compared with scipy's, and with tcod's where the rules are the same. "C++" is the
-same loop by the compiler of this machine at -O3 (`benchmarks/wavefront.cpp`), arrays made beforehand, equal to
-ours to the last bit; "floor" writes every result once and does nothing else. Mazes have corridors one cell
+same loop by the compiler of this machine at -O3 (`benchmarks/wavefront.cpp`), arrays made beforehand, equal
+to ours to the last bit; "floor" writes every result once and does nothing else. Mazes have corridors one cell
 wide: in the perfect one they are as long as can be and the front is a cell or two wide; the branching one has
 as many junctions as published mazes."""
 
@@ -308,7 +308,8 @@ def _at_least(who: str, figures: list[Figure], least: float) -> Verdict:
     ratios = {f"{f.task} ({f.rival} {f.ratio:.1f})": f.ratio for f in figures if f.ratio}
     short = [name for name, ratio in ratios.items() if ratio < least]
     text = f"at least {least:g} times as quick as {who}: "
-    text += f"{min(ratios.values()):.1f} to {max(ratios.values()):.1f}, on {len(ratios) - len(short)} of {len(ratios)} maps"
+    text += f"{min(ratios.values()):.1f} to {max(ratios.values()):.1f}, "
+    text += f"on {len(ratios) - len(short)} of {len(ratios)} maps"
     return Verdict(not short, text + (f"; short of it on {', '.join(short)}" if short else ""))
 
 
