@@ -97,7 +97,7 @@ def test_the_modules_of_the_page_keep_their_types(tmp_path: Path) -> None:
 
 def test_a_wrong_type_is_found_where_it_stands(tmp_path: Path) -> None:
     one = "/** Half. @param {number} n @returns {number} */\nexport function half(n) {\n  return n / 2;\n}\n"
-    two = 'import { half } from "./one.js";\nhalf(4);\nhalf("4");\n/** @type {string} */\nexport const s = half(4);\n'
+    two = 'import { half } from "./one.js";\nhalf(4);\nhalf("4");\n/** @type {string} */\nexport const s = half(4);'
     said = complaints({"one.js": one, "two.js": two}, tmp_path)
     assert [line.split(" error")[0] for line in said] == ["two.js:3:", "two.js:5:"]
 

@@ -1,8 +1,9 @@
 // Keys: everything can be done without a pointer. What typing in a field means is left to the field.
 
 import { copyLink, turnTheme } from "./theme.js";
-import { TOOLS, fit, zoomBy } from "./edit.js";
+import { TOOLS } from "./edit.js";
 import { byId, el } from "./page.js";
+import { fit, zoomBy } from "./zoom.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
