@@ -24,6 +24,8 @@ export class Api {
     this.token = token;
     /** Told when the server stops answering, and when it is back. @type {(gone: boolean) => void} */
     this.onGone = () => {};
+    /** When the server answered last: milliseconds of the page. */
+    this.heard = 0;
   }
 
   /**
@@ -49,6 +51,7 @@ export class Api {
       this.onGone(true);
       throw new Gone("the server does not answer");
     }
+    this.heard = performance.now();
     // Another server has this one's port: for who holds the old token, theirs is gone.
     this.onGone(answer.status === 401);
     if (answer.ok) return answer;

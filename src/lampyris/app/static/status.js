@@ -22,6 +22,7 @@ class Status {
   constructor(page, element) {
     this.page = page;
     this.sentence = el("p", { class: "st-now", "aria-live": "off" });
+    this.next = el("p", { class: "st-next hint" });
     this.aloud = el("p", { class: "unseen", "aria-live": "polite", role: "status" });
     this.speed = el("b", {});
     this.swatch = el("i", { class: "swatch" });
@@ -33,7 +34,7 @@ class Status {
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(this.sentence, this.aloud, this.fast, this.facts, this.story);
+    element.append(this.sentence, this.next, this.aloud, this.fast, this.facts, this.story);
 
     this._due = 0;
     this._seen = 0;
@@ -85,10 +86,12 @@ class Status {
     if (!plan) {
       const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
       this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
+      set(this.next, missing && !this.page.ground ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
       this._show([]);
       return;
     }
     this._now(plan.sentence, plan.cost === null);
+    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : "Press Play to see the robot drive it. Drag S or G, and the way follows.");
     this._show(this._planFacts());
   }
 
@@ -136,9 +139,10 @@ class Status {
 
     const end = run.end ?? {};
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
-    if (over) this._now(end.sentence ?? end.outcome ?? "The run is over.", bad);
+    if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
     else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
     else this._now(going(run, tick, cause));
+    set(this.next, over ? (bad ? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.") : "");
 
     /** @type {Array<[string, string]>} */
     const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
@@ -245,6 +249,16 @@ class Status {
     }
   }
 }
+
+/** What to do about a plan that is none, by its status. @type {Record<string, string>} */
+const REMEDY = {
+  "no-path": "Erase a wall (E), or drag S or G to the other's side.",
+  "start-occupied": "Drag S to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
+  "goal-occupied": "Drag G to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
+  "hemmed-in": "Take some obstacles away (Traffic), or let the planner wait.",
+  "iteration-limit": "Give the planner more iterations, or take another planner (Planner).",
+  limit: "Give the planner a larger budget, or take another planner (Planner).",
+};
 
 /** What the robot does when nothing happens. @param {Run} run @param {number} tick @param {string} cause */
 function going(run, tick, cause) {
