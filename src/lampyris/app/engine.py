@@ -67,7 +67,7 @@ class Asked:
             if len(body) != size or not size:
                 # The server is gone, or speaks another language: whatever is running is for nobody.
                 self._questions.put(None)
-                os._exit(0)
+                _leave()
             try:
                 said = json.loads(body)
                 cancelled, job = said.get("cancel"), int(said.get("job", 0))
@@ -78,6 +78,13 @@ class Asked:
                 self._questions.put(said)
             else:
                 self._cancelled.add(cancelled)
+
+
+def _leave() -> None:
+    """End now, and with us whatever a job has started, if we lead a group of our own."""
+    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+    os._exit(0)
 
 
 def main() -> None:
