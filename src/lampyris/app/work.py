@@ -14,6 +14,7 @@ from lampyris.app.compared import compare as compared
 from lampyris.app.frames import json_frame, layer_frame
 from lampyris.app.known import known
 from lampyris.app.layered import layer_of
+from lampyris.app.made import make
 from lampyris.app.said import said_scenario
 from lampyris.app.watched import WORDS, begin, body_record, finish, watch
 from lampyris.errors import UsageError
@@ -52,12 +53,11 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     found = api.plan(scenario.scene, planner, scenario.seed, record=bool(question.get("record")))
     law: Any = speed_law(scenario.law, scenario.law_settings)
     profile = api.profile(found, scenario.scene, law) if found else None
-    record = plan_record(found, scenario.scene, profile, seed=scenario.seed)
+    # A map of scattered cells has ten thousand gates: a megabyte and a half for each step of a drag.
+    gates = "gates" in (question.get("layers") or ())
+    record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)
     if profile is not None:
         record["speed"] = profile_record(profile, caps=True)
-    if "gates" not in (question.get("layers") or ()):
-        # A map of scattered cells has ten thousand: a megabyte and a half for each step of a drag.
-        record["gates"]["in_map"] = []
     record["notes"] = list(scenario.notes)
     record["seconds"] = time.perf_counter() - began
     yield json_frame("Z", record)
@@ -155,5 +155,6 @@ _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "layer": layer,
     "compare": compare,
     "export": export,
+    "make": make,
     "warm": warm,
 }
