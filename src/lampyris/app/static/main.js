@@ -6,9 +6,9 @@ import { fragment } from "./state.js";
 /** Modules and the element each is mounted on, in order: what comes later may use what came before. */
 const PARTS = [
   ["tabs", "left"], ["gone", "gone"], ["state", "map"], ["play", "timeline"], ["flow", "map"], ["theme", "acts"], ["edit", "tools"],
-  ["library", "library"], ["settings", "settings"], ["traffic", "traffic"], ["status", "status"], ["layers", "layers"],
-  ["hover", "hover"], ["timeline", "timeline"], ["charts", "charts"], ["compare", "compare"], ["study", "compare"],
-  ["keep", "keep"], ["tour", "learn"], ["steps", "learn"], ["keys", "help"],
+  ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["legend", "legend"],
+  ["hover", "hover"], ["timeline", "timeline"], ["charts", "charts"], ["example", "learn"], ["keys", "help"],
+  ["later", "left"],
 ];
 
 async function main() {

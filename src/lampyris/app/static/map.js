@@ -5,6 +5,7 @@
 // every frame instead takes several times as long.
 
 import { CAUSES, GATE, GOAL, KINDS, LINES, OTHER_KIND, ROBOT, START, THEMES, levels, packed, speedColour } from "./colours.js";
+import { goalMark, kindMark, robotMark, startMark } from "./marks.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./types.js").Cell} Cell */
@@ -255,8 +256,9 @@ export class MapView {
     for (const way of this.ways) this._way(pen, way);
     for (const mark of this.marks) this._mark(pen, mark);
     for (const patrol of this.patrols) this._patrol(pen, patrol);
-    if (this.start) this._end(pen, this.start, START, "S");
-    if (this.goal) this._end(pen, this.goal, GOAL, "G");
+    const r = Math.max(7, view.scale * 0.45);
+    if (this.start) startMark(pen, ...view.pixel(this.start[0], this.start[1]), r, START);
+    if (this.goal) goalMark(pen, ...view.pixel(this.goal[0], this.goal[1]), r, GOAL);
   }
 
   /** The part of a picture of cells that is on the screen. @param {CanvasRenderingContext2D} pen @param {HTMLCanvasElement} image */
@@ -427,25 +429,6 @@ export class MapView {
     }
   }
 
-  /** @param {CanvasRenderingContext2D} pen @param {Cell} cell @param {string} colour @param {string} letter */
-  _end(pen, cell, colour, letter) {
-    const [x, y] = this.view.pixel(cell[0], cell[1]);
-    const r = Math.max(7, this.view.scale * 0.45);
-    pen.fillStyle = colour;
-    pen.strokeStyle = "#fff";
-    pen.lineWidth = 2;
-    pen.beginPath();
-    if (letter === "S") pen.rect(x - r * 0.85, y - r * 0.85, r * 1.7, r * 1.7);
-    else star(pen, x, y, r * 1.25);
-    pen.fill();
-    pen.stroke();
-    pen.fillStyle = letter === "S" ? "#fff" : "#20242c";
-    pen.font = `bold ${Math.round(r * 1.05)}px system-ui, sans-serif`;
-    pen.textAlign = "center";
-    pen.textBaseline = "middle";
-    pen.fillText(letter, x, y + 0.5);
-  }
-
   // ---- what moves --------------------
 
   /** @param {CanvasRenderingContext2D} pen */
@@ -498,14 +481,7 @@ export class MapView {
 
   /** @param {CanvasRenderingContext2D} pen @param {number} x @param {number} y @param {string} colour */
   _robot(pen, x, y, colour) {
-    const r = Math.max(6, this.view.scale * 0.42);
-    pen.fillStyle = colour;
-    pen.strokeStyle = "#fff";
-    pen.lineWidth = 2;
-    pen.beginPath();
-    pen.arc(x, y, r, 0, 2 * Math.PI);
-    pen.fill();
-    pen.stroke();
+    robotMark(pen, x, y, Math.max(6, this.view.scale * 0.42), colour);
   }
 
   /** @param {CanvasRenderingContext2D} pen @param {number} x @param {number} y @param {number} radius @param {string} colour */
@@ -524,53 +500,12 @@ export class MapView {
     const key = `${kind} ${pixels}`;
     const known = this._sprites.get(key);
     if (known) return known;
-    const [shape, colour, letter] = KINDS[kind] ?? OTHER_KIND;
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = pixels;
-    const pen = this._pen(canvas);
-    const mid = pixels / 2;
-    const r = mid - Math.max(1, pixels * 0.05);
-    pen.fillStyle = colour;
-    // An outline that is told from walls; small ones have little of it, so that their colour is seen.
-    pen.strokeStyle = this.dark ? "#f4f6fa" : "#20242c";
-    pen.lineWidth = Math.max(0.8, pixels * 0.06);
-    pen.beginPath();
-    if (shape === "circle") pen.arc(mid, mid, r * 0.88, 0, 2 * Math.PI);
-    else if (shape === "square") pen.rect(mid - r * 0.8, mid - r * 0.8, r * 1.6, r * 1.6);
-    else polygon(pen, mid, shape === "triangle" ? mid + r * 0.22 : mid, r * (shape === "triangle" ? 1.16 : 1), shape === "triangle" ? 3 : 4);
-    pen.fill();
-    pen.stroke();
-    if (side >= 15) {
-      pen.fillStyle = "#fff";
-      pen.font = `bold ${Math.round(pixels * 0.45)}px system-ui, sans-serif`;
-      pen.textAlign = "center";
-      pen.textBaseline = "middle";
-      pen.fillText(letter, mid, mid + (shape === "triangle" ? pixels * 0.1 : pixels * 0.03));
-    }
+    kindMark(this._pen(canvas), KINDS[kind] ?? OTHER_KIND, pixels, this.dark, side);
     this._sprites.set(key, canvas);
     return canvas;
   }
-}
-
-/** @param {CanvasRenderingContext2D} pen @param {number} x @param {number} y @param {number} r */
-function star(pen, x, y, r) {
-  for (let k = 0; k < 10; k++) {
-    const t = (Math.PI * k) / 5 - Math.PI / 2;
-    const far = k % 2 ? r * 0.5 : r;
-    if (k) pen.lineTo(x + far * Math.cos(t), y + far * Math.sin(t));
-    else pen.moveTo(x + far * Math.cos(t), y + far * Math.sin(t));
-  }
-  pen.closePath();
-}
-
-/** @param {CanvasRenderingContext2D} pen @param {number} x @param {number} y @param {number} r @param {number} corners */
-function polygon(pen, x, y, r, corners) {
-  for (let k = 0; k < corners; k++) {
-    const t = (2 * Math.PI * k) / corners - Math.PI / 2;
-    if (k) pen.lineTo(x + r * Math.cos(t), y + r * Math.sin(t));
-    else pen.moveTo(x + r * Math.cos(t), y + r * Math.sin(t));
-  }
-  pen.closePath();
 }
 
 /** Colour of what binds a speed. @param {string} cause */

@@ -34,7 +34,7 @@ class Status {
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(this.sentence, this.next, this.aloud, this.fast, this.facts, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.next), this.aloud, this.fast, this.facts, this.story);
 
     this._due = 0;
     this._seen = 0;

@@ -32,7 +32,7 @@ class Timeline {
     this._wanted = false;
     this._mode = "";
 
-    this.main = el("button", { type: "button", class: "btn primary icon", "aria-keyshortcuts": "Space", onclick: () => page.play.toggle() });
+    this.main = el("button", { type: "button", class: "btn primary main", "aria-keyshortcuts": "Space", onclick: () => page.play.toggle() });
     const step = (/** @type {number} */ n) =>
       el("button", { type: "button", class: "btn icon", "aria-label": n < 0 ? "One tick back" : "One tick on", title: n < 0 ? "One tick back (,)" : "One tick on (.)", onclick: () => page.play.step(n) }, icon(n < 0 ? ICONS.back : ICONS.on));
     this.marks = el("canvas", { "aria-hidden": "true" });
@@ -145,7 +145,7 @@ class Timeline {
     const label = { pause: "Pause", again: "Play again", play: "Play" }[mode];
     this.main.setAttribute("aria-label", label);
     this.main.title = `${label} (space)`;
-    this.main.replaceChildren(icon(ICONS[/** @type {keyof typeof ICONS} */ (mode)]));
+    this.main.replaceChildren(icon(ICONS[/** @type {keyof typeof ICONS} */ (mode)]), mode === "pause" ? "Pause" : "Play");
     this.main.classList.toggle("filled", mode === "play");
   }
 
