@@ -10,6 +10,12 @@ export class Cursor {
   /** @param {Editor} editor */
   constructor(editor) {
     this.editor = editor;
+    /** Where it was when the map was left. @type {Cell | null} */
+    this._left = null;
+    /** Where a wall was painted or taken away last, for a line from there. @type {Cell | null} */
+    this._painted = null;
+    /** The map of both. @type {import("./types.js").Ground | null} */
+    this._ground = null;
   }
 
   /** Keys while the map has the focus. @param {KeyboardEvent} event */
@@ -29,7 +35,7 @@ export class Cursor {
     else if (event.key === "Escape" && patrols.draft.length) patrols.drop();
     else if (event.key === "Escape" && page.tool !== "ends") page.use("ends");
     else if ((event.key === "s" || event.key === "g") && map.cursor) this._end(event.key === "s" ? "start" : "goal", map.cursor);
-    else if ((event.key === "w" || event.key === "x") && map.cursor) this.editor.paint(event.key === "w" ? 1 : 0, map.cursor);
+    else if (/^[wx]$/i.test(event.key) && map.cursor) this._paint(event.key.toLowerCase() === "w" ? 1 : 0, map.cursor, event.shiftKey);
     else return;
     event.preventDefault();
   }
@@ -39,10 +45,12 @@ export class Cursor {
     const { page } = this.editor;
     const { map, ground } = page;
     if (!ground) return;
-    const from = map.cursor ?? page.store.scenario.start ?? /** @type {Cell} */ ([Math.floor(ground.width / 2), Math.floor(ground.height / 2)]);
+    if (ground !== this._ground) this._left = this._painted = null;
+    this._ground = ground;
+    const from = map.cursor ?? this._left ?? page.store.scenario.start ?? /** @type {Cell} */ ([Math.floor(ground.width / 2), Math.floor(ground.height / 2)]);
     const x = Math.min(Math.max(from[0] + by[0], 0), ground.width - 1);
     const y = Math.min(Math.max(from[1] + by[1], 0), ground.height - 1);
-    map.cursor = [x, y];
+    map.cursor = this._left = [x, y];
     const [px, py] = map.view.pixel(x, y);
     const edge = Math.max(30, map.view.scale);
     const dx = px < edge ? edge - px : px > map.view.width - edge ? map.view.width - edge - px : 0;
@@ -60,5 +68,16 @@ export class Cursor {
   _end(end, cell) {
     this.editor.putEnd(end, cell);
     this.editor.page.store.settle();
+  }
+
+  /** A wall here, or none; `line`: all the way from where the last one was. @param {number} value @param {Cell} cell @param {boolean} line */
+  _paint(value, cell, line) {
+    const { page } = this.editor;
+    const from = (line && this._painted) || cell;
+    this.editor.paint(value, cell, from);
+    this._painted = cell;
+    const now = page.ground?.cells[cell[1] * page.ground.width + cell[0]] === 1 ? "wall" : "no wall";
+    const where = from === cell ? "at" : `from column ${from[0]}, row ${from[1]} to`;
+    byId("live").textContent = `${now} ${where} column ${cell[0]}, row ${cell[1]}`;
   }
 }

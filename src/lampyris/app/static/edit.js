@@ -160,9 +160,10 @@ export class Editor {
     return new Stroke(this.page, value, brush(this.size));
   }
 
-  /** A stroke of one cell. @param {number} value @param {Cell} cell */
-  paint(value, cell) {
+  /** A stroke of one cell, or from another to it. @param {number} value @param {Cell} cell @param {Cell} [from] */
+  paint(value, cell, from = cell) {
     const stroke = this.stroke(value);
+    stroke.to(from);
     stroke.to(cell);
     stroke.end();
   }
