@@ -1,5 +1,6 @@
 // Guide: the numbers of the worked example, ours from the server and the dissertation's as they are printed.
 
+import { SIDE, scenario } from "./example.js";
 import { json, layerOf } from "./frames.js";
 import { faultOf, planned } from "./runs.js";
 
@@ -7,10 +8,6 @@ import { faultOf, planned } from "./runs.js";
 /** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./stagehand.js").Jump} Jump */
-
-export const SIDE = 10;
-export const START = /** @type {Cell} */ ([0, 9]);
-export const GOAL = /** @type {Cell} */ ([7, 0]);
 
 /** A neighbour's place less the cell's, in the order in which ties fall. */
 const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0, 1]];
@@ -32,15 +29,6 @@ const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0,
  *   layers: Record<string, Layer>, printed: Printed | null,
  * }} Numbers
  */
-
-/** The worked example as a scenario. @returns {import("./types.js").Scenario} */
-export function scenario() {
-  return {
-    version: 1, map: "guide", start: START, goal: GOAL, robot: {}, preset: "dissertation", moves: null,
-    planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
-    simulate: { ticks: null, patience: null },
-  };
-}
 
 /** All numbers of the tour. @param {Page} page @returns {Promise<Numbers>} */
 export async function numbers(page) {

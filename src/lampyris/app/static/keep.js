@@ -1,7 +1,7 @@
 // Keep: what is shown as a file. The server makes it, from the scenario alone; the browser saves it.
 
-import { meeting } from "./compare.js";
 import { block, button, el, sentence } from "./make.js";
+import { meeting } from "./meeting.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
@@ -78,7 +78,7 @@ class Keep {
     this._tell(`Making ${name}.`);
     try {
       const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
-      if (what === "compared") body.settings = meeting(page) ?? {};
+      if (what === "compared") body.settings = meeting(page);
       if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
       const answer = await page.api.call("/api/export", { json: body, signal: asked.signal });
       clearInterval(clock);

@@ -1,7 +1,6 @@
 // Making elements: text is only ever text, and styles are classes.
 
 /** @typedef {string | Node | null | undefined | false} Part */
-/** @typedef {import("./types.js").Page} Page */
 
 /**
  * An element with attributes and what is in it. `on...` are listeners, `class` and the like attributes; true is
@@ -89,47 +88,4 @@ export function block(into, name, title) {
 /** What went wrong, as a sentence. @param {unknown} error */
 export function sentence(error) {
   return error instanceof Error ? error.message : String(error);
-}
-
-/** @type {WeakMap<Page, Promise<any>>} */
-const greetings = new WeakMap();
-
-/** What there is to choose from, asked for once. @param {Page} page */
-export async function greeted(page) {
-  if (page.hello) return page.hello;
-  let asked = greetings.get(page);
-  if (!asked) {
-    asked = page.api.json("/api/hello");
-    greetings.set(page, asked);
-    asked.catch(() => greetings.delete(page));
-  }
-  page.hello ??= await asked;
-  return page.hello;
-}
-
-/** Do something once it is known what there is: at once if it is. @param {Page} page @param {() => void} then */
-export function whenGreeted(page, then) {
-  if (page.hello) {
-    then();
-    return;
-  }
-  let done = false;
-  const attempt = async () => {
-    if (done) return;
-    try {
-      await greeted(page);
-    } catch (error) {
-      page.fault(error);
-      return;
-    }
-    if (!done) {
-      done = true;
-      then();
-    }
-  };
-  page.on("gone", (gone) => {
-    if (!gone) void attempt();
-  });
-  page.on("token", () => void attempt());
-  void attempt();
 }

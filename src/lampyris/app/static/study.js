@@ -1,7 +1,7 @@
 // Study: the comparison sent on as a full study, its progress, and its report in a tab of its own.
 
-import { meeting } from "./compare.js";
 import { block, button, el, sentence } from "./make.js";
+import { meeting } from "./meeting.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
@@ -41,7 +41,7 @@ class Study {
   async _send() {
     const { page } = this;
     const who = meeting(page);
-    if (!who?.planners.length) {
+    if (!who.planners.length) {
       page.say("Choose somebody to compare first.");
       return;
     }
