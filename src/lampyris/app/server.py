@@ -45,7 +45,10 @@ WAYS: Final = (
     Way("/api/maps/{id}"),
     Way("/api/thumbs/{id}"),
     Way("/api/maps/{id}/delete", "POST", JSON),
-    *(Way(f"/api/{verb}", "POST", JSON) for verb in ("plan", "simulate", "layer", "compare", "export")),
+    *(
+        Way(f"/api/{verb}", "POST", JSON)
+        for verb in ("plan", "simulate", "layer", "compare", "export", "make")
+    ),
     Way("/api/scenario", "POST", JSON),
     Way("/api/study", "POST", JSON),
     Way("/api/study/{job}"),
@@ -59,7 +62,8 @@ ASKED: Final[Mapping[str, tuple[str, ...]]] = {
     "simulate": ("scenario",),
     "layer": ("scenario", "layer", "bodies", "tick"),
     "compare": ("scenario", "planners", "laws", "seeds"),
-    "export": ("scenario", "what", "settings", "tick", "view"),
+    "export": ("scenario", "what", "settings", "tick", "progress"),
+    "make": ("map",),
 }
 """The keys of each question to an engine; others are refused."""
 
@@ -261,9 +265,10 @@ class Desk:
         """A question to an engine; its frames."""
         verb = request.url.path.rpartition("/")[2]
         body = await said(request, ASKED[verb])
-        question = {**body, "verb": verb, **await self._ground_of(body.get("scenario"))}
+        ground = {} if verb == "make" else await self._ground_of(body.get("scenario"))
+        question = {**body, "verb": verb, **ground}
         frames = self._counted(question)
-        if verb != "export":
+        if verb != "export" or body.get("progress") is True:
             return Streamed(frames)
         kind, ending = EXPORTS.get(str(body.get("what")), ("", ""))
         if not kind:

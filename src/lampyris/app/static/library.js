@@ -1,6 +1,7 @@
 // Library: maps to choose from, with pictures; files dropped anywhere on the page become maps.
 
 import { byId, el } from "./page.js";
+import { askRecipe } from "./recipes.js";
 import { tidy } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -16,9 +17,10 @@ export function mount(page, pane) {
     accept: ".png,.bmp,.pgm,.yaml,.yml,.map,.txt,.npy,.csv,.json" });
   const pick = el("button", { type: "button", class: "btn primary", onclick: () => picker.click() }, "Open files\u2026");
   const empty = el("button", { type: "button", class: "btn", title: "An empty map, to paint your own" }, "Empty map");
+  const recipe = el("button", { type: "button", class: "btn", title: "A new map by kind, size and seed" }, "Make a map…");
   const search = el("input", { type: "search", placeholder: "Find a map", "aria-label": "Find a map" });
   const lists = el("div", { class: "maps" });
-  pane.append(el("div", { class: "row" }, pick, empty, picker), el("p", { class: "hint" }, "Scenarios, and maps: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy. Or drop them anywhere."), search, lists);
+  pane.append(el("div", { class: "row" }, pick, recipe, empty, picker), el("p", { class: "hint" }, "Scenarios, and maps: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy. Or drop them anywhere."), search, lists);
   const shelf = new Shelf(page, lists);
 
   picker.addEventListener("change", () => {
@@ -26,6 +28,7 @@ export function mount(page, pane) {
     picker.value = "";
   });
   empty.addEventListener("click", () => askEmpty(page, empty));
+  recipe.addEventListener("click", () => askRecipe(page, recipe));
   search.addEventListener("input", () => shelf.find(search.value));
   page.on("gone", (gone) => {
     if (!gone) void shelf.load();

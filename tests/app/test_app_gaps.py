@@ -1,0 +1,138 @@
+"""Maps by recipes, what is told while an engine works, and every layer against the library's own numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.app.test_app_work import ask, only, refusal, state
+
+from lampyris import scenarios
+from lampyris.app import said, work
+from lampyris.app.hello import hello
+from lampyris.app.server import ASKED, WAYS
+from lampyris.maps.make import RECIPES, make_ground
+from lampyris.maps.map_hash import map_hash
+from lampyris.model.grid import Grid
+
+CAVES = {"recipe": "caves", "size": [48, 32], "seed": 5, "settings": {"fill": 0.45}}
+
+
+@pytest.fixture(autouse=True)
+def _fresh() -> Iterator[None]:
+    said._maps.clear()
+    yield
+    said._maps.clear()
+
+
+# ---- recipes --------------------
+
+
+def test_hello_has_every_recipe_with_every_setting_a_form_can_hold() -> None:
+    told = {one["name"]: one for one in hello()["recipes"]}
+    assert set(told) == set(RECIPES)
+    for name, row in RECIPES.items():
+        shown = {one["name"]: one for one in told[name]["settings"]}
+        assert set(shown) == {one.name for one in row.table if one.kind != "cells"}
+        for one in row.table:
+            if one.kind == "cells":
+                continue
+            assert shown[one.name]["default"] == one.default
+            assert (shown[one.name]["least"], shown[one.name]["most"]) == (one.least, one.most)
+            assert shown[one.name]["type"] == ("whole" if one.kind == "whole number" else "number")
+    json.dumps(told, allow_nan=False)
+
+
+@pytest.mark.parametrize("name", list(RECIPES))
+def test_a_made_map_is_the_recipes_and_its_ends_can_meet(name: str) -> None:
+    frames = ask("make", map={"recipe": name, "size": [60, 50], "seed": 2, "resolution": 0.5})
+    head = only(frames, "H")
+    ground = make_ground(name, 60, 50, 2)
+    blocks = [value for kind, value in frames if kind == "B"]
+    assert np.array_equal(np.frombuffer(blocks[0], np.uint8).reshape(50, 60) == 1, ground.blocked)
+    assert (len(blocks) == 2) == (ground.terrain is not None)
+    if ground.terrain is not None:
+        assert blocks[1] == ground.terrain.tobytes()
+    grid = Grid(ground.blocked, resolution=0.5, name=name, terrain=ground.terrain)
+    assert head["hash"] == map_hash(grid)
+    assert head["resolution"] == 0.5
+    found = only(
+        ask(
+            "plan",
+            state(
+                map={"recipe": name, "size": [60, 50], "seed": 2},
+                planner="astar",
+                start=head["start"],
+                goal=head["goal"],
+            ),
+        ),
+        "Z",
+    )
+    assert found["status"] == "found"
+
+
+@pytest.mark.parametrize(
+    ("spec", "code", "where"),
+    [
+        (None, "MAP", "map"),
+        ({"file": "/etc/passwd"}, "MAP", "map"),
+        ({"recipe": "caverns", "size": [9, 9]}, "RECIPE", "/map"),
+        ({"recipe": "caves"}, "KEY", "/map"),
+        ({"recipe": "caves", "size": [3, 9]}, "MAP_SIZE", "/map"),
+        ({"recipe": "caves", "size": [9000, 9]}, "MAP_SIDE", "/map"),
+        ({"recipe": "random", "size": [9, 9], "settings": {"density": 2}}, "RECIPE", "/map"),
+        ({"recipe": "random", "size": [9, 9], "settings": {"edits": []}}, "RECIPE", "/map"),
+        ({"recipe": ["caves"], "size": [9, 9]}, "TYPE", "/map/recipe"),
+    ],
+)
+def test_what_no_recipe_makes_is_told_at_its_place(spec: Any, code: str, where: str) -> None:
+    fault = refusal("make", map=spec)
+    assert (fault.code, fault.where.endswith(where)) == (code, True)
+
+
+def test_making_is_a_way_of_its_own_that_takes_a_map_and_nothing_else() -> None:
+    assert ASKED["make"] == ("map",)
+    assert [way.method for way in WAYS if way.path == "/api/make"] == ["POST"]
+
+
+def test_a_map_by_a_recipe_is_made_once_for_many_plans(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Any] = []
+
+    def make(*given: Any, **more: Any) -> Any:
+        made.append(given)
+        return make_ground(*given, **more)
+
+    monkeypatch.setattr("lampyris.maps.scenario_maps.make_ground", make)
+    head = only(ask("make", map=CAVES), "H")
+    for seed in range(3):
+        ask("plan", state(map=CAVES, seed=seed, start=head["start"], goal=head["goal"]))
+    # Once to be looked at, and once for the engine's own shelf, which another engine might have.
+    assert len(made) <= 2
+
+
+def test_edits_at_the_beginning_do_not_stay_in_the_map_of_the_recipe() -> None:
+    head = only(ask("make", map=CAVES), "H")
+    x, y = head["start"]
+    ends = {"start": head["start"], "goal": head["goal"], "map": CAVES}
+    edits = [{"tick": 0, "blocked": [[x + 1, y]], "freed": []}]
+    first = said.said_scenario({"scenario": state(**ends)}).scene.grid.blocked.copy()
+    said.said_scenario({"scenario": state(**ends, edits=edits)})
+    assert np.array_equal(said.said_scenario({"scenario": state(**ends)}).scene.grid.blocked, first)
+
+
+def test_the_saved_scenario_of_a_made_map_holds_its_recipe_and_gives_the_same_run(tmp_path: Path) -> None:
+    head = only(ask("make", map=CAVES), "H")
+    crowd = [{"kind": "random-walk", "count": 6}]
+    made = state(map=CAVES, start=head["start"], goal=head["goal"], obstacles=crowd)
+    shown = only(ask("simulate", made), "Z")
+    text = b"".join(value for kind, value in ask("export", made, what="scenario") if kind == "B")
+    assert b"recipe: caves" in text
+    assert b"rows" not in text
+    file = tmp_path / "made.yaml"
+    file.write_bytes(text)
+    trace: Any = scenarios.run(scenarios.load_scenario(file))
+    assert work.digest(trace) == shown["digest"]

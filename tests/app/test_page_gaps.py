@@ -1,0 +1,87 @@
+"""What the page could not do at first, in a browser, as a person uses it. Skipped without chromium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.app.page_browser import SOON, needs_chromium
+
+from lampyris import scenarios
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = needs_chromium
+
+
+@pytest.fixture
+def wrong() -> list[str]:
+    """What the page complains of. A test that asks for what is refused takes that out."""
+    return []
+
+
+@pytest.fixture
+def page(browser: Any, address: str, wrong: list[str]) -> Iterator[Any]:
+    """The page in a browser that was never here; whatever it complains of fails the test."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
+    tab = context.new_page()
+    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
+    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
+    tab.set_default_timeout(SOON)
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    tab.wait_for_selector("#status >> text=found")
+    yield tab
+    context.close()
+    assert not wrong
+
+
+def scenario(page: Any) -> dict[str, Any]:
+    """What the browser keeps as its draft, once it keeps it."""
+    page.wait_for_timeout(400)
+    found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
+    return found
+
+
+# ---- maps by recipes --------------------
+
+
+def test_a_map_is_made_looked_at_opened_linked_and_saved(page: Any, tmp_path: Path) -> None:
+    page.get_by_role("button", name="Make a map").click()
+    box = page.get_by_role("group", name="Make a map")
+    box.get_by_label("Kind of map").select_option("random")
+    box.get_by_label("columns").fill("40")
+    box.get_by_label("rows").fill("30")
+    box.get_by_label("density").fill("0.1")
+    box.get_by_label("seed", exact=True).fill("7")
+    box.locator("canvas[aria-label^='random, seed 7: 40 × 30']").wait_for()
+    assert page.evaluate("document.querySelector('.made-picture').width") == 40
+    box.get_by_role("button", name="Open this map").click()
+    page.wait_for_selector("#where >> text=random, seed 7")
+    page.wait_for_selector("#status >> text=found")
+    kept = scenario(page)
+    assert kept["map"] == {"recipe": "random", "size": [40, 30], "seed": 7, "settings": {"density": 0.1}}
+    page.reload()
+    page.wait_for_selector("#where >> text=random, seed 7")
+    page.wait_for_selector("#status >> text=found")
+    assert scenario(page) == kept
+    page.click("#tab-keep")
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Scenario", exact=True).click()
+    waiting.value.save_as(tmp_path / "made.yaml")
+    made = scenarios.load_scenario(tmp_path / "made.yaml")
+    assert made.scene.grid.blocked.shape == (30, 40)
+    assert getattr(made.map, "settings", None) == {"density": 0.1}
+
+
+def test_a_size_that_no_recipe_takes_is_a_sentence(page: Any, wrong: list[str]) -> None:
+    page.get_by_role("button", name="Make a map").click()
+    box = page.get_by_role("group", name="Make a map")
+    box.get_by_label("Kind of map").select_option("warehouse")
+    box.get_by_label("columns").fill("5")
+    box.locator("[role=status] >> text=too small").wait_for()
+    assert box.get_by_role("button", name="Open this map").is_disabled()
+    assert page.locator("#notes .note").count() == 0
+    assert [text for text in wrong if "400" not in text] == []
+    wrong.clear()
