@@ -164,6 +164,8 @@ class Status {
       if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed", `${brief(m.speed_mean)} ${run.units}`]);
       if (Number.isFinite(m.near_m)) rows.push(["Nearest of all", `${brief(m.near_m)} m`]);
       if (Number.isFinite(m.collisions)) rows.push(["Collisions", whole(m.collisions)]);
+      // By it somebody can see that `lampyris run` made the same: the sha256 of what it prints.
+      if (end.digest) rows.push(["Digest", String(end.digest).slice(0, 16)]);
     } else {
       for (const row of this._planFacts()) {
         if (["Cost", "Gap", "Iterations", "Expansions", "Gates"].includes(row[0])) rows.push([`${row[0]} (plan)`, row[1]]);

@@ -70,7 +70,10 @@ class Timeline {
   _hear() {
     const { page, track } = this;
     page.on("tick", () => this._move());
-    page.on("play", () => this._button());
+    page.on("play", () => {
+      this._button();
+      this._say(true);
+    });
     page.on("rate", (rate) => (this.rate.value = String(rate)));
     for (const name of ["run", "ticks", "end"]) page.on(name, () => this._changed());
     page.on("theme", () => this._want());
