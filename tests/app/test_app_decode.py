@@ -99,7 +99,7 @@ def test_a_wrong_file_is_a_sentence() -> None:
 
 
 NPY = (
-    b"\x93NUMPY\x01\0\x76\0{'descr': '|u1', 'fortran_order': False, 'shape': (3200000, 3200000), }"
+    b"\x93NUMPY\x01\0\x70\0{'descr': '|u1', 'fortran_order': False, 'shape': (3200000, 3200000), }"
     + b" " * 40
     + b"\n"
 )

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from app_server import TOKEN, World, answers, asks, check_safe, own, parsed, raw, rest, run, serving
+from app_server import World, alive, answers, asks, check_safe, head, own, parsed, raw, rest, run, serving
 
 from lampyris.app import guard, listening
 from lampyris.app.frames import frame, json_frame
@@ -27,24 +27,6 @@ MIB = 2**20
 def live() -> Iterator[tuple[int, World]]:
     with serving() as made:
         yield made
-
-
-def head(port: int, method: str = "POST", path: str = "/api/maps", *more: str) -> bytes:
-    """A head of our own page, with the lines given."""
-    kind = ["Content-Type: application/octet-stream"] if method == "POST" else []
-    lines = [
-        f"{method} {path} HTTP/1.1",
-        f"Host: 127.0.0.1:{port}",
-        f"X-Lampyris-Token: {TOKEN}",
-        *kind,
-        *more,
-    ]
-    return "\r\n".join([*lines, "", ""]).encode("latin-1")
-
-
-def alive(port: int) -> None:
-    """The server answers a sound request."""
-    assert asks(port)[0] == 200
 
 
 # -------------------------------------------------------------------------------------- limits (W13)
