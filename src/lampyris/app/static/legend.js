@@ -80,7 +80,7 @@ export function mount(page, element) {
   const ramp = el("canvas", { class: "ly-ramp", width: 100, height: 1, role: "img" });
   const slow = el("span", {});
   const fast = el("span", {});
-  const speeds = el("div", { class: "ly-legend", hidden: true }, el("p", { class: "hint" }, "Colour of the way: its speed"), ramp, el("div", { class: "ly-ends" }, slow, fast));
+  const speeds = el("div", { class: "lg-speeds", hidden: true }, el("p", { class: "hint" }, "Colour of the way: its speed"), ramp, el("div", { class: "ly-ends" }, slow, fast));
   const list = el("ul", { class: "lg-marks" });
   element.classList.add("lg");
   element.append(el("h2", {}, "Key"), list, speeds);
