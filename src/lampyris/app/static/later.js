@@ -1,9 +1,9 @@
-// Later: panels that the first look does not need. What is in them is loaded when one is first opened.
+// Later: what the first look does not need is loaded when somebody asks for it: panels when they are first opened.
 //
 // A browser remembers for good that a module could not be loaded (Chromium 150 does), so the server is asked for
 // something small first, and nothing is imported while it does not answer.
 
-import { button, el } from "./make.js";
+import { button, el, sentence } from "./make.js";
 import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -17,10 +17,31 @@ const GROUPS = [
   { panels: ["learn"], parts: [["tour", "learn"], ["steps", "learn"]] },
 ];
 
+/** Modules of the page by name; what hinders it is thrown as a sentence. @param {Page} page @param {...string} names @returns {Promise<any[]>} */
+export async function brought(page, ...names) {
+  let there = false;
+  try {
+    there = (await fetch("/static/icon.svg", { credentials: "omit", redirect: "error" })).ok;
+  } catch {
+    page.api.onGone(true);
+  }
+  if (!there) throw new Error("The server does not answer, so this could not be loaded.");
+  try {
+    return await Promise.all(names.map((name) => import(`./${name}.js`)));
+  } catch (error) {
+    console.error(error);
+    throw new Error("This could not be loaded: load the page again. Everything you drew is kept.");
+  }
+}
+
 /** @param {Page} page */
 export function mount(page) {
   const all = GROUPS.map((group) => new Later(page, group));
-  page.on("tab", (panel) => all.forEach((one) => one.group.panels.includes(panel) && one.open()));
+  const { show } = page;
+  page.show = async (section) => {
+    show(section);
+    await all.find((one) => one.group.panels.some((panel) => byId(panel).contains(byId(section))))?.open();
+  };
   page.on("gone", (gone) => {
     if (!gone) all.forEach((one) => one.wanted && one.open());
   });
@@ -35,29 +56,30 @@ class Later {
     this.group = group;
     /** Somebody has looked for it, and it is not there. */
     this.wanted = false;
-    this._busy = false;
-    this._there = false;
+    /** Done when it is there, or is known not to come now. @type {Promise<void> | null} */
+    this._coming = null;
     /** What is said in each panel while it is not there. @type {HTMLElement[]} */
     this._said = [];
   }
 
-  async open() {
-    if (this._busy || this._there) return;
+  open() {
+    this._coming ??= this._open();
+    return this._coming;
+  }
+
+  async _open() {
+    const { page, group } = this;
     this.wanted = true;
     this._wait(true);
     try {
-      await answers(this.page);
-      const parts = await Promise.all(this.group.parts.map(([name]) => import(`./${name}.js`)));
-      this._there = true;
+      const parts = await brought(page, ...group.parts.map(([name]) => name));
       this.wanted = false;
       this._say();
-      this.group.parts.forEach(([, id], k) => parts[k].mount(this.page, byId(id)));
+      group.parts.forEach(([name, id], k) => mountPart(page, name, id, parts[k]));
     } catch (error) {
-      if (this._there) console.error(error);
-      const here = this.page.gone
-        ? ["The server does not answer, so this could not be loaded. It comes when the server is back."]
-        : ["This could not be loaded. Everything you drew is kept: load the page again.", button("Load again", () => location.reload())];
-      this._say(...here);
+      this._coming = null;
+      if (page.gone) this._say(sentence(error), "It comes when the server is back.");
+      else this._say(sentence(error), button("Load again", () => location.reload()));
     } finally {
       this._wait(false);
     }
@@ -65,7 +87,6 @@ class Later {
 
   /** @param {boolean} busy */
   _wait(busy) {
-    this._busy = busy;
     for (const panel of this.group.panels) byId(panel).setAttribute("aria-busy", String(busy));
   }
 
@@ -80,12 +101,11 @@ class Later {
   }
 }
 
-/** Nothing if the server answers; else it is told that it is gone. @param {Page} page */
-async function answers(page) {
+/** One part that fails takes no other with it. @param {Page} page @param {string} name @param {string} id @param {any} part */
+export function mountPart(page, name, id, part) {
   try {
-    if ((await fetch("/static/icon.svg", { credentials: "omit", redirect: "error" })).ok) return;
-  } catch {
-    page.api.onGone(true);
+    part?.mount?.(page, byId(id));
+  } catch (error) {
+    console.error(`${name}.js`, error);
   }
-  throw new Error("the server does not answer");
 }

@@ -1,7 +1,8 @@
 // Library: maps to choose from, with pictures; files dropped anywhere on the page become maps.
 
+import { brought } from "./later.js";
+import { sentence } from "./make.js";
 import { byId, el } from "./page.js";
-import { askRecipe } from "./recipes.js";
 import { tidy } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -28,7 +29,14 @@ export function mount(page, pane) {
     picker.value = "";
   });
   empty.addEventListener("click", () => askEmpty(page, empty));
-  recipe.addEventListener("click", () => askRecipe(page, recipe));
+  recipe.addEventListener("click", async () => {
+    try {
+      const [recipes] = await brought(page, "recipes");
+      recipes.askRecipe(page, recipe);
+    } catch (error) {
+      page.say(sentence(error), "bad");
+    }
+  });
   search.addEventListener("input", () => shelf.find(search.value));
   page.on("gone", (gone) => {
     if (!gone) void shelf.load();

@@ -91,14 +91,14 @@
  *   adopt: (scenario: Scenario) => Promise<void>,
  *   asked: () => Scenario,
  *   link: () => Promise<string>,
- *   show: (section: string) => void,
+ *   show: (section: string) => void | Promise<void>,
  *   use: (tool: string) => void,
  * }} Page
  *
  * `base`: cells of the map before any edit. `fault`: say what went wrong, whatever was thrown. `simulate`: run the
  * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
  * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it. `link`: this state's
- * address without the token. `show`: open the tab with a section. `use`: take up a tool.
+ * address without the token. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
  */
 
 export {};

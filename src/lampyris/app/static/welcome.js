@@ -13,9 +13,9 @@ export function mount(page, element) {
     element.hidden = true;
     keep();
   };
-  const tour = el("button", { type: "button", class: "btn", onclick: () => {
+  const tour = el("button", { type: "button", class: "btn", onclick: async () => {
     leave();
-    page.show("learn");
+    await page.show("learn");
     const begin = document.querySelector("#learn .tour .btn.primary");
     if (begin instanceof HTMLButtonElement) begin.click();
   } }, "Take the tour");
