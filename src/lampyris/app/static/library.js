@@ -21,7 +21,7 @@ export function mount(page, pane) {
   const recipe = el("button", { type: "button", class: "btn", title: "A new map by kind, size and seed" }, "Make a map…");
   const search = el("input", { type: "search", placeholder: "Find a map", "aria-label": "Find a map" });
   const lists = el("div", { class: "maps" });
-  pane.append(el("div", { class: "row" }, pick, recipe, empty, picker), el("p", { class: "hint" }, "Scenarios, and maps: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy. Or drop them anywhere."), search, lists);
+  pane.append(el("div", { class: "row" }, pick, recipe, empty, picker), el("p", { class: "hint" }, "Drop maps or scenarios here, or anywhere on the page: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy, CSV."), search, lists);
   const shelf = new Shelf(page, lists);
 
   picker.addEventListener("change", () => {
@@ -220,8 +220,9 @@ async function scenarioIn(page, files) {
   for (const file of files) {
     if (!/\.(json|ya?ml)$/i.test(file.name)) continue;
     const text = await file.text();
-    // A ROS map is YAML as well.
-    if (!/^\s*["']?version["']?\s*:/m.test(text) || !/^\s*["']?map["']?\s*:/m.test(text)) continue;
+    // A ROS map is YAML as well; no map is JSON.
+    const keyed = (/** @type {string} */ key) => new RegExp(`(^|[{,])\\s*["']?${key}["']?\\s*:`, "m").test(text);
+    if (!/\.json$/i.test(file.name) && !(keyed("version") && keyed("map"))) continue;
     const { scenario } = await page.api.json("/api/scenario", { name: file.name, text });
     const made = tidy(scenario, file.name);
     const source = /** @type {any} */ (made.map);
