@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from tests.app.test_app_work import ask, only, refusal, state
 
 from lampyris import scenarios
 from lampyris.app import said, work
+from lampyris.app.engine import Cancelled
 from lampyris.app.hello import hello
 from lampyris.app.server import ASKED, WAYS
+from lampyris.app.telling import heard
 from lampyris.maps.make import RECIPES, make_ground
 from lampyris.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
@@ -136,3 +143,79 @@ def test_the_saved_scenario_of_a_made_map_holds_its_recipe_and_gives_the_same_ru
     file.write_bytes(text)
     trace: Any = scenarios.run(scenarios.load_scenario(file))
     assert work.digest(trace) == shown["digest"]
+
+
+# ---- what is told meanwhile --------------------
+
+
+def told_of(verb: str, scenario: dict[str, Any], **more: Any) -> list[dict[str, Any]]:
+    pieces: list[bytes] = []
+    with heard(pieces.append):
+        ask(verb, scenario, **more)
+    return [json.loads(piece[5:]) for piece in pieces]
+
+
+@pytest.mark.parametrize("what", ["webp", "gif"])
+def test_a_film_tells_how_many_frames_of_how_many_are_drawn(
+    what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lampyris.app.telling.SELDOM", 0.0)
+    made = state(map="guide", obstacles=[{"kind": "random-walk", "count": 2}])
+    end = only(ask("simulate", made), "Z")
+    told = told_of("export", made, what=what)
+    running = [one["done"] for one in told if one["what"] == "running"]
+    assert running == list(range(end["ticks"] + 1))
+    drawing = [(one["done"], one["of"]) for one in told if one["what"] == "drawing"]
+    assert drawing == [(k, drawing[0][1]) for k in range(drawing[0][1] + 1)]
+    assert told[-1] == {"what": "writing"}
+    file = b"".join(value for kind, value in ask("export", made, what=what) if kind == "B")
+    with Image.open(io.BytesIO(file)) as film:
+        # The file may join frames that look the same.
+        assert getattr(film, "n_frames", 1) <= drawing[0][1]
+
+
+def test_nothing_is_told_where_nobody_listens_and_the_frames_stay_the_same() -> None:
+    made = state(map="guide")
+    quiet = ask("export", made, what="csv")
+    pieces: list[bytes] = []
+    with heard(pieces.append):
+        assert ask("export", made, what="csv") == quiet
+    assert [kind for kind, _ in quiet] == ["B"] * (len(quiet) - 1) + ["Z"]
+    assert quiet[-1][1] == {"bytes": sum(len(value) for kind, value in quiet if kind == "B")}
+
+
+def test_a_film_is_stopped_while_it_is_drawn() -> None:
+    pieces: list[bytes] = []
+
+    def look() -> None:
+        if any(b'"drawing"' in piece for piece in pieces):
+            raise Cancelled
+
+    question = {"verb": "export", "job": 1, "scenario": state(map="guide"), "what": "gif"}
+    with heard(pieces.append), pytest.raises(Cancelled):
+        list(work.answer(question, look))
+
+
+def test_an_engine_says_that_it_compiles_and_a_warm_one_does_not(tmp_path: Path) -> None:
+    """With a cache of its own: the first use compiles, and tells the job that waits for it."""
+    question = {"verb": "plan", "job": 9, "scenario": state(map="random-512", planner="astar")}
+    code = [sys.executable, "-c", TELLS, json.dumps(question)]
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    env["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    cold, warm = (subprocess.run(code, env=env, capture_output=True, text=True, check=True) for _ in "ab")
+    told = cold.stdout.split()
+    assert set(told) == {"compiling", "working", "found"}
+    assert told[-2:] == ["working", "found"]
+    assert warm.stdout.split() == ["found"]
+
+
+TELLS = """
+import json, sys
+from lampyris.app import work
+from lampyris.app.telling import heard, tell
+from lampyris.kernels._jit import on_compile
+on_compile(lambda on: tell("compiling" if on else "working"))
+with heard(lambda piece: print(json.loads(piece[5:])["what"])):
+    for piece in work.answer(json.loads(sys.argv[1]), lambda: None):
+        print(json.loads(piece[5:])["status"])
+"""

@@ -85,3 +85,40 @@ def test_a_size_that_no_recipe_takes_is_a_sentence(page: Any, wrong: list[str]) 
     assert page.locator("#notes .note").count() == 0
     assert [text for text in wrong if "400" not in text] == []
     wrong.clear()
+
+
+# ---- files that take a while --------------------
+
+
+def test_a_film_says_its_share_and_is_stopped_and_made_whole(page: Any, tmp_path: Path) -> None:
+    page.click("#tab-keep")
+    keep = page.locator("#keep")
+    keep.get_by_role("button", name="WebP").wait_for()
+    page.evaluate(
+        """() => {
+          const words = document.querySelector("#keep [role=status]");
+          const bar = document.querySelector("#keep progress");
+          window.told = [];
+          new MutationObserver(() => window.told.push([words.textContent, bar.value, bar.hidden]))
+            .observe(words, { childList: true });
+        }"""
+    )
+    with page.expect_download() as waiting:
+        keep.get_by_role("button", name="WebP").click()
+    waiting.value.save_as(tmp_path / "run.webp")
+    assert (tmp_path / "run.webp").read_bytes()[8:12] == b"WEBP"
+    keep.locator("[role=status] >> text=Saved").wait_for()
+    told = page.evaluate("window.told")
+    shares = [(words, value) for words, value, _ in told if "Drawing the film" in words]
+    assert shares
+    for words, value in shares:
+        done, of = (int(word) for word in words.split(": ")[1].split(" frames")[0].split(" of "))
+        assert abs(value - done / of) <= 0.2
+    keep.get_by_role("button", name="GIF").click()
+    keep.locator("[role=status] >> text=Drawing the film").wait_for()
+    keep.get_by_role("button", name="Stop", exact=True).click()
+    keep.locator("[role=status] >> text=Stopped.").wait_for()
+    assert keep.locator("progress").is_hidden()
+    with page.expect_download() as again:
+        keep.get_by_role("button", name="CSV").click()
+    assert again.value.suggested_filename.endswith(".csv")
