@@ -4,7 +4,7 @@
 // where it stands is computed from sizes that are kept, never read from the page.
 
 import { causeColour } from "./colours.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Run} Run */

@@ -1,7 +1,7 @@
 // Compiling: the first use of a planner makes machine code for this machine, which takes seconds and is kept. Said
 // where one looks for the path meanwhile, so that nothing seems to hang.
 
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** Milliseconds between two sayings of how long it has taken. */
 const BEAT = 1000;

@@ -1,6 +1,7 @@
 // Edit: the tools beside the map, and what each does with a cell. Hands are in hand.js, keys in cursor.js.
 
-import { byId, el, icon } from "./page.js";
+import { el, icon } from "./make.js";
+import { byId } from "./page.js";
 import { Stroke, brush } from "./brush.js";
 import { Cursor } from "./cursor.js";
 import { Hand } from "./hand.js";

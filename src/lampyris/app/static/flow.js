@@ -119,11 +119,14 @@ export function mount(page) {
     store.settle();
   };
   page.adopt = async (scenario) => {
+    // A map that cannot be had leaves everything as it was.
+    if (scenario.map !== shown.map) opened = { spec: scenario.map, ground: await loadGround(page.api, scenario.map) };
     store.replace(scenario);
   };
 
   store.listen((changed) => {
-    if (changed.has("map") && store.scenario.map !== shown.map) void load();
+    const moved = changed.has("map") && store.scenario.map !== shown.map;
+    if (moved) void load();
     else if (changed.has("edits")) {
       if (shown.edits === store.scenario.edits) page.tell("ground");
       else paint();
@@ -137,7 +140,7 @@ export function mount(page) {
         void runs.begin({ tick, play: page.play.playing });
       } else runs.clear();
     }
-    if (decisive.some((key) => !UNPLANNED.has(key)) && !decisive.includes("map")) plans.want();
+    if (decisive.some((key) => !UNPLANNED.has(key)) && !moved) plans.want();
   });
   page.on("tick", () => paint());
   page.on("run", () => paint());

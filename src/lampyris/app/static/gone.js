@@ -4,7 +4,8 @@
 // A page that asks for nothing hears of nothing: a run that is all there plays on without a server. So a page that
 // is looked at asks now and then whether somebody is there.
 
-import { byId, el } from "./page.js";
+import { el } from "./make.js";
+import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
 

@@ -9,7 +9,6 @@ import { framesOf, json } from "./frames.js";
 /** @typedef {import("./types.js").Ground} Ground */
 
 const SIGNS = { ".": 0, "#": 1, "?": 2, S: 0, G: 0 };
-const LETTERS = [".", "#", "?"];
 
 /**
  * The ground that a scenario's map means.
@@ -85,17 +84,6 @@ function groundOfRows(spec) {
   });
   const head = { name: spec.name ?? "inline", width, height, resolution: spec.resolution, start: ends.S, goal: ends.G };
   return { ...blankGround(head), cells };
-}
-
-/** A map as rows of text. @param {Uint8Array} cells @param {number} width @returns {string[]} */
-export function rowsOf(cells, width) {
-  const rows = [];
-  for (let at = 0; at < cells.length; at += width) {
-    let row = "";
-    for (let x = 0; x < width; x++) row += LETTERS[cells[at + x]];
-    rows.push(row);
-  }
-  return rows;
 }
 
 /**

@@ -1,8 +1,9 @@
 // Guide: the numbers of the worked example, ours from the server and the dissertation's as they are printed.
 
+import { ServerError } from "./api.js";
 import { SIDE, scenario } from "./example.js";
 import { json, layerOf } from "./frames.js";
-import { faultOf, planned } from "./runs.js";
+import { planned } from "./runs.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Cell} Cell */
@@ -58,7 +59,7 @@ async function layer(page, own, name) {
   const body = { scenario: { ...own, edits: undefined, simulate: {} }, layer: name, bodies: null, tick: 0 };
   for await (const { kind, bytes } of page.api.frames("/api/layer", body)) {
     if (kind === "L") return layerOf(bytes);
-    if (kind === "X") throw new Error(faultOf(json(bytes)));
+    if (kind === "X") throw new ServerError(200, json(bytes));
   }
   throw new Error(`no layer ${name}`);
 }

@@ -2,7 +2,8 @@
 
 import { copyLink, turnTheme } from "./theme.js";
 import { TOOLS } from "./edit.js";
-import { byId, el } from "./page.js";
+import { el } from "./make.js";
+import { byId } from "./page.js";
 import { fit, zoomBy } from "./zoom.js";
 
 /** @typedef {import("./types.js").Page} Page */

@@ -4,7 +4,7 @@ import { levels } from "./colours.js";
 import { brief } from "./charts.js";
 import { json, layerOf } from "./frames.js";
 import { ServerError } from "./api.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Layer} Layer */

@@ -2,7 +2,7 @@
 
 import { GATE, GOAL, KINDS, OTHER_KIND, ROBOT, START, THEMES, speedColour } from "./colours.js";
 import { brief } from "./charts.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 import { goalMark, kindMark, robotMark, startMark } from "./marks.js";
 
 /** @typedef {import("./types.js").Page} Page */

@@ -1,8 +1,8 @@
 // Library: maps to choose from, with pictures; files dropped anywhere on the page become maps.
 
 import { brought } from "./later.js";
-import { sentence } from "./make.js";
-import { byId, el } from "./page.js";
+import { el, sentence } from "./make.js";
+import { byId } from "./page.js";
 import { tidy } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */

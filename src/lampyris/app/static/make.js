@@ -24,6 +24,11 @@ export function svg(tag, set, ...parts) {
   return made;
 }
 
+/** A line drawing of 20 by 20. @param {string} path */
+export function icon(path) {
+  return svg("svg", { viewBox: "0 0 20 20", "aria-hidden": "true" }, svg("path", { d: path }));
+}
+
 /** @param {Part} part @returns {part is string | Node} */
 function real(part) {
   return part !== null && part !== undefined && part !== false;
@@ -51,15 +56,6 @@ export function spoken(text) {
 /** Put other contents into an element. @param {Element} into @param {...Part} parts */
 export function fill(into, ...parts) {
   into.replaceChildren(...parts.filter(real));
-}
-
-/** A table with a head; cells may be nodes. @param {string} caption @param {Part[]} head @param {Part[][]} rows */
-export function table(caption, head, rows) {
-  return el("table", { class: "data" },
-    el("caption", null, caption),
-    el("thead", null, el("tr", null, ...head.map((part) => el("th", { scope: "col" }, part)))),
-    el("tbody", null, ...rows.map((row) => el("tr", null,
-      ...row.map((part, k) => (k ? el("td", null, part) : el("th", { scope: "row" }, part)))))));
 }
 
 /** A number with no more digits than it needs. @param {number | null | undefined} value @param {number} [digits] */

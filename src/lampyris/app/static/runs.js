@@ -1,6 +1,7 @@
 // Runs of a comparison, gathered from one stream: the first seed of each planner and law is kept to be played,
 // of the others only how they ended.
 
+import { ServerError } from "./api.js";
 import { addTicks, json } from "./frames.js";
 
 /** @typedef {import("./types.js").Run} Run */
@@ -12,7 +13,7 @@ import { addTicks, json } from "./frames.js";
  */
 
 /** @param {Record<string, any>} head @returns {Run} */
-export function newRun(head) {
+function newRun(head) {
   return {
     job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
     units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
@@ -58,17 +59,10 @@ export async function gather(frames, more) {
     } else if (kind === "S") {
       all.summary = said;
     } else if (kind === "X") {
-      throw new Error(faultOf(said));
+      throw new ServerError(200, said);
     }
   }
   return all;
-}
-
-/** An error frame as a sentence. @param {Record<string, any>} said */
-export function faultOf(said) {
-  const where = said.where ? `${said.where}: ` : "";
-  const allowed = said.allowed ? ` (allowed: ${said.allowed})` : "";
-  return `${where}${said.what ?? "stopped"}${allowed}${said.todo ? `; ${said.todo}` : ""}`;
 }
 
 /**
@@ -79,7 +73,7 @@ export async function planned(page, body) {
   /** @type {Record<string, any>} */
   let plan = {};
   for await (const { kind, bytes } of page.api.frames("/api/plan", body)) {
-    if (kind === "X") throw new Error(faultOf(json(bytes)));
+    if (kind === "X") throw new ServerError(200, json(bytes));
     if (kind === "H" || kind === "Z") plan = { ...plan, ...json(bytes) };
   }
   return plan;

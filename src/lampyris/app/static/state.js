@@ -144,7 +144,7 @@ function keep(scenario, look) {
 }
 
 /** What was drawn last in this browser, if anything. @returns {Scenario | null} */
-export function draft() {
+function draft() {
   try {
     const text = localStorage.getItem(DRAFT);
     return text ? tidy(JSON.parse(text), "The draft") : null;
@@ -154,7 +154,7 @@ export function draft() {
 }
 
 /** A scenario as a part of a link. @param {Scenario} scenario @returns {Promise<string>} */
-export async function toLink(scenario) {
+async function toLink(scenario) {
   const packed = new Blob([JSON.stringify(scenario)]).stream().pipeThrough(new CompressionStream("deflate-raw"));
   const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
   let text = "";
@@ -163,7 +163,7 @@ export async function toLink(scenario) {
 }
 
 /** The scenario of a link. @param {string} text @returns {Promise<Scenario>} */
-export async function ofLink(text) {
+async function ofLink(text) {
   const plain = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(plain, (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));

@@ -4,7 +4,7 @@
 
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 import { mark } from "./timeline.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -259,6 +259,7 @@ const REMEDY = {
   "goal-occupied": "Drag G to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
   "hemmed-in": "Take some obstacles away (Traffic), or let the planner wait.",
   "iteration-limit": "Give the planner more iterations, or take another planner (Planner).",
+  error: "Change what is named here, or take the last change back (Undo, Ctrl+Z).",
   limit: "Give the planner a larger budget, or take another planner (Planner).",
 };
 

@@ -4,7 +4,7 @@
 // canvas of their own when there are more of them.
 
 import { EVENTS } from "./colours.js";
-import { el, icon } from "./page.js";
+import { el, icon } from "./make.js";
 import { RATES } from "./play.js";
 
 /** @typedef {import("./types.js").Page} Page */

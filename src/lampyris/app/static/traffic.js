@@ -1,6 +1,6 @@
 // Traffic: what was drawn on the map, in words, below the numbers of the settings.
 
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 

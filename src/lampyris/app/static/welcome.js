@@ -1,6 +1,6 @@
 // Welcome: for who is here for the first time, what is on the screen and what to do first.
 
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 

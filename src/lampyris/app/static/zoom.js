@@ -1,6 +1,7 @@
 // Zoom: the view is moved, brought nearer and fitted, and the buttons for it.
 
-import { byId, el, icon } from "./page.js";
+import { el, icon } from "./make.js";
+import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
