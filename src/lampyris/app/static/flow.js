@@ -120,8 +120,11 @@ export function mount(page) {
   };
   page.adopt = async (scenario) => {
     // A map that cannot be had leaves everything as it was.
-    if (scenario.map !== shown.map) opened = { spec: scenario.map, ground: await loadGround(page.api, scenario.map) };
-    store.replace(scenario);
+    const { map } = scenario;
+    const ground = map === shown.map && page.ground ? page.ground : await loadGround(page.api, map);
+    if (map !== shown.map) opened = { spec: map, ground };
+    const { start, goal } = scenario.start || scenario.goal ? scenario : ground;
+    store.replace({ ...scenario, start, goal });
   };
 
   store.listen((changed) => {

@@ -142,7 +142,7 @@ class Status {
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
     else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
     else this._now(going(run, tick, cause));
-    set(this.next, over ? (bad ? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.") : "");
+    set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.") : "");
 
     /** @type {Array<[string, string]>} */
     const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
@@ -252,11 +252,13 @@ class Status {
   }
 }
 
-/** What to do about a plan that is none, by its status. @type {Record<string, string>} */
+/** What to do about a plan that is none or a run that did not arrive, by status or outcome. @type {Record<string, string>} */
 const REMEDY = {
   "no-path": "Erase a wall (E), or drag S or G to the other's side.",
   "start-occupied": "Drag S to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
   "goal-occupied": "Drag G to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
+  timeout: "Allow more ticks (Planner, Seed and end).",
+  blocked: "Give it more patience (Planner, Seed and end), or take obstacles away (Traffic).",
   "hemmed-in": "Take some obstacles away (Traffic), or let the planner wait.",
   "iteration-limit": "Give the planner more iterations, or take another planner (Planner).",
   error: "Change what is named here, or take the last change back (Undo, Ctrl+Z).",
