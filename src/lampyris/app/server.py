@@ -25,7 +25,7 @@ from lampyris.app.answers import STATUS, Streamed
 from lampyris.app.asking import dump, said, told
 from lampyris.app.frames import error_frame, fault_of
 from lampyris.app.guard import BYTES, JSON, App, Door, Guard, Refused, Way, error_body
-from lampyris.app.shipped import TYPES, static_files
+from lampyris.app.shipped import TYPES, Shipped, both, shipped, static_files
 from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.maps.json_text import read_json
 from lampyris.maps.yaml_text import read_yaml
@@ -194,7 +194,7 @@ class Desk:
     def __init__(self, services: Services) -> None:
         self._all = services
         self._static = static_files()
-        self._hello: bytes | None = None
+        self._hello: Shipped | None = None
 
     def routes(self) -> list[Route]:
         """A route for every way, and no other."""
@@ -229,17 +229,13 @@ class Desk:
         found = self._static.get(name)
         if found is None:
             raise Refused(404, "NOT_FOUND", "there is nothing here")
-        kind, plain, packed = found
-        # Only these files, which hold nothing secret: what is compressed with a secret beside it can leak it.
-        if "gzip" in request.headers.get("accept-encoding", ""):
-            return Response(packed, media_type=kind, headers={"Content-Encoding": "gzip"})
-        return Response(plain, media_type=kind)
+        return shipped(request, *found)
 
     async def hello(self, request: Request) -> Response:
         """What there is: planners, laws, maps, limits."""
         if self._hello is None:
-            self._hello = dump(await self._all.look(self._all.hello))
-        return Response(self._hello, media_type=JSON)
+            self._hello = both(JSON, dump(await self._all.look(self._all.hello)))
+        return shipped(request, *self._hello)
 
     async def maps(self, request: Request) -> Response:
         """The library."""

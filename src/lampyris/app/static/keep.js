@@ -153,7 +153,7 @@ class Keep {
 }
 
 /** Map, planner and seed as a file's name. @param {Page} page */
-export function nameOf(page) {
+function nameOf(page) {
   const { name, planner, seed } = page.store.scenario;
   return safe(name ?? "") || safe(`${page.ground?.name || "lampyris"}-${planner.name}-seed-${seed}`);
 }
