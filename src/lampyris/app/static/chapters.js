@@ -1,6 +1,6 @@
 // Chapters: the ten steps of the tour, what each says, and what it puts on the map.
 
-import { GATE } from "./colours.js";
+import { GATE, VEIL } from "./colours.js";
 import { GOAL, START } from "./example.js";
 import { cellOf, index } from "./guide.js";
 import { spelled } from "./make.js";
@@ -122,8 +122,8 @@ export const STEPS = [
 
 /** Numbers in their cells; on dark pages the brightest colours are dimmed, so that white can be read on them. @param {number[]} values @param {(v: number) => string} spell @param {boolean} dark */
 function texts(values, spell, dark) {
-  const fill = dark ? 0.5 : 0;
-  return framed(values.map((v, k) => ({ at: cellOf(k), colour: "#16181d", fill: Number.isNaN(v) ? 0 : fill, text: Number.isNaN(v) ? "" : spell(v) })));
+  const { colour, share } = VEIL[dark ? "dark" : "light"];
+  return framed(values.map((v, k) => ({ at: cellOf(k), colour, fill: Number.isNaN(v) ? 0 : share, text: Number.isNaN(v) ? "" : spell(v) })));
 }
 
 /** Start and goal as frames: their letters would hide what stands in the cells. @param {import("./stagehand.js").Mark[]} marks */

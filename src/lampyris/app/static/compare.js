@@ -117,7 +117,10 @@ class Comparison {
     draw(/** @type {HTMLElement} */ (this.chosenLaws), this.who.laws, false);
     if (!this.who.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
     this.offers.forEach((offer) => offer());
-    if (this.go) this.go.disabled = !this.who.planners.length || Boolean(this.asked);
+    if (!this.go) return;
+    this.go.disabled = !this.who.planners.length || Boolean(this.asked);
+    this.go.title = this.who.planners.length ? "" : "Add a planner first.";
+    if (!this.who.planners.length) fill(/** @type {HTMLElement} */ (this.chosen), el("li", { class: "hint" }, "Nobody: add a planner."));
   }
 
   _seeds() {

@@ -14,7 +14,7 @@ import { el } from "./make.js";
 const KINDS = {
   none: { title: "None", about: "Walls and ground alone.", low: "", high: "", unit: () => "" },
   cost: { title: "Cost", about: "What is left to pay from each cell to the goal.", low: "at the goal", high: "far", unit: () => "cells" },
-  luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none.", low: "at the goal", high: "far", unit: () => "" },
+  luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none. It has no unit.", low: "at the goal", high: "far", unit: () => "" },
   clearance: { title: "Clearance", about: "How far each cell is from the nearest wall.", low: "tight", high: "open", unit: () => "m" },
   expanded: { title: "Expanded", about: "In which order a search from the goal comes to the cells, until it comes to the start.", low: "first", high: "last", unit: () => "" },
   reach: { title: "Reach", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
@@ -151,7 +151,7 @@ class Layers {
       el("h2", {}, "Layers"),
       el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
       this.legend, this.order, this.about,
-      el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates")),
+      el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates", el("span", { class: "hint" }, ": openings one cell wide"))),
     );
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;
