@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import struct
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -219,3 +220,62 @@ with heard(lambda piece: print(json.loads(piece[5:])["what"])):
     for piece in work.answer(json.loads(sys.argv[1]), lambda: None):
         print(json.loads(piece[5:])["status"])
 """
+
+
+# ---- what bounds the speed of a run --------------------
+
+
+def caps_of(piece: bytes) -> tuple[int, dict[str, np.ndarray]]:
+    first, n, rules = struct.unpack_from("<IHH", piece)
+    names, at = [], 8
+    for _ in range(rules):
+        names.append(piece[at + 1 : at + 1 + piece[at]].decode())
+        at += 1 + piece[at]
+    table = np.frombuffer(piece[at:], "<f4").reshape(rules, n)
+    return first, dict(zip(names, table, strict=True))
+
+
+BUSY = [{"kind": "random-walk", "count": 12, "rate": 0.5}]
+
+
+@pytest.mark.parametrize("law", ["physical", "dissertation", "blind", "rpp"])
+@pytest.mark.parametrize("slow", [False, True])
+def test_a_speed_is_what_its_rule_allows_and_no_rule_allows_less(
+    law: str, slow: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if slow:
+        monkeypatch.setattr("lampyris.app.watched.CHUNK_S", -1.0)
+    made = state(law={"name": law, "settings": {}}, obstacles=BUSY, robot={"radius": 0.2})
+    frames = ask("simulate", made)
+    head, end = only(frames, "H"), only(frames, "Z")
+    n = end["ticks"] + 1
+    speed, cause = np.full(n, np.nan), np.full(n, -1)
+    caps: dict[str, np.ndarray] = {}
+    for kind, value in frames:
+        if kind == "T":
+            first, some, _ = struct.unpack_from("<IHH", value)
+            speed[first : first + some] = np.frombuffer(value, "<f4", some, 8 + 4 * some)
+            cause[first : first + some] = np.frombuffer(value, np.uint8, some, 8 + 8 * some)
+        elif kind == "C":
+            first, found = caps_of(value)
+            for name, part in found.items():
+                caps.setdefault(name, np.full(n, np.nan))[first : first + len(part)] = part
+    assert {"limit"} <= set(caps)
+    words = [head["causes"][k] for k in cause]
+    bound = 0
+    for name, allowed in caps.items():
+        told = ~np.isnan(allowed)
+        if law != "rpp":
+            assert (speed[told] <= allowed[told] * (1 + 1e-6) + 1e-9).all(), name
+        by = np.array([word == name for word in words])
+        assert np.allclose(speed[by], allowed[by], rtol=1e-6, atol=0, equal_nan=False), name
+        bound += int(by.sum())
+    assert bound > 0
+    still = np.array([word in ("waiting", "goal", "start") for word in words])
+    assert all(np.isnan(allowed[still]).all() for allowed in caps.values())
+
+
+def test_what_is_watched_is_the_same_run_as_what_is_not() -> None:
+    made = state(obstacles=BUSY, law="dissertation")
+    trace = scenarios.run(said.said_scenario({"scenario": made}))
+    assert work.digest(trace) == only(ask("simulate", made), "Z")["digest"]  # type: ignore[arg-type]

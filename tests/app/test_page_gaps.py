@@ -122,3 +122,51 @@ def test_a_film_says_its_share_and_is_stopped_and_made_whole(page: Any, tmp_path
     with page.expect_download() as again:
         keep.get_by_role("button", name="CSV").click()
     assert again.value.suggested_filename.endswith(".csv")
+
+
+# ---- why it is as fast as it is --------------------
+
+
+def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: Any) -> None:
+    page.click("#tab-traffic")
+    page.get_by_label("Random walkers").fill("20")
+    page.keyboard.press("Tab")
+    page.click("#tab-settings")
+    page.locator("#settings .law select").first.select_option("dissertation")
+    page.wait_for_timeout(300)
+    page.get_by_label("Speed of play").select_option("16")
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.get_by_role("button", name="Play again").wait_for()
+    plot = page.locator("#charts .u-over").first.bounding_box()
+    said = []
+    for share in (0.2, 0.4, 0.6, 0.8):
+        page.mouse.move(plot["x"] + share * plot["width"], plot["y"] + 30)
+        said.append(page.locator("#charts figcaption").first.inner_text())
+    for words in said:
+        speed = float(words.split(": ")[1].split(" ")[0])
+        bounds = [float(part.split("≤ ")[1]) for part in words.split("; ")[1].split(", ")]
+        assert bounds == sorted(bounds)
+        assert speed <= bounds[0] + 0.5
+        cause = words.split(" vu, ")[1].split(";")[0]
+        assert f"{cause} ≤" not in words, "the speed itself says what its own rule allows"
+    assert any("ring 1 ≤" in words for words in said)
+    assert all("limit ≤ 80" in words for words in said)
+    # The same on the plan's chart has its own words, and the distance chart its line.
+    page.mouse.move(10, 10)
+    assert page.locator("#charts figcaption").nth(1).inner_text().startswith("Nearest obstacle, m")
+    red = page.evaluate(
+        """() => {
+          const canvas = document.querySelectorAll("#charts canvas")[1];
+          const { width } = canvas;
+          const { data } = canvas.getContext("2d").getImageData(0, 0, width, canvas.height);
+          const rows = new Map();
+          for (let k = 0; k < data.length; k += 4) {
+            if (data[k] === 179 && data[k + 1] === 38 && data[k + 2] === 30 && data[k + 3] === 255) {
+              const y = Math.floor(k / 4 / width);
+              rows.set(y, (rows.get(y) ?? 0) + 1);
+            }
+          }
+          return [...rows.values()].filter((many) => many > width / 2).length;
+        }"""
+    )
+    assert red == 2, "the line of contact, two pixels high, from side to side"

@@ -2,6 +2,7 @@
 // again, and goes on where it stood, once there is a server.
 
 import { Gone, ServerError } from "./api.js";
+import { addCaps } from "./bounds.js";
 import { addEvents, addTicks, json } from "./frames.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -85,6 +86,7 @@ export class Runs {
         else if (kind === "H") Object.assign(run, headOf(json(bytes)));
         else if (kind === "T") addTicks(bytes, run);
         else if (kind === "E") addEvents(bytes, run);
+        else if (kind === "C") addCaps(bytes, run);
         else if (kind === "Z") {
           run.end = json(bytes);
           run.done = true;
@@ -100,9 +102,10 @@ export class Runs {
       run.done = true;
       page.play.hold(false);
       if (error instanceof Gone) {
-        this._owed = { tick: page.play.tick, play: published ? page.play.playing : play };
+        const plays = published ? page.play.playing : play;
         // The old run goes through what was painted.
         if (!published && page.play.playing) page.play.toggle();
+        this._owed = { tick: page.play.tick, play: plays };
       }
       if (published) page.tell("end");
       page.fault(error);
@@ -126,6 +129,6 @@ function emptyRun(scenario) {
   return {
     job: "", planner: scenario.planner.name, label: scenario.planner.name, law: scenario.law?.name ?? "", units: "", ticks: 0,
     done: false, robot: new Int16Array(0), speed: new Float32Array(0), cause: new Uint8Array(0), causes: [], bodies: [],
-    places: [], near: new Float32Array(0), events: [], end: null,
+    places: [], near: new Float32Array(0), caps: [], events: [], end: null,
   };
 }

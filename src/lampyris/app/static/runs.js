@@ -2,6 +2,7 @@
 // of the others only how they ended.
 
 import { ServerError } from "./api.js";
+import { addCaps } from "./bounds.js";
 import { addTicks, json } from "./frames.js";
 
 /** @typedef {import("./types.js").Run} Run */
@@ -18,7 +19,7 @@ function newRun(head) {
     job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
     units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
     cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.bodies ?? [])], places: [],
-    near: new Float32Array(0), events: [], end: null,
+    near: new Float32Array(0), caps: [], events: [], end: null,
   };
 }
 
@@ -36,6 +37,10 @@ export async function gather(frames, more) {
   for await (const { kind, bytes } of frames) {
     if (kind === "T") {
       if (run) addTicks(bytes, run);
+      continue;
+    }
+    if (kind === "C") {
+      if (run) addCaps(bytes, run);
       continue;
     }
     const said = json(bytes);

@@ -38,7 +38,7 @@
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
  *   robot: Int16Array, speed: Float32Array, cause: Uint8Array, causes: string[],
  *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Int16Array[],
- *   near: Float32Array, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
+ *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
  *   end: Record<string, any> | null,
  * }} Run
  */
