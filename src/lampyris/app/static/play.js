@@ -87,6 +87,12 @@ export class Player {
   pause() {
     if (!this.playing) return;
     this.playing = false;
+    // What is looked at is a moment with a number: its numbers, its link and a step from it are about the same.
+    const whole = this._within(Math.round(this.tick));
+    if (whole !== this.tick) {
+      this.tick = whole;
+      this._show();
+    }
     this.page.tell("play", false);
   }
 
