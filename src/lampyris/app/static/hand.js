@@ -6,7 +6,7 @@ import { moveBy, zoomBy } from "./zoom.js";
 /** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./edit.js").Editor} Editor */
 
-/** What the pointer does from down to up. @typedef {{move: (event: PointerEvent) => void, up: (event: PointerEvent) => void, drop?: () => void}} Deed */
+/** What the pointer does from down to up. `raw`: each move at once, not once a frame. @typedef {{move: (event: PointerEvent) => void, up: (event: PointerEvent) => void, drop?: () => void, raw?: (event: PointerEvent) => void}} Deed */
 
 /** Pixels about an end in which it is taken hold of. */
 const NEAR = 12;
@@ -30,6 +30,8 @@ export class Hand {
     const { canvas } = page.map;
     canvas.addEventListener("pointerdown", (event) => this._down(event));
     canvas.addEventListener("pointermove", (event) => this._move(event));
+    // Moves are handed out once a frame, these as they come: a brush does not wait for the frame.
+    canvas.addEventListener("pointerrawupdate", (event) => this._raw(/** @type {PointerEvent} */ (event)));
     canvas.addEventListener("pointerup", (event) => this._up(event));
     canvas.addEventListener("pointercancel", (event) => this._up(event));
     canvas.addEventListener("pointerleave", () => this.hideBrush());
@@ -78,6 +80,11 @@ export class Hand {
       this._deed?.move(event);
     }
     this._hover(event);
+  }
+
+  /** @param {PointerEvent} event */
+  _raw(event) {
+    if (this._pointers.has(event.pointerId)) this._deed?.raw?.(event);
   }
 
   /** @param {PointerEvent} event */
@@ -217,7 +224,8 @@ export class Hand {
   _stroke(event, value) {
     const stroke = this.editor.stroke(value);
     stroke.to(this._cell(event));
-    return { move: (now) => stroke.to(this._cell(now)), up: () => stroke.end(), drop: () => stroke.drop() };
+    const to = (/** @type {PointerEvent} */ now) => stroke.to(this._cell(now));
+    return { move: to, raw: to, up: () => stroke.end(), drop: () => stroke.drop() };
   }
 
   /** @param {PointerEvent} event */
