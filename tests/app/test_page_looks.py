@@ -209,6 +209,36 @@ def test_where_the_focus_is_is_seen(page: Any) -> None:
 
 # ---- colours ----
 
+NUMBERS = """async () => {
+  const { THEMES, VEIL, levels } = await import("/static/colours.js");
+  const worst = {};
+  for (const theme of ["light", "dark"]) {
+    const light = (v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+    const bright = (rgb) => 0.2126 * light(rgb[0]) + 0.7152 * light(rgb[1]) + 0.0722 * light(rgb[2]);
+    const parsed = (text) => [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
+    const { colour, share } = VEIL[theme];
+    const ink = bright(parsed(THEMES[theme].ink));
+    worst[theme] = Math.min(...[...levels("landscape", theme === "dark")].slice(1).map((packed) => {
+      const under = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255];
+      const ground = bright(parsed(colour).map((v, i) => share * v + (1 - share) * under[i]));
+      return (Math.max(ground, ink) + 0.05) / (Math.min(ground, ink) + 0.05);
+    }));
+  }
+  return worst;
+}"""
+
+
+@needs_chromium
+def test_numbers_on_a_landscape_are_read(browser: Any, address: str) -> None:
+    context = browser.new_context()
+    tab = context.new_page()
+    tab.goto(address)
+    tab.wait_for_selector("body.ready")
+    worst = tab.evaluate(NUMBERS)
+    assert min(worst.values()) >= 4.5, worst
+    context.close()
+
+
 SEEN_BY = {
     "everybody": np.eye(3),
     "protanopia": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
