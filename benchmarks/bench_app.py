@@ -1,6 +1,6 @@
 """The app as a person meets it: first frame, frames a second, painting, dragging, weight, memory.
 
-    python -m benchmarks.bench_app [--quick] [--minutes N] [--json FILE]
+    python -m benchmarks.bench_app [--quick] [--only PART] [--minutes N] [--json FILE]
 
 A real ``lampyris app`` is started and its page opened in the distribution's Chromium, without a window and
 drawn by software alone, 1280 x 720.
@@ -44,6 +44,7 @@ from benchmarks import app_stage as stage
 Row = dict[str, Any]
 SOON = 120_000
 BURST_MS = 500.0
+PARTS = ("first", "weight", "playing", "painting", "looking", "dragging", "memory")
 
 
 def share(values: list[float], part: float) -> float:
@@ -100,9 +101,16 @@ class Bench:
         self.page.evaluate("bench.page.simulate({tick: 0, play: true})")
         until(self.page, "bench.page.run && bench.page.run.done")
 
+    def part(self, name: str, minutes: float) -> list[Row]:
+        """One of the parts."""
+        if name == "memory":
+            return self.memory(minutes)
+        act: Callable[[], list[Row]] = getattr(self, name)
+        return act()
+
     # ---- figures --------------------
 
-    def first_frames(self) -> list[Row]:
+    def first(self) -> list[Row]:
         """Opened in browsers that were never here; the first time just behind the app's start."""
         found: list[float] = []
         for _ in range(1 + self.rounds):
@@ -325,6 +333,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="fewer rounds, one minute of memory")
     parser.add_argument("--minutes", type=float, help="of memory (10; quick: 1; 0: none)")
+    parser.add_argument("--only", action="append", choices=PARTS, help="this part; may be said again")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write everything there")
     args = parser.parse_args()
     minutes = args.minutes if args.minutes is not None else (1.0 if args.quick else 10.0)
@@ -344,9 +353,8 @@ def main() -> int:
         }  # fmt: skip
         print(", ".join(f"{k} {v}" for k, v in about.items()))
         bench = Bench(browser, address, server, args.quick)
-        rows = bench.first_frames() + bench.weight() + bench.playing() + bench.painting()
-        rows += bench.looking() + bench.dragging()
-        rows += bench.memory(minutes) if minutes > 0 else []
+        asked = args.only or [part for part in PARTS if part != "memory" or minutes > 0]
+        rows = [one for part in asked for one in bench.part(part, minutes)]
         browser.close()
     short = [one["what"].strip() for one in rows if one["met"] is False]
     print(f"not met: {', '.join(short)}" if short else "all targets met")
