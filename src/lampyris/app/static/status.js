@@ -243,7 +243,7 @@ class Status {
     for (const [name, value] of rows) {
       let row = this._rows.get(name);
       if (!row) {
-        row = { dt: el("dt", {}, name), dd: el("dd", {}) };
+        row = { dt: el("dt", { title: ABOUT[name.replace(" (plan)", "")] }, name), dd: el("dd", {}) };
         this._rows.set(name, row);
         this.facts.append(row.dt, row.dd);
       }
@@ -251,6 +251,16 @@ class Status {
     }
   }
 }
+
+/** What a number is, for who rests on its name. @type {Record<string, string>} */
+const ABOUT = {
+  Cost: "Length of the way, by the prices of its steps", Optimal: "Cost of a shortest way on this map", Gap: "How much dearer than a shortest way",
+  "Sum of cost to go": "The cost to the goal, summed over the way's cells, as the dissertation's tables have it",
+  Iterations: "Times the planner chose a next cell", Expansions: "Cells that the planner looked at",
+  Gates: "Openings one cell wide", Time: "How long the robot takes for the way", "Planned in": "Time of computing",
+  "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
+  Nearest: "Distance from the robot to the nearest obstacle",
+};
 
 /** What to do about a plan that is none or a run that did not arrive, by status or outcome. @type {Record<string, string>} */
 const REMEDY = {
