@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import json
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -42,6 +45,16 @@ def scenario(page: Any) -> dict[str, Any]:
     page.wait_for_timeout(400)
     found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
     return found
+
+
+def opened(page: Any, made: dict[str, Any]) -> None:
+    """Open the link of a scenario."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    packed = packer.compress(json.dumps(made).encode()) + packer.flush()
+    text = base64.urlsafe_b64encode(packed).decode().rstrip("=")
+    page.evaluate("(text) => { location.hash = location.hash.match(/t=[0-9a-f]+/)[0] + '&s=' + text; }", text)
+    page.wait_for_timeout(300)
+    page.wait_for_selector("#status >> text=found")
 
 
 # ---- maps by recipes --------------------
@@ -170,3 +183,52 @@ def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: A
         }"""
     )
     assert red == 2, "the line of contact, two pixels high, from side to side"
+
+
+# ---- layers of large maps --------------------
+
+
+def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> None:
+    """Answers are held back for longer than anybody used to wait, and the seed changes again and again."""
+    page.get_by_label("Cost", exact=True).check()
+    page.wait_for_selector("#layers .ly-legend", state="visible")
+    before = page.inner_text("#layers .ly-ends")
+
+    def late(route: Any) -> None:
+        page.wait_for_timeout(1500)
+        route.continue_()
+
+    asked: list[str] = []
+    page.on("request", lambda one: asked.append(one.url) if one.url.endswith("/api/layer") else None)
+    page.route("**/api/layer", late)
+    page.click("#tab-settings")
+    seed = page.get_by_label("seed", exact=True).first
+    for k in range(1, 4):
+        seed.fill(str(k))
+        page.keyboard.press("Tab")
+        page.wait_for_timeout(150)
+    page.wait_for_selector("#layers .ly-busy >> text=Cost of 50 × 50 cells")
+    assert page.inner_text("#layers .ly-ends") == before
+    assert page.locator("#layers .ly-legend").is_visible()
+    page.locator("#layers .ly-busy").wait_for(state="hidden")
+    assert 1 <= len(asked) <= 3
+    assert not page.locator("#layers .bad").count()
+
+
+# ---- studies of worlds that change --------------------
+
+
+def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page: Any) -> None:
+    made = {**scenario(page), "edits": [{"tick": 4, "blocked": [[20, 12], [21, 12]], "freed": []}]}
+    opened(page, made)
+    page.click("#tab-compare")
+    page.wait_for_selector("#compare .cannot >> text=A study draws its obstacles anew")
+    send = page.get_by_role("button", name="Send to a study")
+    assert send.is_disabled()
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.wait_for_selector("#compare table.measures")
+    page.get_by_role("button", name="Leave", exact=True).click()
+    page.get_by_role("button", name="Walls from the start").click()
+    assert scenario(page)["edits"] == [{"tick": 0, "blocked": [[20, 12], [21, 12]], "freed": []}]
+    assert page.locator("#compare .cannot").is_hidden()
+    assert send.is_enabled()

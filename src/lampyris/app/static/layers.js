@@ -16,11 +16,18 @@ const KINDS = {
   cost: { title: "Cost", about: "What is left to pay from each cell to the goal.", low: "at the goal", high: "far", unit: () => "cells" },
   luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none. It has no unit.", low: "at the goal", high: "far", unit: () => "" },
   clearance: { title: "Clearance", about: "How far each cell is from the nearest wall.", low: "tight", high: "open", unit: () => "m" },
-  expanded: { title: "Expanded", about: "In which order a search from the goal comes to the cells, until it comes to the start.", low: "first", high: "last", unit: () => "" },
+  expanded: { title: "Expanded", about: "", low: "first", high: "last", unit: () => "" },
   reach: { title: "Reach", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
 };
-/** Milliseconds after which an answer that is no longer wanted is stopped instead of waited for. */
-const PATIENCE = 400;
+/**
+ * Milliseconds after which an answer that is no longer wanted is stopped instead of waited for, as for plans: an engine
+ * that is stopped may have to start anew. With 400 here a layer of a large map never came.
+ */
+const PATIENCE = 2500;
+/** While an end is dragged nothing is stopped: milliseconds without a change after which it may be. */
+const SETTLED = 300;
+/** Milliseconds after which it is said that a layer is on its way, and between two sayings of how long. */
+const SLOW = 350;
 /** Cells of the largest map of which a hover fetches layers that are not shown. */
 const SMALL = 300_000;
 
@@ -40,8 +47,12 @@ export class Source {
     /** @type {AbortController | null} */
     this._abort = null;
     this._began = 0;
-    /** State that is asked about. */
+    /** State that is asked about, and the layer. */
     this._about = 0;
+    this._of = "";
+    this._timer = 0;
+    /** Told when one is asked for, and with an empty name when nothing is any more. @type {(name: string) => void} */
+    this.onAsked = () => {};
     /** Told when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
     this.onLayer = () => {};
   }
@@ -69,9 +80,17 @@ export class Source {
     if (name === "none" || !this.page.ground || this.page.gone) return;
     if (this._have.get(name)?.key === this._key(name)) return;
     this._wanted.add(name);
-    if (!this._abort) void this._ask();
-    // Another tick is no reason to stop: where answers take long, none would ever come.
-    else if (this._about !== this._state && performance.now() - this._began > PATIENCE) this._abort.abort();
+    if (!this._abort) {
+      void this._ask();
+      return;
+    }
+    clearTimeout(this._timer);
+    const abort = this._abort;
+    this._timer = window.setTimeout(() => {
+      // Another tick is no reason to stop: where answers take long, none would ever come.
+      const old = this._about !== this._state || (this._of !== this.shown && this._wanted.has(this.shown));
+      if (old && this._abort === abort) abort.abort();
+    }, Math.max(SETTLED, this._began + PATIENCE - performance.now()));
   }
 
   async _ask() {
@@ -85,6 +104,8 @@ export class Source {
       this._abort = abort;
       this._began = performance.now();
       this._about = this._state;
+      this._of = name;
+      this.onAsked(name);
       let layer = null;
       let fault = "";
       try {
@@ -99,6 +120,7 @@ export class Source {
       this.onLayer(name, layer, fault);
     }
     this._abort = null;
+    this.onAsked("");
   }
 
   /** @param {string} name @param {AbortSignal} signal */
@@ -147,10 +169,15 @@ class Layers {
     this.order = el("label", { class: "ly-order", hidden: true }, el("span", { class: "hint" }, "So far"), this.upTo);
     this.gates = el("input", { type: "checkbox", onchange: () => this._gates(true) });
     element.classList.add("ly");
+    this.words = el("span", { class: "hint", role: "status" });
+    this.busy = el("div", { class: "ly-busy", hidden: true }, el("progress", { "aria-label": "The layer is on its way" }), this.words);
+    /** Of what is on its way: since when, and the clock that says so. */
+    this._since = 0;
+    this._clock = 0;
     element.append(
       el("h2", {}, "Layers"),
       el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
-      this.legend, this.order, this.about,
+      this.busy, this.legend, this.order, this.about,
       el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates", el("span", { class: "hint" }, ": openings one cell wide"))),
     );
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
@@ -164,6 +191,7 @@ class Layers {
       this.about.textContent = fault || (layer ? KINDS[name].about : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
       this.about.classList.toggle("bad", Boolean(fault));
     };
+    source.onAsked = () => this._wait();
     const renew = () => {
       source.changed();
       source.want(source.shown);
@@ -179,6 +207,24 @@ class Layers {
     page.on("show-layer", (name) => this.choose(name));
   }
 
+  /** Say that the shown layer is on its way, if it takes long; what is shown stays until it has come. */
+  _wait() {
+    const { source, page } = this;
+    const on = source.shown !== "none" && (source._of === source.shown || source._wanted.has(source.shown)) && source._abort !== null;
+    if (on === Boolean(this._clock)) return;
+    clearInterval(this._clock);
+    this._clock = 0;
+    this.busy.hidden = true;
+    if (!on) return;
+    this._since = performance.now();
+    this._clock = window.setInterval(() => {
+      const seconds = Math.floor((performance.now() - this._since) / 1000);
+      const size = page.ground ? ` of ${page.ground.width} × ${page.ground.height} cells` : "";
+      this.words.textContent = `${KINDS[source.shown].title}${size}${seconds ? `: ${seconds} s` : ""}`;
+      this.busy.hidden = false;
+    }, SLOW);
+  }
+
   /** @param {string} name */
   choose(name) {
     if (!(name in KINDS)) return;
@@ -189,6 +235,7 @@ class Layers {
     this.about.classList.remove("bad");
     this.upTo.value = "255";
     source.want(name);
+    this._wait();
     this._put();
     this.page.tell("layer", name);
   }
