@@ -3,7 +3,7 @@
 
 import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
-import { addEvents, addTicks, json } from "./frames.js";
+import { addEvents, addTicks, json, newRun } from "./frames.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Run} Run */
@@ -69,15 +69,20 @@ export class Runs {
     // The old run may not go on past the moment from which the new one differs.
     if (tick > 0) page.play.hold(true);
     const scenario = page.asked();
-    const run = emptyRun(scenario);
+    const run = newRun({ planner: scenario.planner.name, law: scenario.law?.name });
     /** Shown once it has come as far as what is shown now: until there both are the same. */
     let published = false;
+    const before = { tick: page.play.tick, playing: page.play.playing };
     const publish = () => {
       published = true;
       page.play.hold(false);
       this.own = run;
       page.run = run;
-      page.tell("run", { tick: Math.min(tick, Math.max(0, run.ticks - 1)), play });
+      // What a hand has done to the clock since it was asked for counts more than what was asked.
+      const { play: clock } = page;
+      const at = tick > 0 && clock.tick !== before.tick ? clock.tick : tick;
+      const plays = tick > 0 && clock.playing !== before.playing ? clock.playing : play;
+      page.tell("run", { tick: Math.min(at, Math.max(0, run.ticks - 1)), play: plays });
     };
     try {
       for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario }, abort.signal)) {
@@ -122,13 +127,4 @@ export class Runs {
 function headOf(head) {
   const { job, planner, law, units, causes, bodies, label } = head;
   return Object.fromEntries(Object.entries({ job, planner, law, units, causes, bodies, label }).filter(([, v]) => v !== undefined));
-}
-
-/** @param {Scenario} scenario @returns {Run} */
-function emptyRun(scenario) {
-  return {
-    job: "", planner: scenario.planner.name, label: scenario.planner.name, law: scenario.law?.name ?? "", units: "", ticks: 0,
-    done: false, robot: new Int16Array(0), speed: new Float32Array(0), cause: new Uint8Array(0), causes: [], bodies: [],
-    places: [], near: new Float32Array(0), caps: [], events: [], end: null,
-  };
 }

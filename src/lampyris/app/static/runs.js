@@ -3,7 +3,7 @@
 
 import { ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
-import { addTicks, json } from "./frames.js";
+import { addEvents, addTicks, json, newRun } from "./frames.js";
 
 /** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Page} Page */
@@ -12,16 +12,6 @@ import { addTicks, json } from "./frames.js";
  * What a comparison gave. `summary`: as studies tell it, with intervals; null until it has come.
  * @typedef {{runs: Run[], ended: number, summary: Record<string, any> | null}} Gathered
  */
-
-/** @param {Record<string, any>} head @returns {Run} */
-function newRun(head) {
-  return {
-    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
-    units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
-    cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.bodies ?? [])], places: [],
-    near: new Float32Array(0), caps: [], events: [], end: null,
-  };
-}
 
 /**
  * Read a comparison's frames.
@@ -43,6 +33,10 @@ export async function gather(frames, more) {
       if (run) addCaps(bytes, run);
       continue;
     }
+    if (kind === "E") {
+      if (run) addEvents(bytes, run);
+      continue;
+    }
     const said = json(bytes);
     if (kind === "H") {
       run = newRun(said);
@@ -50,9 +44,6 @@ export async function gather(frames, more) {
       if (all.runs.some((one) => one.label === label)) run = null;
       else all.runs.push(run);
       more(all);
-    } else if (kind === "E" && run) {
-      run.events.push(...said);
-      for (const event of said) if (event.body) run.bodies.push(event.body);
     } else if (kind === "Z" && run && !run.done) {
       run.end = said;
       run.done = true;
