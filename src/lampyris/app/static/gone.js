@@ -57,7 +57,7 @@ export function mount(page) {
     page.gone = true;
     void ask();
   });
-  page.on("gone", (gone) => {
+  const show = (/** @type {boolean} */ gone) => {
     banner.hidden = !gone;
     clearTimeout(timer);
     if (gone) {
@@ -66,5 +66,8 @@ export function mount(page) {
     } else {
       page.say("The server is back.", "good");
     }
-  });
+  };
+  page.on("gone", show);
+  // An old token is refused before there is anybody here to hear of it.
+  if (page.gone) show(true);
 }

@@ -225,8 +225,8 @@ export function mount(page) {
     if (begun && !timer) timer = window.setTimeout(() => void now(), SOON);
   };
   store.listen(() => {
-    soon();
     begun = true;
+    soon();
   });
   page.on("layer", (name) => {
     layer = name;
