@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +22,17 @@ from lampyris import scenarios
 from lampyris.app import said, work
 from lampyris.app.engine import Cancelled
 from lampyris.app.hello import hello
+from lampyris.app.layered import own_order, reach
 from lampyris.app.server import ASKED, WAYS
 from lampyris.app.telling import heard
+from lampyris.app.watched import begin
+from lampyris.field.gates import gate_mask
+from lampyris.field.layers import clearance
+from lampyris.field.solve import solve_field
 from lampyris.maps.make import RECIPES, make_ground
 from lampyris.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
+from lampyris.planners import registry
 
 CAVES = {"recipe": "caves", "size": [48, 32], "seed": 5, "settings": {"fill": 0.45}}
 
@@ -279,3 +286,112 @@ def test_what_is_watched_is_the_same_run_as_what_is_not() -> None:
     made = state(obstacles=BUSY, law="dissertation")
     trace = scenarios.run(said.said_scenario({"scenario": made}))
     assert work.digest(trace) == only(ask("simulate", made), "Z")["digest"]  # type: ignore[arg-type]
+
+
+# ---- layers against the library's own numbers --------------------
+
+
+def layer(name: str, scenario: dict[str, Any], **more: Any) -> tuple[float, float, np.ndarray, Any]:
+    frames = ask("layer", scenario, layer=name, bodies=None, tick=0, **more)
+    value = only(frames, "L")
+    assert value[1 : 1 + value[0]] == name.encode()
+    width, height, low, high = struct.unpack_from("<IIff", value, 1 + value[0])
+    head = next((found for kind, found in frames if kind == "H"), None)
+    return low, high, np.frombuffer(value[17 + value[0] :], np.uint8).reshape(height, width), head
+
+
+def pixels(values: np.ndarray) -> np.ndarray:
+    """A layer as its frame must hold it: 255 steps from least to greatest, 0 where there is none."""
+    there = np.isfinite(values)
+    low, high = values[there].min(), values[there].max()
+    out = np.zeros(values.shape)
+    out[there] = np.round(1 + 254 * (values[there] - low) / (high - low if high > low else 1.0))
+    return out
+
+
+PLACES = [("env-3", {}), ("hills-256", {"planner": "astar"}), ("guide", {"preset": "dissertation"})]
+
+
+@pytest.mark.parametrize(("map_", "more"), PLACES)
+@pytest.mark.parametrize("name", ["cost", "luciferin", "clearance", "reach"])
+def test_a_pixel_of_a_layer_is_the_librarys_number(name: str, map_: str, more: dict[str, Any]) -> None:
+    made = state(map=map_, obstacles=[{"kind": "random-walk", "count": 5}], **more)
+    low, high, shown, _ = layer(name, made)
+    scene = said.said_scenario({"scenario": made}).scene
+    if name == "clearance":
+        # Not the function that the layer asks: by the distance to every wall.
+        walls = np.argwhere(scene.grid.blocked)
+        y, x = 7, 3
+        direct = np.sqrt(((walls - (y, x)) ** 2).sum(axis=1).min()) * scene.grid.resolution
+        values = np.where(scene.grid.blocked, np.inf, clearance(scene.grid))
+        assert scene.grid.blocked[y, x] or abs(values[y, x] - direct) <= scene.grid.resolution
+    elif name == "reach":
+        run = begin(said.said_scenario({"scenario": made}))
+        bodies = [run.world.space.cell(number) for number in run.world.where]
+        assert (shown[tuple(np.array(bodies).T[::-1])] == 1).all()
+        values = reach(scene.grid, bodies, scene.moves.corner_cutting, 64)
+    else:
+        values = getattr(solve_field(scene), name)
+    assert np.array_equal(shown, pixels(values))
+    there = np.isfinite(values)
+    assert [low, high] == [float(np.float32(f(values[there]))) for f in (np.min, np.max)]
+
+
+def test_gates_are_those_of_the_librarys_detector() -> None:
+    made = state(map="env-3")
+    found = only(ask("plan", made, layers=["gates"]), "Z")["gates"]
+    scene = said.said_scenario({"scenario": made}).scene
+    mask = gate_mask(scene.grid, scene.robot)
+    cells = {tuple(gate["cell"]) for gate in [*found["in_map"], *found["on_path"]]}
+    assert cells == {(int(x), int(y)) for y, x in np.argwhere(mask)}
+    assert cells
+
+
+@pytest.mark.parametrize("planner", ["astar", "dijkstra"])
+@pytest.mark.parametrize("map_", ["env-3", "hills-256", "guide"])
+def test_the_expanded_cells_are_the_planners_own_in_its_order(planner: str, map_: str) -> None:
+    made = state(map=map_, planner=planner)
+    low, high, shown, head = layer("expanded", made)
+    plan = only(ask("plan", made), "Z")
+    assert head == {"layer": "expanded", "planner": planner, "own": True}
+    assert (low, high) == (1, plan["expansions"]) == (1, np.count_nonzero(shown))
+    scenario = said.said_scenario({"scenario": made})
+    cells = own_order(scenario.scene, scenario)
+    assert cells is not None
+    assert len(np.unique(cells, axis=0)) == len(cells) == plan["expansions"]
+    assert tuple(cells[0]) == scenario.scene.start
+    assert set(map(tuple, plan["cells"][:-1])) <= set(map(tuple, cells.tolist()))
+    # Without a heuristic cells come by their distance from the start.
+    if planner == "dijkstra":
+        back = solve_field(replace(scenario.scene, start=scenario.scene.goal, goal=scenario.scene.start))
+        if scenario.scene.grid.terrain is None:
+            far = back.exact[cells[:, 1], cells[:, 0]]
+            assert (np.diff(far) >= 0).all()
+    # Each but the first is next to one that came before.
+    when = np.full(scenario.scene.grid.blocked.shape, len(cells) + 1)
+    when[cells[:, 1], cells[:, 0]] = np.arange(len(cells))
+    reach_ = scenario.scene.moves.reach
+    for k, (x, y) in enumerate(cells[1:].tolist(), 1):
+        around = when[max(y - reach_, 0) : y + reach_ + 1, max(x - reach_, 0) : x + reach_ + 1]
+        assert around.min() < k
+
+
+def test_the_order_stops_with_a_budget_as_the_compiled_search_does() -> None:
+    """The same cells, counted one by one by searches that may expand k cells."""
+    scenario = said.said_scenario({"scenario": state(map="guide", planner="astar")})
+    cells = own_order(scenario.scene, scenario)
+    assert cells is not None
+    session: Any = registry.make("astar", {}).open(scenario.scene, np.random.default_rng(0))
+    assert session.search.way(scenario.scene.start, scenario.scene.goal).expansions == len(cells)
+    for k in range(len(cells)):
+        assert session.search.way(scenario.scene.start, scenario.scene.goal, k).cells is None
+
+
+@pytest.mark.parametrize("planner", ["ad-gso", "dstar-lite", "theta-star", "jps"])
+def test_who_keeps_no_record_is_shown_the_search_from_the_goal_under_its_own_name(planner: str) -> None:
+    made = state(map="env-3", planner=planner)
+    _, _, shown, head = layer("expanded", made)
+    assert head == {"layer": "expanded", "planner": planner, "own": False}
+    scene = said.said_scenario({"scenario": made}).scene
+    first = np.argwhere(shown == 1)
+    assert tuple(first[0][::-1]) == scene.goal or len(first) > 1

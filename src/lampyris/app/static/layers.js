@@ -51,6 +51,8 @@ export class Source {
     this._about = 0;
     this._of = "";
     this._timer = 0;
+    /** Whose order the expanded cells are in. @type {{own: boolean, planner: string} | null} */
+    this.order = null;
     /** Told when one is asked for, and with an empty name when nothing is any more. @type {(name: string) => void} */
     this.onAsked = () => {};
     /** Told when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
@@ -130,13 +132,24 @@ export class Source {
     const body = { scenario: page.asked(), layer: name, bodies: name === "reach" ? bodiesNow(page) : null, tick };
     /** @type {Layer | null} */
     let layer = null;
+    /** @type {any} */
+    let head = null;
     // Read to its end: a question is in flight until then.
     for await (const { kind, bytes } of page.api.frames("/api/layer", body, signal)) {
       if (kind === "X") throw new ServerError(200, json(bytes));
+      if (kind === "H") head = json(bytes);
       if (kind === "L") layer = layerOf(bytes);
     }
+    if (head && name === "expanded") this.order = head;
     return layer;
   }
+}
+
+/** What a layer shows, in words. @param {string} name @param {{own: boolean, planner: string} | null} order */
+function aboutOf(name, order) {
+  if (name !== "expanded" || !order) return KINDS[name].about;
+  if (order.own) return `In which order ${order.planner} expands the cells from the start, at the beginning.`;
+  return `Not ${order.planner}'s own order, which is not recorded: in which order a search from the goal settles the cells, until it comes to the start.`;
 }
 
 /** Cells of the obstacles at the shown tick; null: none are shown. @param {Page} page @returns {Array<[number, number]> | null} */
@@ -188,7 +201,7 @@ class Layers {
       page.tell("layer-came", name);
       if (name !== source.shown) return;
       this._put();
-      this.about.textContent = fault || (layer ? KINDS[name].about : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
+      this.about.textContent = fault || (layer ? aboutOf(name, source.order) : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
       this.about.classList.toggle("bad", Boolean(fault));
     };
     source.onAsked = () => this._wait();
@@ -231,7 +244,7 @@ class Layers {
     const { source } = this;
     source.shown = name;
     for (const one of this.buttons) one.input.checked = one.name === name;
-    this.about.textContent = name === "none" ? "" : KINDS[name].about;
+    this.about.textContent = name === "none" ? "" : aboutOf(name, source.peek(name) ? source.order : null);
     this.about.classList.remove("bad");
     this.upTo.value = "255";
     source.want(name);
