@@ -33,7 +33,7 @@ function marks(page) {
     const look = KINDS[kind] ?? OTHER_KIND;
     all.push([NAMES[kind] ?? kind, (pen) => kindMark(pen, look, SIDE, page.dark)]);
   }
-  if (run?.ticks) all.push(["planned way", (pen) => dashes(pen, theme.ink)]);
+  if (run?.ticks && !map.moment.others?.length) all.push(["planned way", (pen) => dashes(pen, theme.ink)]);
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
   if (ground?.terrain) all.push(["dear ground", cell(theme.dear)]);
@@ -63,6 +63,8 @@ function ring(pen, colour) {
 /** Greatest speed of what is shown, with its unit; null: no speeds. @param {Page} page @returns {[number, string] | null} */
 function fastest(page) {
   const { run, plan } = page;
+  // Ways of a comparison are coloured by their planner.
+  if (page.map.moment.others?.length) return null;
   if (run?.ticks) {
     let most = 0;
     for (let k = 0; k < run.ticks; k++) most = Math.max(most, run.speed[k]);
