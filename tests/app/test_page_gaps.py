@@ -232,3 +232,46 @@ def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page
     assert scenario(page)["edits"] == [{"tick": 0, "blocked": [[20, 12], [21, 12]], "freed": []}]
     assert page.locator("#compare .cannot").is_hidden()
     assert send.is_enabled()
+
+
+# ---- runs side by side --------------------
+
+
+def test_side_by_side_each_map_has_its_own_run_and_the_walls_of_the_moment(
+    page: Any,
+) -> None:
+    wall = [[k, 2] for k in range(2, 9)]
+    crowd = [{"kind": "random-walk", "count": 25}]
+    opened(page, {**scenario(page), "obstacles": crowd, "edits": [{"tick": 6, "blocked": wall, "freed": []}]})
+    page.click("#tab-compare")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.wait_for_selector("#compare table.measures")
+    page.wait_for_selector("#compare >> text=The obstacles are those of")
+    page.get_by_role("button", name="Side by side").click()
+    page.wait_for_selector("#compare >> text=Each map shows the obstacles of its own run")
+    slider = page.get_by_role("slider", name="Moment")
+    slider.focus()
+
+    def pictures(tick: int) -> list[list[int]]:
+        page.keyboard.press("Home")
+        for _ in range(tick):
+            page.keyboard.press("ArrowRight")
+        page.wait_for_timeout(200)
+        found: list[list[int]] = page.evaluate(PICTURES)
+        return found
+
+    first, later, last = pictures(0), pictures(3), pictures(12)
+    assert len(first) == 3
+    for k in range(3):
+        assert first[k] != later[k], "time goes on in every map"
+        walls = [sum(1 for v in some[k] if v < 130) for some in (first, last)]
+        assert walls[1] > walls[0], "the wall has come in every map"
+    assert len({tuple(some) for some in last}) == 3, "each is another run"
+
+
+PICTURES = """() => [...document.querySelectorAll(".mosaic canvas")].map((canvas) => {
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const out = [];
+  for (let k = 0; k < data.length; k += 4) out.push(data[k] + data[k + 1] + data[k + 2]);
+  return out;
+})"""

@@ -47,6 +47,8 @@ class Comparison {
       if (this.shown && page.run !== this.leader()) this.leave(false);
     });
     page.on("map", () => this._ways());
+    // Walls that come and go do so on all the small maps, too.
+    page.on("ground", () => this.mosaic.setGround());
     // A plan that comes in draws its own way.
     page.on("plan", () => this._ways());
     page.on("theme", (dark) => this.mosaic.setDark(dark));
@@ -72,6 +74,7 @@ class Comparison {
     this.both = [button("Overlaid", () => this._look(false), { class: null }), button("Side by side", () => this._look(true), { class: null })];
     this.close = button("Leave", () => this.leave(true));
     this.bar = el("div", { class: "row", hidden: true }, el("div", { class: "seg", role: "group", "aria-label": "How to show it" }, ...this.both), this.close);
+    this.whose = el("p", { class: "hint", hidden: true });
     this.again = button("Show it", () => this._show(), { hidden: true });
     this.results = el("div", { class: "results" });
     into.append(
@@ -81,7 +84,7 @@ class Comparison {
       this._adder("Add a speed law", page.hello.laws, () => this.who.laws, () => page.store.scenario.law),
       el("div", { class: "field" }, el("label", { for: "compare-seeds" }, "seeds"), this.seeds,
         el("p", { class: "hint" }, "Several seeds give means with intervals; the first is played.")),
-      el("div", { class: "row" }, this.go, this.end, this.again), this.progress, this.old, this.bar, this.results,
+      el("div", { class: "row" }, this.go, this.end, this.again), this.progress, this.old, this.bar, this.whose, this.results,
     );
     this._list();
   }
@@ -210,6 +213,11 @@ class Comparison {
     this.beside = beside;
     this.both?.forEach((one, k) => one.setAttribute("aria-pressed", String(beside === Boolean(k))));
     if (!this.shown || !this.found) return;
+    if (this.whose) {
+      this.whose.hidden = false;
+      this.whose.textContent = beside ? "Each map shows the obstacles of its own run, all at the same moment."
+        : `The obstacles are those of ${this.leader()?.label}, the longest run. They mind the robot, so that each run's differ: side by side shows them.`;
+    }
     if (beside) this.mosaic.open(this.found.runs);
     else this.mosaic.close();
     this._ways();
@@ -253,6 +261,7 @@ class Comparison {
     this.mosaic.close();
     page.map.moment.others = [];
     if (this.bar) this.bar.hidden = true;
+    if (this.whose) this.whose.hidden = true;
     if (this.again) this.again.hidden = !this.found;
     if (restore && before) {
       page.run = before.run;
@@ -318,6 +327,14 @@ class Mosaic {
       };
       view.draw();
     }
+  }
+
+  /** The ground as it is at the shown moment. */
+  setGround() {
+    const { ground } = this.page;
+    if (!ground || !this.tiles.length) return;
+    for (const { view } of this.tiles) view.setGround(ground);
+    this.move(this.page.play.tick);
   }
 
   /** @param {boolean} dark */
