@@ -61,7 +61,6 @@ export class Cursor {
     const { start, goal } = page.store.scenario;
     const end = start?.[0] === x && start[1] === y ? ", start" : goal?.[0] === x && goal[1] === y ? ", goal" : "";
     byId("live").textContent = `column ${x}, row ${y}, ${what}${end}`;
-    page.tell("cursor", map.cursor);
   }
 
   /** @param {"start" | "goal"} end @param {Cell} cell */

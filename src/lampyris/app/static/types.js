@@ -73,7 +73,7 @@
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
- * "token" (another address was opened), "help", "tab" (detail: id of the section that came to be shown), "map" (the view panned or zoomed).
+ * "token" (another address was opened), "help", "map" (the view panned or zoomed).
  * Changes of the scenario are told by `store.listen(changed keys)`.
  *
  * @typedef {{
