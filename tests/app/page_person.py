@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from typing import Any
 from urllib.parse import parse_qs
@@ -47,6 +47,15 @@ def fact(page: Any, name: str) -> str:
 def moment(page: Any) -> int:
     """The tick that is shown."""
     return int(page.get_by_role("slider", name="Moment").get_attribute("aria-valuenow"))
+
+
+def until(page: Any, true: Callable[[], bool]) -> None:
+    """Wait for something, five seconds at most."""
+    for _ in range(200):
+        if true():
+            return
+        page.wait_for_timeout(25)
+    raise AssertionError("it did not come to that")
 
 
 def in_address(page: Any) -> dict[str, Any]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
 from tests.app.page_browser import needs_chromium
-from tests.app.page_person import fact, in_address, moment
+from tests.app.page_person import fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -74,14 +73,6 @@ def walk_to(page: Any, cell: tuple[int, int]) -> None:
         for _ in range(abs(off) % 10):
             press(more if off > 0 else less)
     assert cursor(page) == cell
-
-
-def until(page: Any, true: Callable[[], bool]) -> None:
-    for _ in range(200):
-        if true():
-            return
-        page.wait_for_timeout(25)
-    raise AssertionError("it did not come to that")
 
 
 def test_the_walk_without_a_mouse(page: Any, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from tests.app.page_browser import SOON, app, needs_chromium
-from tests.app.page_person import click, draw, fact, in_address, moment
+from tests.app.page_person import click, draw, fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -97,6 +97,25 @@ def test_a_server_killed_in_the_middle_of_a_run(context: Any, port: int, tmp_pat
         assert fact(page, "Outcome")
         assert page.locator("#status li").filter(has_text="cells turned into walls").count() == 1
         assert int(fact(page, "Tick").split()[0]) > stood
+
+
+def test_a_run_that_was_still_coming_goes_on_by_itself(context: Any, port: int, tmp_path: Path) -> None:
+    page = context.new_page()
+    with app(tmp_path, "office-400", port=port) as address:
+        page.goto(address)
+        ready(page)
+        page.get_by_role("tab", name="Traffic").click()
+        page.get_by_label("Random walkers").fill("400")
+        page.keyboard.press("Tab")
+        page.get_by_role("button", name="Play", exact=True).click()
+        page.locator("#timeline output").get_by_text(re.compile("^[2-9] / .*[+]$")).wait_for()
+    is_gone(page, port)
+    reached = int(page.inner_text("#timeline output").split()[-1])
+    with app(tmp_path, "office-400", port=port) as address:
+        page.goto(address)
+        page.get_by_role("alert").wait_for(state="hidden")
+        until(page, lambda: moment(page) > reached + 3)
+        page.get_by_role("button", name="Pause").wait_for()
 
 
 def test_a_tab_that_was_closed_meanwhile(context: Any, port: int, tmp_path: Path) -> None:
