@@ -115,7 +115,7 @@ export function mount(page, element) {
     ramp.setAttribute("aria-label", `Colour of the way: dark at ${slow.textContent}, bright at ${fast.textContent}`);
   };
   const soon = () => {
-    due ||= window.setTimeout(draw, 200);
+    if (!due) due = window.setTimeout(draw, 200);
   };
   for (const name of ["plan", "run", "ticks", "end", "ground", "theme", "layer-came"]) page.on(name, soon);
   page.store.listen(soon);
