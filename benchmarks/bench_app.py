@@ -17,8 +17,8 @@ What is measured
 * weight: what the browser was sent of the page, and what that is unpacked.
 * memory: of the page after garbage collection, of server and engines as the system counts it, while runs are
   played and made again. The slope leaves out the first fifth, in which caches fill. The page's process is
-  told of but not judged: a browser that is driven appears to keep what it was sent (it grew by some 130 kB with
-  every answer of 260 kB that the page read and dropped, with the JavaScript heap as it was).
+  told of but not judged: a browser that is driven appears to keep what it was sent (it grew by some 130 kB
+  with every answer of 260 kB that the page read and dropped).
 
 On a machine that others use as well all of this is worse than it is; compare two versions by turns.
 """
