@@ -317,8 +317,10 @@ def show(browser: Any, address: str, some: tuple[str, ...], wanted: Callable[[in
                 one = broken(f"{kind}{k}{payload}")[kind]
                 start = re.match(r"[^\\'\"]{0,3}", payload)
                 seen = f"{kind}{k}{start[0] if start else ''}"
-                open_ = "([one, seen]) => window.openLink(one, seen, '#status')"
-                assert tab.evaluate(open_, [one, seen]), one
+                # A map that is not there is told in a note; what else is wrong, where the plan would be.
+                where = "body" if kind == 6 else "#status"
+                open_ = "([one, seen, where]) => window.openLink(one, seen, where)"
+                assert tab.evaluate(open_, [one, seen, where]), one
             for kind, (name, content) in enumerate(wrong_files(payload)):
                 if wanted(k, kind):
                     assert tab.evaluate("one => window.giveFiles(one)", [name, content]), (name, content)
