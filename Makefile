@@ -5,13 +5,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint unit check-nightly bench bench-quick test-wheel requirements clean help
+.PHONY: demo test lint unit check-nightly bench bench-quick bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
 	@echo "make test           lint, types, floors and the whole test suite"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings beside rivals (installs them); make bench-quick for a short look"
+	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
 	@echo "make check-nightly  the large sizes"
 
 $(VENV)/.made:
@@ -76,6 +77,10 @@ bench-quick: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.bench_timed --quick
 	$(BIN)/python -m benchmarks.bench_speed --quick
 	$(BIN)/python -m benchmarks.bench_study --quick
+
+bench-app: $(VENV)/.dev
+	@tools/browser.sh
+	$(BIN)/python -m benchmarks.bench_app $(if $(MINUTES),--minutes $(MINUTES))
 
 requirements: $(VENV)/.dev
 	tools/compile_requirements.sh

@@ -291,3 +291,21 @@ def asks(
         return answer.status, answer.read()
     finally:
         wire.close()
+
+
+def head(port: int, method: str = "POST", path: str = "/api/maps", *more: str) -> bytes:
+    """A head of our own page, with the lines given."""
+    kind = ["Content-Type: application/octet-stream"] if method == "POST" else []
+    lines = [
+        f"{method} {path} HTTP/1.1",
+        f"Host: 127.0.0.1:{port}",
+        f"X-Lampyris-Token: {TOKEN}",
+        *kind,
+        *more,
+    ]
+    return "\r\n".join([*lines, "", ""]).encode("latin-1")
+
+
+def alive(port: int) -> None:
+    """The server answers a sound request."""
+    assert asks(port)[0] == 200

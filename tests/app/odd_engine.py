@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import struct
+import subprocess
 import sys
+import tempfile
 import time
 import types
 from collections.abc import Callable, Iterator, Mapping
@@ -36,12 +39,29 @@ def sleep(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     time.sleep(1000)
 
 
+def mute(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Never say anything."""
+    time.sleep(1000)
+    yield b""
+
+
 def grow(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """Take 10 GB."""
     held = []
     while len(held) < 160:
         held.append(bytearray(2**26))
     yield json_frame("Z", {"held": len(held)})
+
+
+def fork(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Start others that do not end by themselves, tell their numbers, and go on as is said."""
+    line = [sys.executable, "-c", "import time; time.sleep(1000)"]
+    some = [subprocess.Popen(line, close_fds=question["close"]).pid for _ in range(3)]
+    yield json_frame("H", {"job": question["job"], "pid": os.getpid(), "some": some})
+    if question["then"] == "end":
+        yield json_frame("Z", {})
+        return
+    yield from {"crash": crash, "spin": spin, "sleep": sleep, "wait": wait}[question["then"]](question, look)
 
 
 def crash(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
@@ -71,6 +91,19 @@ def fault(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     yield b""
 
 
+def late(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Answer, and once more after the end."""
+    yield json_frame("Z", {})
+    piece = json_frame("Z", {"said": "late"})
+    line = struct.pack("<II", 0, question["job"]) + struct.pack("<II", len(piece), question["job"]) + piece
+    os.write(int(os.environ["ODD_OUT"]), line)
+
+
+def place(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Where temporary files go."""
+    yield json_frame("Z", {"place": tempfile.gettempdir()})
+
+
 def quick(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """At once."""
     yield json_frame("Z", {"pid": os.getpid(), "said": question.get("said")})
@@ -78,7 +111,8 @@ def quick(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 if __name__ == "__main__":
     os.environ["ODD_OUT"] = str(os.dup(1))
-    verbs = {kind.__name__: kind for kind in (spin, wait, sleep, grow, crash, pour, forge, fault, quick)}
+    kinds = (spin, wait, sleep, mute, grow, fork, crash, pour, forge, fault, late, place, quick)
+    verbs = {kind.__name__: kind for kind in kinds}
     # In the place of the real work, whose import takes most of a second.
     odd = types.ModuleType("lampyris.app.work")
     odd.answer = lambda question, look: verbs[question["verb"]](question, look)  # type: ignore[attr-defined]

@@ -57,11 +57,36 @@ def test_a_ros_map_comes_with_its_picture() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["/etc/passwd", "../hall.png", "~/hall.png", "//host/share/a.png", "C:\\a.png"]
+    "name", ["/etc/passwd", "../hole.png", "~/hole.png", "//host/share/a.png", "C:\\a.png"]
 )
 def test_a_yaml_opens_nothing_but_what_came_with_it(name: str) -> None:
     fault = refusal({"hall.yaml": YAML.format(f"'{name}'").encode(), "hall.png": SMALL})
     assert fault.code in ("PATH_OUTSIDE", "PATH_FORM", "FILE_MISSING", "YAML_ESCAPE")
+
+
+@pytest.mark.parametrize(
+    ("line", "alone"),
+    [
+        ("/home/robot/hall.png", "hall.png"),
+        ("'../a b/hall.png'  # saved", "'hall.png'  # saved"),
+        ('"~/maps/hall.png"', '"hall.png"'),
+        ("maps\\hall.png\r", "hall.png\r"),
+        ("hall.png", "hall.png"),
+        ("maps/hole.png", "maps/hole.png"),
+    ],
+)
+def test_the_path_that_a_picture_had_on_the_robot_means_the_picture_that_came(line: str, alone: str) -> None:
+    text = "negate: 0\nimage: {}\norigin: [0, 0, 0]\n"
+    told, _ = reading.beside(text.format(line).encode(), ("hall.png",))
+    assert told == text.format(alone).encode()
+    twice = text.format(line).encode() * 2
+    assert reading.beside(twice, ("hall.png",)) == (twice, ""), "which one is meant is not ours to say"
+
+
+def test_a_map_saved_with_its_whole_path_is_read() -> None:
+    yaml = YAML.format("/home/robot/maps/hall.png").encode()
+    assert decode(container({"hall.yaml": yaml, "hall.png": SMALL}))["format"] == "ros"
+    assert "open hall.yaml and hall.png together" in str(refusal({"hall.yaml": yaml}))
 
 
 BROKEN = {
@@ -99,7 +124,7 @@ def test_a_wrong_file_is_a_sentence() -> None:
 
 
 NPY = (
-    b"\x93NUMPY\x01\0\x76\0{'descr': '|u1', 'fortran_order': False, 'shape': (3200000, 3200000), }"
+    b"\x93NUMPY\x01\0\x70\0{'descr': '|u1', 'fortran_order': False, 'shape': (3200000, 3200000), }"
     + b" " * 40
     + b"\n"
 )

@@ -27,7 +27,8 @@ from app_server import (
 import lampyris.app
 from lampyris.app.guard import SAFE, door
 from lampyris.app.listening import open_sockets
-from lampyris.app.server import VIEW_CSP, WAYS
+from lampyris.app.server import EXPORTS, VIEW_CSP, WAYS
+from lampyris.app.shipped import static_files
 from lampyris.errors import UsageError
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT")
@@ -270,6 +271,49 @@ def test_every_answer_has_the_headers_of_every_answer() -> None:
         assert told.error()["code"]
         seen.add(told.status)
     assert {200, 400, 404, 414, 431} <= seen
+
+
+def test_streams_downloads_and_every_file_have_the_headers_too() -> None:
+    world = World()
+    scenario = b'{"scenario": {"map": "guide"}'
+    for verb in ("plan", "simulate", "layer", "compare"):
+        told = run(world.ask("POST", f"/api/{verb}", own(json_=True), scenario + b"}"))
+        assert told.status == 200
+        check_safe(told)
+    for what in EXPORTS:
+        body = scenario + b', "what": "%s"}' % what.encode()
+        told = run(world.ask("POST", "/api/export", own(json_=True), body))
+        assert told.status == 200
+        assert told.header("content-disposition").startswith("attachment; ")
+        check_safe(told)
+    for name in static_files():
+        for more in ([], [("Accept-Encoding", "gzip")]):
+            told = run(world.ask("GET", f"/static/{name}", [("Host", HOST), *more]))
+            assert told.status == 200
+            check_safe(told)
+
+
+STRANGE = ("/nothing", "/api/", "/static/", "/static/../server.py", "//", "/api/maps/a/b/c", "*", "/%2e%2e/")
+
+
+def test_what_is_not_there_is_guarded_as_what_is() -> None:
+    """No path is a way past the list of hosts, the token or the refusal of an upgrade."""
+    world = World()
+    evil = [("Host", f"evil.example:{PORT}"), ("Origin", f"http://evil.example:{PORT}")]
+    up = [("Upgrade", "websocket"), ("Connection", "Upgrade")]
+    for path in STRANGE:
+        for method in (*METHODS, "FOO"):
+            for headers, status in (
+                ([*evil, ("X-Lampyris-Token", TOKEN)], 421),
+                ([("Host", HOST), ("Origin", "null"), ("X-Lampyris-Token", TOKEN)], 403),
+                (own(*up), 400),
+                ([("Host", HOST)], 401),
+                (own(), 404),
+            ):
+                told = run(world.ask(method, path, headers))
+                assert told.status == status, (method, path, headers)
+                check_safe(told)
+    assert world.reached == 0
 
 
 def test_a_fault_of_ours_says_nothing_about_itself(caplog: pytest.LogCaptureFixture) -> None:

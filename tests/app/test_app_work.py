@@ -542,7 +542,7 @@ def test_a_moment_is_a_picture_of_its_tick() -> None:
 def test_the_report_of_a_comparison_is_a_studys_page() -> None:
     settings = {"planners": ["ad-gso", "astar"], "seeds": 2}
     page = b"".join(
-        v for _, v in ask("export", state(map="guide"), what="report", settings=settings)
+        v for k, v in ask("export", state(map="guide"), what="report", settings=settings) if k == "B"
     ).decode()
     assert "ad-gso" in page
     assert "<script" not in page
@@ -550,7 +550,7 @@ def test_the_report_of_a_comparison_is_a_studys_page() -> None:
 
 def test_words_of_a_scenario_do_not_become_markup() -> None:
     scenario = state(map={"rows": ["S..", "..G"], "name": "<img src=x>"}, name="<script>1</script>")
-    page = b"".join(v for _, v in ask("export", scenario, what="report")).decode()
+    page = b"".join(v for k, v in ask("export", scenario, what="report") if k == "B").decode()
     assert "<script>1" not in page
     assert "<img src=x>" not in page
 

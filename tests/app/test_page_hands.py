@@ -123,7 +123,7 @@ def test_lines_and_strokes_are_what_they_say(page: Any) -> None:
     """Lines are connected and never further than half a cell off; strokes painted are strokes applied."""
     wrong = page.evaluate(
         """async () => {
-          const { line, brush } = await import('/static/edit.js');
+          const { line, brush } = await import('/static/brush.js');
           const { applyEdits, withStroke } = await import('/static/ground.js');
           let state = 12345;
           const draw = (n) => {

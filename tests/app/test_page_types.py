@@ -25,8 +25,10 @@ ONE_TAG_A_LINE = 5
 COMMENT = re.compile(r"/\*\*.*?\*/", re.DOTALL)
 TAG = re.compile(r"(?<=[^\s*{]) @(?=(?:param|returns|type|typedef|template)\b)")
 STREAM = "{ constructor(form: string); readable: ReadableStream; writable: WritableStream; }"
-LATER = f"declare class CompressionStream {STREAM}\ndeclare class DecompressionStream {STREAM}\n"
+STREAMS = f"declare class CompressionStream {STREAM}\ndeclare class DecompressionStream {STREAM}\n"
 """What browsers have and the older TypeScript does not know."""
+NEWER = {"AbortSignal.timeout(": "(/** @type {(ms: number) => AbortSignal} */ (/** @type {any} */ (0)))("}
+"""The same of what it knows, but not with all that it has: said so that its type is the right one."""
 ERROR = re.compile(r"^(?:.*/)?([a-z]+\.js)\((\d+),(\d+)\): (.*)$", re.MULTILINE)
 
 
@@ -43,6 +45,8 @@ def version() -> int:
 def tag_a_line(text: str) -> tuple[str, list[int]]:
     """The same with each tag on a line of its own, and which line each line was."""
     spread = COMMENT.sub(lambda found: TAG.sub("\0 * @", found[0]), text)
+    for newer, known in NEWER.items():
+        spread = spread.replace(newer, known)
     lines, was = [], []
     for number, line in enumerate(spread.split("\n"), 1):
         for part in line.split("\0"):
@@ -59,9 +63,11 @@ def complaints(modules: dict[str, str], folder: Path) -> list[str]:
         given, was[name] = tag_a_line(text) if older else (text, list(range(1, text.count("\n") + 2)))
         (folder / name).write_text(given, "utf-8")
     if older:
-        (folder / "later.d.ts").write_text(LATER)
+        (folder / "newer.d.ts").write_text(STREAMS)
     config = json.loads(Path(__file__).with_name("tsconfig.json").read_text())
-    own = {"compilerOptions": config["compilerOptions"], "include": ["*.js", "*.d.ts"]}
+    # The older one takes `a ||= b` for no use of a.
+    options = {**config["compilerOptions"], **({"noUnusedLocals": False} if older else {})}
+    own = {"compilerOptions": options, "include": ["*.js", "*.d.ts"]}
     (folder / "tsconfig.json").write_text(json.dumps(own))
     done = subprocess.run(
         [str(TSC), "-p", str(folder), "--pretty", "false"],
@@ -92,12 +98,14 @@ def page_modules() -> dict[str, str]:
 def test_the_modules_of_the_page_keep_their_types(tmp_path: Path) -> None:
     modules = page_modules()
     assert len(modules) > 30
-    assert complaints(modules, tmp_path) == []
+    said = complaints(modules, tmp_path)
+    assert not said, "\n".join(said)
 
 
 def test_a_wrong_type_is_found_where_it_stands(tmp_path: Path) -> None:
     one = "/** Half. @param {number} n @returns {number} */\nexport function half(n) {\n  return n / 2;\n}\n"
-    two = 'import { half } from "./one.js";\nhalf(4);\nhalf("4");\n/** @type {string} */\nexport const s = half(4);\n'
+    two = 'import { half } from "./one.js";\nhalf(4);\nhalf("4");\n/** @type {string} */\n'
+    two += "export const s = half(4);\n"
     said = complaints({"one.js": one, "two.js": two}, tmp_path)
     assert [line.split(" error")[0] for line in said] == ["two.js:3:", "two.js:5:"]
 

@@ -86,3 +86,13 @@ def test_a_robot_in_a_wide_corridor() -> None:
         ((2, 1), "x", 2.0, False),
         ((3, 1), "x", 2.0, False),
     ]
+
+
+def test_what_is_kept_is_of_this_map_and_this_robot() -> None:
+    """Gates of the last map are kept; another map or robot has its own."""
+    door, wide = _grid("..... ##.## ....."), _grid("..... #..## .....")
+    assert find_gates(door) is find_gates(door)
+    assert find_gates(wide) == ()
+    assert len(find_gates(wide, Robot(radius=1.1))) == 2
+    assert find_gates(wide) == ()
+    assert [g.cell for g in find_gates(door)] == [(2, 1)]

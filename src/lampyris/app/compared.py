@@ -133,6 +133,10 @@ class Told:
         many = len(self.compared.entrants)
         self._records.append((seed * many + entrant, ending, code, numbers))
 
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._records)
+
     def runs(self) -> Runs:
         """As a study has them."""
         return runs_of(self.compared.study, self._records)

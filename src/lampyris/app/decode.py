@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Container
 from pathlib import Path
 from typing import Any, Final
 
@@ -195,10 +196,19 @@ def read_container(data: bytes, folder: Path) -> dict[str, Any]:
         name: name if is_plain_name(name) else f"file{k}{Path(name).suffix.lower()}"
         for k, (name, _) in enumerate(files)
     }
+    picture = ""
     for name, content in files:
+        if name == main_:
+            content, picture = beside(content, called)
         with open(folder / called[name], "xb") as out:
             out.write(content)
-    found = load_map(folder / called[main_], strict=True, confined=True)
+    try:
+        found = load_map(folder / called[main_], strict=True, confined=True)
+    except FileError as fault:
+        if not picture or fault.code not in ("FILE_MISSING", "PATH_OUTSIDE"):
+            raise
+        todo = f"open {shown_name(main_)} and {shown_name(picture)} together"
+        raise FileError(fault.code, fault.what, where=fault.where, todo=todo) from None
     return {
         "ground": {**ground.pack(found.grid), "name": shown_name(main_)},
         "hash": map_hash(found.grid),
@@ -208,6 +218,29 @@ def read_container(data: bytes, folder: Path) -> dict[str, Any]:
         "format": found.format,
         "notes": list(found.notes),
     }
+
+
+_IMAGE: Final = re.compile(
+    rb"""^(image[ \t]*:[ \t]*)(["']?)"""
+    rb"""(?:([^"'\r\n#]{0,999})[\\/])?([^"'\r\n#\\/]{1,255}?)(["']?[ \t]*(?:\#.*)?\r?)$""",
+    re.MULTILINE,
+)
+"""The line of a ROS map's YAML that names its picture: before, quote, folder, name, after."""
+
+
+def beside(text: bytes, there: Container[str]) -> tuple[bytes, str]:
+    """A ROS map's YAML with its picture beside it, if that is among the files; and the picture's name.
+
+    Old map savers write the whole path that the picture had on the robot. A browser gives files without
+    folders, so nothing but the picture's own name can be meant.
+    """
+    found = _IMAGE.search(text) if text.count(b"\nimage") + text.startswith(b"image") == 1 else None
+    if found is None:
+        return text, ""
+    name = found[4].decode("utf-8", "replace")
+    if found[3] is None or name not in there:
+        return text, name
+    return text[: found.start()] + found[1] + found[2] + found[4] + found[5] + text[found.end() :], name
 
 
 def files_of(data: bytes) -> list[tuple[str, bytes]]:

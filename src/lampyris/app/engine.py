@@ -18,6 +18,7 @@ import struct
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from io import RawIOBase
 from typing import Any, BinaryIO, cast
 
@@ -46,6 +47,13 @@ class Asked:
         return self._questions.get()
 
     @property
+    def first(self) -> int | None:
+        """The job that waits longest; None: none waits."""
+        with self._questions.mutex:
+            said = self._questions.queue[0] if self._questions.queue else None
+        return None if said is None else int(said.get("job", 0))
+
+    @property
     def waiting(self) -> bool:
         """Whether there is a question that nobody has taken."""
         return not self._questions.empty()
@@ -67,7 +75,7 @@ class Asked:
             if len(body) != size or not size:
                 # The server is gone, or speaks another language: whatever is running is for nobody.
                 self._questions.put(None)
-                os._exit(0)
+                _leave()
             try:
                 said = json.loads(body)
                 cancelled, job = said.get("cancel"), int(said.get("job", 0))
@@ -80,9 +88,18 @@ class Asked:
                 self._cancelled.add(cancelled)
 
 
+def _leave() -> None:
+    """End now, and with us whatever a job has started, if we lead a group of our own."""
+    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+    os._exit(0)
+
+
 def main() -> None:
     """Answer until the standard input ends. ``sys.argv``: CPU seconds of a question, bytes of memory."""
     from lampyris.app import work
+    from lampyris.app.telling import heard, tell
+    from lampyris.kernels._jit import on_compile
 
     seconds, memory = map(int, sys.argv[1:3]) if len(sys.argv) > 2 else (SECONDS, MEMORY)
     limit_memory(memory)
@@ -92,13 +109,22 @@ def main() -> None:
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of a Ctrl-C the server decides
     asked = Asked(sys.stdin.buffer)
-    _warm(asked)
+    on_compile(lambda on: tell("compiling" if on else "working"))
+    with heard(lambda piece: _beside(out, asked.first, piece)):
+        _warm(asked)
     while (question := asked.next()) is not None:
         job = int(question["job"])
         limit_seconds(seconds)
-        for piece in _answered(work.answer(question, asked.look(job))):
-            _write(out, struct.pack("<II", len(piece), job) + piece)
+        with heard(partial(_beside, out, job)):
+            for piece in _answered(work.answer(question, asked.look(job))):
+                _write(out, struct.pack("<II", len(piece), job) + piece)
         _write(out, struct.pack("<II", 0, job))
+
+
+def _beside(out: RawIOBase, job: int | None, piece: bytes) -> None:
+    """Tell a job something that is not its answer."""
+    if job is not None:
+        _write(out, struct.pack("<II", len(piece), job) + piece)
 
 
 def _write(out: RawIOBase, data: bytes) -> None:

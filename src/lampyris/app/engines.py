@@ -17,6 +17,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import count
+from pathlib import Path
 from typing import Any, Final
 
 from lampyris.app.engine import MAX_QUESTION, MEMORY, SECONDS
@@ -27,6 +28,8 @@ WORKERS: Final = 2
 QUEUE: Final = 8
 GRACE: Final = 0.5
 """Seconds that a cancelled job has to stop by itself."""
+SILENCE: Final = 300.0
+"""Seconds without a frame after which an engine is ended: five times what it may compute."""
 MAX_FRAME: Final = 2**28
 COMMAND: Final = (sys.executable, "-P", "-m", "lampyris.app.engine")
 """-P: a file in the folder where the app is started must not stand in for a module."""
@@ -56,6 +59,8 @@ class Engines:
     queue : questions that may wait besides.
     command : an engine; it is given its limits as two more words.
     seconds, memory : CPU seconds of a question, and bytes of memory beyond what the libraries take.
+    silence : seconds that an engine may say nothing.
+    folder : for temporary files, which an engine that is ended leaves behind; None: the system's.
     """
 
     def __init__(
@@ -66,12 +71,14 @@ class Engines:
         command: Sequence[str] = COMMAND,
         seconds: int = SECONDS,
         memory: int = MEMORY,
+        folder: Path | None = None,
+        silence: float = SILENCE,
     ) -> None:
-        self._workers, self._queue = workers, queue
+        self._workers, self._queue, self._silence = workers, queue, silence
         self._seconds = seconds
         self._command = (*command, str(seconds), str(memory))
         self._numbers = count(1)
-        self._idle: list[_Engine] = [_Engine(self._command) for _ in range(workers)]
+        self._idle: list[_Engine] = [_Engine(self._command, folder) for _ in range(workers)]
         self._all = tuple(self._idle)
         self._running: dict[int, _Engine] = {}
         self._waiting: deque[tuple[int, asyncio.Future[_Engine | None]]] = deque()
@@ -104,7 +111,7 @@ class Engines:
         try:
             await engine.tell(data)
             while True:
-                piece = await engine.piece(job)
+                piece = await engine.piece(job, self._silence)
                 if piece is None:
                     whole = True
                     return
@@ -125,7 +132,7 @@ class Engines:
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
         if not faulty:
-            yield error_frame(_CANCELLED if stopped else self._why(died, engine.nonsense))
+            yield error_frame(_CANCELLED if stopped else self._why(died, engine))
 
     async def cancel(self, job: int) -> None:
         """Stop a job: it is asked to, and ended if it has not after half a second. Unknown jobs are none."""
@@ -202,9 +209,11 @@ class Engines:
         finally:
             self._give_back(job, engine)
 
-    def _why(self, code: int, nonsense: bool) -> LampyrisError:
+    def _why(self, code: int, engine: _Engine) -> LampyrisError:
         """Why an engine ended in the middle of a job."""
-        if nonsense:
+        if engine.silent:
+            return InternalFault("ENGINE", f"nothing came of this for {self._silence:g} seconds")
+        if engine.nonsense:
             return InternalFault("ENGINE", "the process that worked on this sent something that is no answer")
         if code == -getattr(signal, "SIGXCPU", 24):
             return LimitError(
@@ -221,17 +230,28 @@ class Engines:
         return fault
 
 
+_TEMPORARY: Final = ("TMPDIR", "TEMP", "TMP")
+
+
+def _end_group(leader: int) -> None:
+    """End what an engine started and left. A group's number is nobody else's while it has a member."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(leader, signal.SIGKILL)
+
+
 _CANCELLED: Final = InputError("CANCELLED", "stopped")
 
 
 class _Engine:
     """One process; started when it is needed, and anew after its end."""
 
-    def __init__(self, command: Sequence[str]) -> None:
+    def __init__(self, command: Sequence[str], folder: Path | None = None) -> None:
         self._command = command
+        self._env = {**os.environ, **({} if folder is None else dict.fromkeys(_TEMPORARY, str(folder)))}
         self._process: asyncio.subprocess.Process | None = None
         self._killed = False
-        self.nonsense = False
+        self.silent = self.nonsense = False
         """Whether the present process, or the last, was ended for what it said."""
 
     async def start(self) -> asyncio.subprocess.Process:
@@ -240,12 +260,15 @@ class _Engine:
             # It may have said its last word in time, and is not buried yet.
             await self._process.wait()
         if self._process is None or self._process.returncode is not None:
-            self.nonsense = self._killed = False
+            self.nonsense = self.silent = self._killed = False
             self._process = await asyncio.create_subprocess_exec(
                 *self._command,
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
                 stderr=None if os.environ.get("LAMPYRIS_DEBUG") else asyncio.subprocess.DEVNULL,
+                env=self._env,
+                # A group of its own: what it may have started ends with it.
+                start_new_session=True,
                 limit=2**20,
             )
         return self._process
@@ -263,18 +286,24 @@ class _Engine:
         if self._process is not None and self._process.returncode is None:
             await self.tell(json.dumps({"cancel": job}).encode())
 
-    async def piece(self, job: int) -> bytes | None:
-        """The next frame; None: that was all; empty: it has ended, or talks nonsense and was ended."""
+    async def piece(self, job: int, silence: float = SILENCE) -> bytes | None:
+        """The next frame; None: that was all; empty: it has ended, or was for nonsense or for silence."""
         process = self._process
         assert process is not None
         assert process.stdout is not None
         try:
-            size, of = struct.unpack("<II", await process.stdout.readexactly(8))
+            async with asyncio.timeout(silence):
+                head = await process.stdout.readexactly(8)
+            size, of = struct.unpack("<II", head)
             if of != job or size > MAX_FRAME:
                 self.nonsense = True
                 self.kill()
                 return b""
             return await process.stdout.readexactly(size) if size else None
+        except TimeoutError:
+            self.silent = True
+            self.kill()
+            return b""
         except (asyncio.IncompleteReadError, ConnectionError):
             return b""
 
@@ -285,10 +314,12 @@ class _Engine:
             return 0
         try:
             async with asyncio.timeout(GRACE):
-                return await process.wait()
+                await process.wait()
         except TimeoutError:
             self.kill()
-            return await process.wait()
+        finally:
+            _end_group(process.pid)
+        return await process.wait()
 
     def kill(self) -> None:
         """End it now."""
@@ -296,6 +327,7 @@ class _Engine:
             self._killed = True
             with suppress(ProcessLookupError):
                 self._process.kill()
+            _end_group(self._process.pid)
 
     async def close(self) -> None:
         """End it: it does so by itself when nothing can be asked any more."""

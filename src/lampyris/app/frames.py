@@ -3,6 +3,7 @@
 ======  ================================================================================================
 ``H``   JSON: what is to come
 ``T``   ticks of a simulation: see :func:`ticks_frame`
+``C``   what each rule alone allows at ticks of a simulation: see :func:`caps_frame`
 ``E``   JSON: a list of events
 ``L``   a value for every cell: see :func:`layer_frame`
 ``P``   JSON: how far it has come
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -76,6 +78,24 @@ def ticks_frame(
         + places.astype("<i2").tobytes()
         + near.astype("<f4").tobytes(),
     )
+
+
+def caps_frame(first: int, ticks: Sequence[Sequence[tuple[str, float]]]) -> bytes | None:
+    """What each rule alone allows at ticks ``first``, ``first + 1``, ...; None where none says anything.
+
+    A head (first u32, ticks u16, rules u16), the rules' names (length u8, text), and for each rule a f32 a
+    tick, not-a-number where it says nothing.
+    """
+    names = list(dict.fromkeys(name for tick in ticks for name, _ in tick))
+    if not names:
+        return None
+    table = np.full((len(names), len(ticks)), np.nan, dtype="<f4")
+    for k, tick in enumerate(ticks):
+        for name, v in tick:
+            table[names.index(name), k] = v
+    words = [name.encode() for name in names]
+    head = struct.pack("<IHH", first, len(ticks), len(names))
+    return frame("C", head + b"".join(bytes([len(word)]) + word for word in words) + table.tobytes())
 
 
 def layer_frame(name: str, values: Floats, shown: BoolGrid | None = None) -> bytes:

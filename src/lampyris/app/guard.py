@@ -34,6 +34,9 @@ MAX_HEAD: Final = 16 * 1024
 MAX_URL: Final = 2 * 1024
 MAX_BODY: Final = 16 * 2**20
 BODY_SECONDS: Final = 30.0
+LARGE: Final = 2**20
+LARGE_AT_ONCE: Final = 2
+"""Bodies of more than so many bytes that are held at a time, each until its answer begins; others wait."""
 DRAIN_SECONDS: Final = 1.0
 MAX_DRAIN: Final = 64 * 2**20
 """What is still read of a refused body: who is cut off in the middle never sees the answer."""
@@ -143,6 +146,7 @@ class Guard:
         self._app, self._door, self._ways, self._seconds = app, door, tuple(ways), seconds
         self._hosts = frozenset(host.encode("ascii") for host in door.hosts)
         self._token = door.token.encode("ascii")
+        self._large = asyncio.Semaphore(LARGE_AT_ONCE)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -155,6 +159,9 @@ class Guard:
         began = time.perf_counter()
         try:
             self.check(scope)
+            if _is_large(scope["headers"]):
+                await self._large.acquire()
+                reply.at_first = self._large.release
             await self._app(scope, await self._body(scope, receive), reply)
         except Refused as no:
             await reply.refuse(no, receive)
@@ -169,6 +176,7 @@ class Guard:
                 Refused(500, "INTERNAL", "a fault of lampyris", todo="please report it"), receive
             )
         finally:
+            reply.begin()
             self._tell(scope, reply.status, time.perf_counter() - began)
 
     def check(self, scope: Scope) -> Way:
@@ -289,10 +297,18 @@ class Reply:
         self._send = send
         self._complete = False
         self.status = 0
+        self.at_first: Callable[[], None] | None = None
+
+    def begin(self) -> None:
+        """Do once what is to be done when the answer begins, or when there is to be none."""
+        first, self.at_first = self.at_first, None
+        if first is not None:
+            first()
 
     async def __call__(self, message: Message) -> None:
         """Send on."""
         if message["type"] == "http.response.start":
+            self.begin()
             self.status = message["status"]
             message = {**message, "headers": safe(message.get("headers", ()))}
         self._complete = message["type"] == "http.response.body" and not message.get("more_body", False)
@@ -329,6 +345,12 @@ def safe(headers: Iterable[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
     policy = dict(given).get(b"content-security-policy", SAFE[b"content-security-policy"])
     kept = [(name, value) for name, value in given if name not in SAFE]
     return [*kept, *{**SAFE, b"content-security-policy": policy}.items()]
+
+
+def _is_large(headers: Headers) -> bool:
+    """Whether a body may be large: by its length, or because nobody says how long it is."""
+    lengths = _all(headers, b"content-length")
+    return any(int(length) > LARGE for length in lengths) or bool(_all(headers, b"transfer-encoding"))
 
 
 def _all(headers: Headers, name: bytes) -> list[bytes]:

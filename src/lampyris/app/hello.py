@@ -15,7 +15,8 @@ from typing import Any
 from lampyris import __version__
 from lampyris.errors import LampyrisError
 from lampyris.maps import library
-from lampyris.maps.make import MAX_CELLS
+from lampyris.maps.make import MAX_CELLS, RECIPES
+from lampyris.maps.recipes.recipe import Recipe
 from lampyris.model.moves import MOVES
 from lampyris.motion import laws, physical
 from lampyris.planners import registry
@@ -43,6 +44,7 @@ def hello() -> dict[str, Any]:
         "moves": list(MOVES),
         "mobilities": list(MOBILITIES),
         "maps": list(library.names()),
+        "recipes": [_recipe(row) for row in RECIPES.values()],
         "limits": {"cells": MAX_CELLS},
     }
 
@@ -76,6 +78,24 @@ def _law(row: laws.Law) -> dict[str, Any]:
         ],
         "rules": laws.rules_of(row.name),
     }
+
+
+def _recipe(row: Recipe) -> dict[str, Any]:
+    """A recipe; settings that are lists of cells have no control in a form, and stay at their defaults."""
+    return {
+        "name": row.name,
+        "summary": row.summary,
+        "connected": row.connected,
+        "least": row.least,
+        "settings": [
+            {
+                "name": one.name, "type": _type(one.default), "default": one.default, "choices": None,
+                "least": one.least, "most": one.most, "about": one.what, "allowed": one.range,
+            }
+            for one in row.table
+            if one.least is not None
+        ],
+    }  # fmt: skip
 
 
 def _setting(key: str, value: Any, give: Callable[[str, Any], Any], about: str) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from typing import Any, Final
 
 from lampyris import api, scenarios
 from lampyris.app.compared import Told, compare, comparison
-from lampyris.app.frames import frame
+from lampyris.app.frames import frame, json_frame
 from lampyris.app.known import known
+from lampyris.app.telling import Share, tell
 from lampyris.app.watched import begin, finish
 from lampyris.errors import UsageError
 from lampyris.field.solve import solve_field
@@ -22,7 +23,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.planners import registry
 from lampyris.report import html
-from lampyris.report.animate import film
+from lampyris.report.animate import FPS, film, frames_of
 from lampyris.report.csv_out import write_plan_csv, write_trace_csv
 from lampyris.report.film_frames import Stage
 from lampyris.report.measure import trace_metrics
@@ -38,7 +39,7 @@ PIECE: Final = 2**18
 
 
 def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Iterator[bytes]:
-    """A file as frames ``B``.
+    """A file as frames ``B``, and ``Z`` with its length. Meanwhile it tells how far it is.
 
     Parameters
     ----------
@@ -58,6 +59,7 @@ def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Itera
     for at in range(0, len(data), PIECE):
         look()
         yield frame("B", data[at : at + PIECE])
+    yield json_frame("Z", {"bytes": len(data)})
 
 
 def _written(ending: str, write: Callable[[Path], object]) -> bytes:
@@ -79,8 +81,10 @@ def planned(scenario: Scenario) -> tuple[Plan, Profile | None]:
 def simulated(scenario: Scenario, look: Look) -> Trace:
     """The scenario's simulation."""
     run = begin(scenario)
+    share = Share("running", run.last_tick)
     while run.outcome is None:
         run.tick()
+        share(run.now)
         look()
     return finish(run)
 
@@ -123,9 +127,21 @@ def _moment(settings: Mapping[str, Any], trace: Trace, tick: Any) -> bytes:
 
 
 def _film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
-    trace = simulated(scenario, look)
+    return _film_of(simulated(scenario, look), settings, look)
+
+
+def _film_of(trace: Trace, settings: Mapping[str, Any], look: Look) -> bytes:
     given = {key: settings[key] for key in ("fps", "scale") if settings.get(key) is not None}
-    return _written(settings["what"], lambda path: film(trace, path, progress=lambda _: look(), **given))
+    frames = frames_of(trace, given.get("fps", FPS))
+    share = Share("drawing", frames)
+
+    def drawn(done: int) -> None:
+        share(done)
+        if done == frames:
+            tell("writing")
+        look()
+
+    return _written(settings["what"], lambda path: film(trace, path, progress=drawn, **given))
 
 
 def _csv(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
@@ -147,7 +163,9 @@ def _report(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> byte
     if settings.get("planners"):
         compared = comparison(scenario, settings)
         told = Told(compared)
+        share = Share("comparing", len(compared.entrants) * len(compared.study.seeds))
         for _ in compare(compared, look, None, told):
+            share(len(told))
             look()
         runs = told.runs()
         return page_of(runs, summarise(runs), films=False).encode()
@@ -160,7 +178,7 @@ def run_page(scenario: Scenario, look: Look) -> str:
     found, profile = planned(scenario)
     scene = scenario.scene
     picture = _picture({"what": "png", "layer": None}, scenario, look)
-    moving = _film({"what": "webp"}, scenario, look)
+    moving = _film_of(trace, {"what": "webp"}, look)
     metrics = trace_metrics(trace, known(trace.scene))
     rows = [
         (measure.title, measure.scale * value, measure.about)

@@ -19,7 +19,9 @@ from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import MAX_BODIES
-from lampyris.typing import Cell, Floats
+from lampyris.planners import registry
+from lampyris.planners.expanded import expanded
+from lampyris.typing import Cell, Cells, Floats
 
 HORIZON: Final = 64
 """Ticks that obstacles are followed ahead; farther than that they can be nearly anywhere."""
@@ -30,8 +32,9 @@ def layer_of(name: str, scenario: Scenario, tick: int, bodies: Any) -> Floats:
     """A layer, float64 (height, width), on the map as it is at a tick; infinite where there is no value.
 
     ``cost``: least cost to the goal, cells. ``luciferin``: with the planner's own shares, if it has any.
-    ``clearance``: metres to the nearest wall. ``expanded``: 1, 2, ...: the order in which a search from the
-    goal settles cells until it comes to the start; not what the planner did, which keeps no such record.
+    ``clearance``: metres to the nearest wall. ``expanded``: 1, 2, ...: the order in which the
+    planner expands them, if it can say (:func:`own_order`), else that in which a search from the goal settles
+    them until it comes to the start.
     ``reach``: ticks until an obstacle of one cell could be there that makes a step each tick.
 
     Parameters
@@ -46,9 +49,13 @@ def layer_of(name: str, scenario: Scenario, tick: int, bodies: Any) -> Floats:
     make = _LAYERS.get(name)
     if make is None:
         raise UsageError("LAYER", f"{name!r:.60}", where="layer", allowed=", ".join(_LAYERS))
-    scene = scenario.scene
+    return make(scene_at(scenario.scene, tick), scenario, bodies)
+
+
+def scene_at(scene: Scene, tick: int) -> Scene:
+    """The scene with its map as it is at a tick."""
     grid = keep(("ground", tick), scene, lambda: grid_at(scene, tick))
-    return make(scene if grid is scene.grid else replace(scene, grid=grid), scenario, bodies)
+    return scene if grid is scene.grid else replace(scene, grid=grid)
 
 
 def grid_at(scene: Scene, tick: int) -> Grid:
@@ -87,7 +94,20 @@ def _clearance(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
     return np.where(scene.grid.blocked, np.inf, clearance(scene.grid))
 
 
+def own_order(scene: Scene, scenario: Scenario) -> Cells | None:
+    """The cells that the scenario's planner expands at the beginning, in its order; None: it cannot say."""
+    settings = sorted(scenario.settings.items())
+    key = ("expanded", scenario.planner, repr(settings), scene.start, scene.goal, scene.moves.name)
+    planner = registry.make(scenario.planner, scenario.settings)
+    return keep((*key, scene.robot.radius), scene.grid, lambda: expanded(planner, scene))
+
+
 def _expanded(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
+    taken = own_order(scene, scenario)
+    if taken is not None:
+        own = np.full(scene.grid.blocked.shape, np.inf)
+        own[taken[:, 1], taken[:, 0]] = np.arange(1, len(taken) + 1)
+        return own
     exact = _field(scene, scenario).exact
     x, y = scene.start
     last = int(exact[y, x])

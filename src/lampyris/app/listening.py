@@ -13,6 +13,7 @@ import logging
 import os
 import re
 import socket
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any, Final, cast
@@ -28,6 +29,10 @@ CONNECTIONS: Final = 32
 BACKLOG: Final = 256
 """Connections the system holds for us; beyond them a sound client waits a second for its next try."""
 LINGER_SECONDS: Final = 0.2
+STALL_SECONDS: Final = 30.0
+LEAST_TAKEN: Final = 64 * 1024
+"""Bytes of a waiting answer that must be taken in so many seconds. Who reads nothing, or a byte now and then,
+would hold an engine or a connection for ever."""
 
 _REQUEST_LINE: Final = re.compile(rb"([A-Z]{1,16}) (/[\x21-\x7e]*) HTTP/1\.1")
 _HEADER: Final = re.compile(rb"([!#$%&'*+.^_`|~0-9A-Za-z-]+):[ \t]*([^\x00-\x08\x0a-\x1f\x7f]*?)[ \t]*")
@@ -84,10 +89,12 @@ def plain_answer(no: BadHead) -> bytes:
 
 
 class OneRequest(H11Protocol):
-    """A connection: its head within ten seconds and 16 KiB, one request, one answer."""
+    """A connection: its head within ten seconds and 16 KiB, one request, one answer that is taken."""
 
     head_seconds: float = HEAD_SECONDS
     """How long a head may take."""
+    stall_seconds: float = STALL_SECONDS
+    """How long an answer may wait for its reader."""
 
     _made = 0
 
@@ -98,6 +105,8 @@ class OneRequest(H11Protocol):
         self.order = OneRequest._made
         self._held: bytearray | None = bytearray()
         self._deaf = False
+        self._untaken: int | None = None
+        self._stalled = self.loop.call_later(self.stall_seconds, self._look)
         self._late = self.loop.call_later(self.head_seconds, self.refuse, BadHead(408, "SLOW", "no request"))
         if len(self.connections) > CONNECTIONS:
             # Browsers open connections ahead of need, and those of a stranger who says nothing are not worth
@@ -137,7 +146,28 @@ class OneRequest(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """End."""
         self._late.cancel()
+        self._stalled.cancel()
         super().connection_lost(exc)
+
+    def resume_writing(self) -> None:
+        """Go on: enough was taken."""
+        self._untaken = None
+        super().resume_writing()
+
+    def _look(self) -> None:
+        """Look whether the reader takes what waits for it; nothing is added to that meanwhile."""
+        left = self.transport.get_write_buffer_size()
+        if left:
+            left += _unacknowledged(self.transport.get_extra_info("socket"))
+        if not left or not (self.flow.write_paused or self.transport.is_closing()):
+            self._untaken = None
+        elif self._untaken is not None and self._untaken - left < LEAST_TAKEN:
+            log.warning("408 an answer that nobody reads")
+            self.transport.abort()
+            return
+        else:
+            self._untaken = left
+        self._stalled = self.loop.call_later(self.stall_seconds, self._look)
 
     def send_400_response(self, msg: str) -> None:
         """What h11 cannot read (a bad chunk, say)."""
@@ -164,6 +194,20 @@ class OneRequest(H11Protocol):
         if self.transport.can_write_eof():
             self.transport.write_eof()
         self.loop.call_later(LINGER_SECONDS, self.transport.close)
+
+
+def _unacknowledged(wire: Any) -> int:
+    """Bytes that the system has not handed over yet, where it tells: it asks for more only when a third of
+    its megabytes has been taken, and who reads slowly would look like one who does not read.
+    """
+    try:
+        import fcntl
+        import termios
+
+        told = fcntl.ioctl(wire.fileno(), termios.TIOCOUTQ, bytes(4))
+        return int.from_bytes(told, sys.byteorder)
+    except (ImportError, OSError, AttributeError):
+        return 0
 
 
 class Server(uvicorn.Server):

@@ -115,7 +115,7 @@ def _services(folder: Path | None, temporary: Path) -> Services:
     from lampyris.app.library import Library
     from lampyris.app.studies import Studies
 
-    return Services(Engines(), Library(folder), hello, Studies(temporary))
+    return Services(Engines(folder=temporary), Library(folder), hello, Studies(temporary))
 
 
 def _open(address: str, folder: Path) -> None:

@@ -11,10 +11,10 @@ import json
 from collections.abc import Mapping
 from typing import Any, Final
 
-from lampyris.errors import FileError, LimitError
+from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.maps import library
 from lampyris.maps.document import MapDocument
-from lampyris.maps.scenario import Bundled, MapSource, Scenario
+from lampyris.maps.scenario import Bundled, Made, MapSource, Scenario
 from lampyris.scenarios import scenario_of
 from lampyris.study import ground
 from lampyris.typing import Cell
@@ -68,11 +68,30 @@ def _map(spec: Any, packed: Any) -> tuple[MapDocument | None, MapSource | None]:
     if isinstance(spec, str) and spec in library.names():
         return _kept(f"bundled {spec}", lambda: library.load(spec)), Bundled(spec)
     if packed is None:
-        return None, None
+        return _by_recipe(spec)
     if not isinstance(packed, Mapping):
         raise FileError("PACKED_MAP", "no packed map", where="ground")
     key = hashlib.sha256(json.dumps(packed, sort_keys=True).encode()).hexdigest()
     return _kept(key, lambda: unpacked(packed)), None
+
+
+def _by_recipe(spec: Any) -> tuple[MapDocument | None, MapSource | None]:
+    """A map by a recipe, made once and not at each step of a drag. The scenario tells mistakes."""
+    if not isinstance(spec, dict) or "recipe" not in spec:
+        return None, None
+    ends = {"start": [0, 0], "goal": [1, 1]}
+
+    def make() -> MapDocument:
+        scene = scenario_of({"version": 1, "map": spec, **ends}).scene
+        return MapDocument(scene.grid, format="recipe")
+
+    try:
+        found = _kept(f"recipe {json.dumps(spec, sort_keys=True)}", make)
+    except (LampyrisError, ValueError, TypeError):
+        return None, None
+    width, height = spec["size"]
+    source = Made(spec["recipe"], (width, height), spec.get("seed", 0), spec.get("settings", {}))
+    return found, source
 
 
 def unpacked(packed: Mapping[str, Any]) -> MapDocument:

@@ -7,13 +7,13 @@ changes anything.
 from __future__ import annotations
 
 import asyncio
-import gzip
 import secrets
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
 from dataclasses import dataclass, field
-from importlib.resources import files
+from functools import partial
 from typing import Any, Final, Protocol, cast
 
 from starlette.applications import Starlette
@@ -25,6 +25,7 @@ from lampyris.app.answers import STATUS, Streamed
 from lampyris.app.asking import dump, said, told
 from lampyris.app.frames import error_frame, fault_of
 from lampyris.app.guard import BYTES, JSON, App, Door, Guard, Refused, Way, error_body
+from lampyris.app.shipped import TYPES, Shipped, both, shipped, static_files
 from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.maps.json_text import read_json
 from lampyris.maps.yaml_text import read_yaml
@@ -34,6 +35,10 @@ TICKETS: Final = 16
 MOST_VALUES: Final = 100_000
 """Values of a scenario file that is read here; PyYAML reads some 20,000 a second."""
 TICKET_SECONDS: Final = 30.0
+LOOKS: Final = 16
+"""Threads that look things up."""
+READS: Final = 2
+"""Threads that read what a stranger wrote. They are others, so that eight bombs keep nobody from his maps."""
 
 WAYS: Final = (
     Way("/", open=True, entrance=True),
@@ -45,7 +50,10 @@ WAYS: Final = (
     Way("/api/maps/{id}"),
     Way("/api/thumbs/{id}"),
     Way("/api/maps/{id}/delete", "POST", JSON),
-    *(Way(f"/api/{verb}", "POST", JSON) for verb in ("plan", "simulate", "layer", "compare", "export")),
+    *(
+        Way(f"/api/{verb}", "POST", JSON)
+        for verb in ("plan", "simulate", "layer", "compare", "export", "make")
+    ),
     Way("/api/scenario", "POST", JSON),
     Way("/api/study", "POST", JSON),
     Way("/api/study/{job}"),
@@ -59,7 +67,8 @@ ASKED: Final[Mapping[str, tuple[str, ...]]] = {
     "simulate": ("scenario",),
     "layer": ("scenario", "layer", "bodies", "tick"),
     "compare": ("scenario", "planners", "laws", "seeds"),
-    "export": ("scenario", "what", "settings", "tick", "view"),
+    "export": ("scenario", "what", "settings", "tick", "progress"),
+    "make": ("map",),
 }
 """The keys of each question to an engine; others are refused."""
 
@@ -75,18 +84,6 @@ EXPORTS: Final[Mapping[str, tuple[str, str]]] = {
     "report": ("text/html; charset=utf-8", "html"),
 }
 """What can be had as a file: its type, and how its name ends."""
-
-TYPES: Final[Mapping[str, str]] = {
-    "html": "text/html; charset=utf-8",
-    "js": "text/javascript; charset=utf-8",
-    "css": "text/css; charset=utf-8",
-    "svg": "image/svg+xml",
-    "png": "image/png",
-    "webp": "image/webp",
-    "json": "application/json",
-    "txt": "text/plain; charset=utf-8",
-}
-"""What is served of the page's folder."""
 
 VIEW_CSP: Final = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
@@ -158,6 +155,16 @@ class Services:
     studies: StudiesLike | None = None
     tickets: dict[str, tuple[float, str]] = field(default_factory=dict)
     streams: int = 0
+    looks: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(LOOKS, "lampyris-look"))
+    reads: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(READS, "lampyris-read"))
+
+    async def look(self, work: Callable[..., Any], *given: Any) -> Any:
+        """Do some work in a thread."""
+        return await asyncio.get_running_loop().run_in_executor(self.looks, work, *given)
+
+    async def read(self, work: Callable[..., Any], *given: Any) -> Any:
+        """Do some work on what a stranger wrote in a thread."""
+        return await asyncio.get_running_loop().run_in_executor(self.reads, work, *given)
 
     async def start(self) -> None:
         """Start what takes a while, before anybody asks."""
@@ -166,6 +173,8 @@ class Services:
 
     async def close(self) -> None:
         """End what was started."""
+        for threads in (self.looks, self.reads):
+            threads.shutdown(wait=False, cancel_futures=True)
         for each in (self.engines, self.studies):
             if (close := getattr(each, "close", None)) is not None:
                 await close()
@@ -185,7 +194,7 @@ class Desk:
     def __init__(self, services: Services) -> None:
         self._all = services
         self._static = static_files()
-        self._hello: bytes | None = None
+        self._hello: Shipped | None = None
 
     def routes(self) -> list[Route]:
         """A route for every way, and no other."""
@@ -220,50 +229,47 @@ class Desk:
         found = self._static.get(name)
         if found is None:
             raise Refused(404, "NOT_FOUND", "there is nothing here")
-        kind, plain, packed = found
-        # Only these files, which hold nothing secret: what is compressed with a secret beside it can leak it.
-        if "gzip" in request.headers.get("accept-encoding", ""):
-            return Response(packed, media_type=kind, headers={"Content-Encoding": "gzip"})
-        return Response(plain, media_type=kind)
+        return shipped(request, *found)
 
     async def hello(self, request: Request) -> Response:
         """What there is: planners, laws, maps, limits."""
         if self._hello is None:
-            self._hello = dump(await asyncio.to_thread(self._all.hello))
-        return Response(self._hello, media_type=JSON)
+            self._hello = both(JSON, dump(await self._all.look(self._all.hello)))
+        return shipped(request, *self._hello)
 
     async def maps(self, request: Request) -> Response:
         """The library."""
-        return told(await asyncio.to_thread(self._all.library.listing))
+        return told(await self._all.look(self._all.library.listing))
 
     async def add_map(self, request: Request) -> Response:
         """Keep a map."""
         body = await request.body()
-        return told(await asyncio.to_thread(self._all.library.add, body))
+        return told(await self._all.read(self._all.library.add, body))
 
     async def ground(self, request: Request) -> Response:
         """A map's cells."""
-        found = await asyncio.to_thread(self._all.library.ground, request.path_params["id"])
+        found = await self._all.look(self._all.library.ground, request.path_params["id"])
         return Response(found, media_type=BYTES)
 
     async def thumb(self, request: Request) -> Response:
         """A map's small picture."""
-        found = await asyncio.to_thread(self._all.library.thumb, request.path_params["id"])
+        found = await self._all.look(self._all.library.thumb, request.path_params["id"])
         return Response(found, media_type="image/png")
 
     async def delete_map(self, request: Request) -> Response:
         """Forget an uploaded map."""
         await said(request, ())
-        await asyncio.to_thread(self._all.library.delete, request.path_params["id"])
+        await self._all.look(self._all.library.delete, request.path_params["id"])
         return told({"deleted": request.path_params["id"]})
 
     async def ask(self, request: Request) -> Any:
         """A question to an engine; its frames."""
         verb = request.url.path.rpartition("/")[2]
         body = await said(request, ASKED[verb])
-        question = {**body, "verb": verb, **await self._ground_of(body.get("scenario"))}
+        ground = {} if verb == "make" else await self._ground_of(body.get("scenario"))
+        question = {**body, "verb": verb, **ground}
         frames = self._counted(question)
-        if verb != "export":
+        if verb != "export" or body.get("progress") is True:
             return Streamed(frames)
         kind, ending = EXPORTS.get(str(body.get("what")), ("", ""))
         if not kind:
@@ -281,7 +287,7 @@ class Desk:
             raise Refused(400, "PATH_OUTSIDE", "the app opens no files by name", todo="upload the map")
         if not isinstance(name, str):
             return {}
-        return {"ground": await asyncio.to_thread(self._all.library.packed, name)}
+        return {"ground": await self._all.look(self._all.library.packed, name)}
 
     async def _counted(self, question: dict[str, Any]) -> AsyncIterator[bytes]:
         """The frames of an answer; the streams that run are counted, and a fault is the last frame."""
@@ -315,7 +321,7 @@ class Desk:
         name, text = (str(body.get(key, "")) for key in ("name", "text"))
         read: Callable[..., Any] = read_json if name.lower().endswith(".json") else read_yaml
         data = text.encode("utf-8", "surrogatepass")
-        found = await asyncio.to_thread(read, data, name[:80], max_values=MOST_VALUES)
+        found = await self._all.read(partial(read, data, name[:80], max_values=MOST_VALUES))
         return told({"scenario": found.data})
 
     async def study(self, request: Request) -> Response:
@@ -349,19 +355,8 @@ class Desk:
         began, job = self._all.tickets.pop(request.path_params["ticket"], (float("-inf"), ""))
         if time.monotonic() - began >= TICKET_SECONDS:
             raise Refused(404, "NOT_FOUND", "there is nothing here", todo="open the report again")
-        body = await asyncio.to_thread(self._studies().report, job)
+        body = await self._all.look(self._studies().report, job)
         return Response(body, media_type=TYPES["html"], headers={"Content-Security-Policy": VIEW_CSP})
-
-
-def static_files() -> dict[str, tuple[str, bytes, bytes]]:
-    """Type, bytes and bytes in gzip of each file of the page, by name: no name is ever part of a path."""
-    found = {}
-    for file in sorted(files("lampyris.app").joinpath("static").iterdir(), key=lambda file: file.name):
-        kind = TYPES.get(file.name.rpartition(".")[2])
-        if kind and file.is_file():
-            data = file.read_bytes()
-            found[file.name] = (kind, data, gzip.compress(data, 9, mtime=0))
-    return found
 
 
 def _fault(request: Request, fault: Exception) -> Response:

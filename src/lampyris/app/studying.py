@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from lampyris.app.engine import limit_memory
 from lampyris.app.frames import fault_of
 from lampyris.errors import InputError, InternalFault, LampyrisError, LimitError
 from lampyris.maps.document import MapDocument
@@ -28,6 +29,8 @@ REPORT: Final = "report.html"
 MOST_QUERIES: Final = 500
 MOST_SEEDS: Final = 1000
 MOST_RUNS: Final = 200_000
+MEMORY: Final = 4 * 2**30
+"""Bytes of address space beyond what is mapped at first. Studies are meant to be long: no limit of time."""
 
 
 def study_data(scenario: Scenario, said: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
@@ -145,6 +148,7 @@ def study_of_question(question: Mapping[str, Any]) -> tuple[Study, list[str]]:
 
 def main() -> None:
     """Run one study."""
+    limit_memory(MEMORY)
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
@@ -160,6 +164,11 @@ def main() -> None:
         _run(question, Path(sys.argv[1]), tell)
     except LampyrisError as fault:
         tell(state="failed", error=fault_of(fault))
+    except MemoryError:
+        tell(
+            state="failed",
+            error=fault_of(LimitError("MEMORY", "this study needs more memory than it may have")),
+        )
     except Exception as fault:
         tell(state="failed", error=fault_of(InternalFault("STUDY", f"{type(fault).__name__}: {fault}"[:500])))
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import api
-from lampyris.app.frames import NOWHERE, json_frame, ticks_frame
+from lampyris.app.frames import NOWHERE, caps_frame, json_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.maps.scenario import Scenario
-from lampyris.model.trace import Event, Trace
+from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Body
 from lampyris.planners import registry
 from lampyris.referee import check_trace, demand
@@ -58,15 +58,20 @@ def begin(scenario: Scenario) -> Simulation:
 
 
 def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
-    """Run it to its end, and hand out events and ticks as they come."""
+    """Run it to its end, and hand out events and ticks as they come, each with what bounds the speed."""
     ticks, events, bodies, last = 0, 0, len(run.crowd.bodies), perf_counter()
+    caps: list[tuple[tuple[str, float], ...]] = [()]
     while True:
         over = run.outcome is not None
         if over or perf_counter() - last > CHUNK_S or run.now - ticks >= MOST_TICKS:
             news = events_since(run, events)
             if news:
                 yield _events(news, run.crowd.bodies[bodies:])
-            yield _ticks(since(run, ticks), ticks)
+            part = since(run, ticks)
+            yield _ticks(part, ticks)
+            if (allowed := caps_frame(ticks, caps[: part.ticks + 1])) is not None:
+                yield allowed
+            caps = []
             ticks, events, bodies, last = (
                 run.now + 1,
                 events + len(news),
@@ -77,6 +82,7 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
         if over:
             return
         run.tick()
+        caps.append(() if run.outcome is Outcome.ARRIVED else run.pace.caps())
 
 
 def _events(news: list[Event], bodies: Sequence[Body]) -> bytes:

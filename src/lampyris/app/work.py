@@ -13,7 +13,8 @@ from lampyris.app.compared import Told, comparison
 from lampyris.app.compared import compare as compared
 from lampyris.app.frames import json_frame, layer_frame
 from lampyris.app.known import known
-from lampyris.app.layered import layer_of
+from lampyris.app.layered import layer_of, own_order, scene_at
+from lampyris.app.made import make
 from lampyris.app.said import said_scenario
 from lampyris.app.watched import WORDS, begin, body_record, finish, watch
 from lampyris.errors import UsageError
@@ -52,12 +53,11 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     found = api.plan(scenario.scene, planner, scenario.seed, record=bool(question.get("record")))
     law: Any = speed_law(scenario.law, scenario.law_settings)
     profile = api.profile(found, scenario.scene, law) if found else None
-    record = plan_record(found, scenario.scene, profile, seed=scenario.seed)
+    # A map of scattered cells has ten thousand gates: a megabyte and a half for each step of a drag.
+    gates = "gates" in (question.get("layers") or ())
+    record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)
     if profile is not None:
         record["speed"] = profile_record(profile, caps=True)
-    if "gates" not in (question.get("layers") or ()):
-        # A map of scattered cells has ten thousand: a megabyte and a half for each step of a drag.
-        record["gates"]["in_map"] = []
     record["notes"] = list(scenario.notes)
     record["seconds"] = time.perf_counter() - began
     yield json_frame("Z", record)
@@ -117,12 +117,17 @@ def digest(trace: Trace) -> str:
 
 
 def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
-    """One layer: a frame ``L``."""
+    """One layer: a frame ``L``; before ``expanded``, ``H`` says whether the order is the planner's own."""
     tick = question.get("tick") or 0
     if type(tick) is not int or tick < 0:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
     name = str(question.get("layer"))
-    yield layer_frame(name, layer_of(name, said_scenario(question), tick, question.get("bodies")))
+    scenario = said_scenario(question)
+    made = layer_of(name, scenario, tick, question.get("bodies"))
+    if name == "expanded":
+        own = own_order(scene_at(scenario.scene, tick), scenario) is not None
+        yield json_frame("H", {"layer": name, "planner": scenario.planner, "own": own})
+    yield layer_frame(name, made)
 
 
 def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
@@ -155,5 +160,6 @@ _VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
     "layer": layer,
     "compare": compare,
     "export": export,
+    "make": make,
     "warm": warm,
 }

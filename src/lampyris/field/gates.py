@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import weakref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from lampyris.typing import BoolGrid
 
 _POINT = Robot()
 _AXES = ("", "x", "y", "xy")
+_last: tuple[weakref.ref[BoolGrid], float, tuple[Gate, ...]] | None = None
+"""Gates of the last map that was asked for, and of what: its cells, which are no other map's, and radius."""
 
 
 def gate_mask(grid: Grid, robot: Robot = _POINT) -> BoolGrid:
@@ -47,7 +50,21 @@ def find_gates(grid: Grid, robot: Robot = _POINT) -> tuple[Gate, ...]:
     ``dead_end`` says that on one side of its passage there is no live cell to step to, where live means
     free and not itself a gate that is a dead end; of a gate on both axes, that this is so for both
     passages. Without a radius the step may cut corners (the dissertation's moves); with one it may not.
+
+    Those of the last map are kept: every plan tells of them, and while an end is dragged over a map of
+    512 x 512 with 4,600 gates, finding them anew was half of the time of a plan.
     """
+    global _last
+    known = _last
+    if known and known[0]() is grid.blocked and known[1] == robot.radius:
+        return known[2]
+    gates = _found(grid, robot)
+    _last = (weakref.ref(grid.blocked), robot.radius, gates)
+    return gates
+
+
+def _found(grid: Grid, robot: Robot) -> tuple[Gate, ...]:
+    """Every gate of a map."""
     height, width = grid.blocked.shape
     most = _most(grid, robot)
     narrow = np.zeros((2, height, width), dtype=np.int64)

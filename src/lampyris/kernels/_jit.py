@@ -43,6 +43,18 @@ _LEAN: Mapping[str, Any] = {"_nrt": False}
 arrays up and down with locked instructions: a quarter of the time of whole simulations."""
 
 _spent = 0
+_ears: list[Callable[[bool], None]] = []
+"""Called whenever machine code is made that was not kept from before."""
+
+
+def on_compile(ear: Callable[[bool], None]) -> None:
+    """Have something called with True when machine code is about to be made that no run before has left on
+    disk, and with False when it is there.
+
+    It takes a second or more for each kernel, once for a machine; whoever waits may want to know. Numba is not
+    imported for this.
+    """
+    _ears.append(ear)
 
 
 def u64(value: Any) -> Any:
@@ -145,6 +157,7 @@ def kernel(*, out: Sequence[str] = (), inline: bool = False) -> Callable[[Callab
 def _compile(k: Kernel) -> Callable[..., Any]:
     import numba
 
+    _listen()
     # The compiled form must see compiled callees, a real u64 and a real fetch.
     helpers = {u64: np.uint64, fetch: _prefetch(), lowest: _bit("cttz"), highest: _bit("ctlz")}
     twin = _twin(k, lambda callee: callee.compiled(), helpers)
@@ -154,6 +167,30 @@ def _compile(k: Kernel) -> Callable[..., Any]:
         content = b"".join(Path(name).read_bytes() for name in sorted(elsewhere))
         twin.__qualname__ += f"_{hashlib.sha256(content).hexdigest()[:16]}"
     return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
+
+
+@cache
+def _listen() -> None:
+    """Hear of numba's compilations; those that it finds on disk are none."""
+    from numba.core import event
+
+    class Ear(event.Listener):
+        depth = 0
+
+        def on_start(self, _: Any) -> None:
+            self.depth += 1
+            self.tell(True)
+
+        def on_end(self, _: Any) -> None:
+            self.depth -= 1
+            if not self.depth:
+                self.tell(False)
+
+        def tell(self, on: bool) -> None:
+            for ear in _ears:
+                ear(on)
+
+    event.register("numba:compile", Ear())
 
 
 def _callees(k: Kernel) -> set[Kernel]:

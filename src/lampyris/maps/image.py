@@ -116,7 +116,9 @@ def _chunks(source: Source) -> Iterator[tuple[bytes, memoryview]]:
         length, kind = struct.unpack_from(">I4s", data, offset)
         end = offset + 12 + length
         if end > len(data):
-            raise source.error("IMG_TRUNCATED", f"chunk {kind.decode('latin-1')!r} ends early")
+            raise source.error(
+                "IMG_TRUNCATED", f"the picture is cut off: {kind.decode('latin-1')!r} ends early"
+            )
         (checksum,) = struct.unpack_from(">I", data, end - 4)
         if zlib.crc32(data[offset + 4 : end - 4]) != checksum:
             raise source.error(
@@ -199,7 +201,9 @@ def _check_length(source: Source, png: _Png) -> None:
     except zlib.error as problem:
         raise source.error("IMG_CORRUPT", f"pixel data cannot be unpacked ({problem})") from None
     if there < need:
-        raise source.error("IMG_TRUNCATED", f"pixel data ends early: {there:,} of {need:,} bytes")
+        raise source.error(
+            "IMG_TRUNCATED", f"the picture is cut off: pixel data ends early: {there:,} of {need:,} bytes"
+        )
 
 
 def _decode(source: Source, png: _Png) -> NDArray[Any]:

@@ -220,6 +220,38 @@ def _speeds(
     """
     n = len(heading)
     up = _rises(heading, law)
+    low = lowest(
+        [("start", only(n, 0, v0)), *_caps(heading, n1, n2, law, came), ("goal", only(n, -1, 0.0))],
+    )
+    sweep(low.v, up, np.full(n - 1, law.braking), low.keeps, low.cause, low.about)
+    return low.v, low.words, low.about
+
+
+def ring_caps(
+    cells: ArrayLike,
+    ring1: Sequence[Any],
+    ring2: Sequence[Any],
+    *,
+    law: DissertationLaw = DEFAULT,
+    previous: Cell | None = None,
+) -> tuple[tuple[str, Floats], ...]:
+    """What each rule alone allows at each node, by its cause, infinity where it says nothing: what a chart
+    draws beside the speeds. Arguments as for :func:`dissertation_profile`.
+
+    Raises
+    ------
+    SettingError : ``PATH_CELLS``, ``PATH_STEP``, ``RING_COUNT``.
+    """
+    found = cells_of(cells)
+    n1, n2 = _counts(ring1, len(found), 1), _counts(ring2, len(found), 2)
+    return tuple(_caps(headings(found, previous), n1, n2, law, previous is not None))
+
+
+def _caps(
+    heading: NDArray[np.int64], n1: NDArray[np.int64], n2: NDArray[np.int64], law: DissertationLaw, came: bool
+) -> list[tuple[str, Floats]]:
+    """The law's rules, in the order in which ties are decided."""
+    n = len(heading)
     by_rings = caps.rings(
         n1, n2, v_max=law.v_max, v_min=law.v_min, drop1=law.ring1_drop, drop2=law.ring2_drop
     )
@@ -228,18 +260,12 @@ def _speeds(
     bend = slice(0 if came else 1, n - 1)
     turn = _TURN[heading[:-1], heading[1:]][bend]
     by_angle[bend] = caps.angle(turn, v_180=law.v_180, v_135=law.v_135, v_90=law.v_90)
-    low = lowest(
-        [
-            ("start", only(n, 0, v0)),
-            ("limit", caps.limit(n, law.v_max)),
-            ("ring 1", np.where(ring1_leads, by_rings, np.inf)),
-            ("ring 2", np.where(ring1_leads, np.inf, by_rings)),
-            ("angle", by_angle),
-            ("goal", only(n, -1, 0.0)),
-        ]
-    )
-    sweep(low.v, up, np.full(n - 1, law.braking), low.keeps, low.cause, low.about)
-    return low.v, low.words, low.about
+    return [
+        ("limit", caps.limit(n, law.v_max)),
+        ("ring 1", np.where(ring1_leads, by_rings, np.inf)),
+        ("ring 2", np.where(ring1_leads, np.inf, by_rings)),
+        ("angle", by_angle),
+    ]
 
 
 def _rises(heading: NDArray[np.int64], law: DissertationLaw) -> Floats:

@@ -59,6 +59,16 @@ class GraphSession:
         self._free = free_space(scene)
         self._search = make(self._free, scene.grid.terrain, self._moves)
 
+    @property
+    def search(self) -> Search:
+        """What it searches with."""
+        return self._search
+
+    @property
+    def free(self) -> BoolGrid:
+        """Where the robot may be, moving obstacles left out; bool (height, width)."""
+        return self._free
+
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The way from where the robot is to the goal.
 

@@ -24,6 +24,9 @@ MAX_FRAMES = 240
 GLIDE = 2
 """Frames for each tick of a short run: bodies glide from cell to cell, so that one can see who goes where."""
 
+FPS = 16.0
+"""Frames a second, if nobody says."""
+
 HOLD_MS = 1200
 """How long the outcome stands at the end."""
 
@@ -57,7 +60,7 @@ def film(
     trace: Trace,
     out: OutFile,
     *,
-    fps: float = 16.0,
+    fps: float = FPS,
     scale: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> None:
@@ -82,6 +85,11 @@ def film(
     check(out, fps, scale)
     shown = _moments(trace.ticks, fps)
     write_film(Stage(trace, scale, shown.stride), shown, out, progress)
+
+
+def frames_of(trace: Trace, fps: float = FPS) -> int:
+    """How many frames the film of a simulation has: what ``progress`` of :func:`film` comes to."""
+    return len(_moments(trace.ticks, fps).moments)
 
 
 def check(out: OutFile, fps: float, scale: int | None) -> None:

@@ -24,8 +24,13 @@ from lampyris.report.metrics import CauseShare, drive_shares
 STEP_WORDS = ("straight", "diagonal", "knight")
 
 
-def plan_record(plan: Plan, scene: Scene, profile: Profile | None, *, seed: int = 0) -> dict[str, Any]:
-    """A plan and its speeds; ``cells``, ``cost``, ``gap`` and ``speed`` are null when no path was found."""
+def plan_record(
+    plan: Plan, scene: Scene, profile: Profile | None, *, seed: int = 0, gates: bool = True
+) -> dict[str, Any]:
+    """A plan and its speeds; ``cells``, ``cost``, ``gap`` and ``speed`` are null when no path was found.
+
+    ``gates``: those of the whole map as well; scattered maps have thousands.
+    """
     return {
         "status": plan.status.value,
         "sentence": plan.sentence,
@@ -48,7 +53,7 @@ def plan_record(plan: Plan, scene: Scene, profile: Profile | None, *, seed: int 
         "gates": {
             "count": len(plan.gates_in_map),
             "on_path": [gate_record(g) for g in plan.gates_on_path],
-            "in_map": [gate_record(g) for g in plan.gates_in_map],
+            "in_map": [gate_record(g) for g in plan.gates_in_map] if gates else [],
             "replanned_at": [list(c) for c in plan.gates_met],
         },
         "jumps": [jump_record(j) for j in plan.jumps],

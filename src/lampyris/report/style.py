@@ -179,7 +179,11 @@ def save(figure: Figure, out: OutFile, suffix: str, dpi: int) -> None:
     FileError : the system refuses.
     """
     from matplotlib import rc_context
+    from matplotlib.text import Text
 
+    for words in figure.findobj(Text):
+        # A map may be called $\href{x}$: a name is words, and no formula.
+        words.set_parse_math(False)
     metadata: dict[str, Any]
     if suffix == ".svg":
         metadata = {"Date": None, "Creator": None}

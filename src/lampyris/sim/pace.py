@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from lampyris.model.path import path_of
+from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import laws
-from lampyris.motion.dissertation import DEFAULT, DissertationLaw, dissertation_profile
+from lampyris.motion.dissertation import DEFAULT, DissertationLaw, dissertation_profile, ring_caps
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.rings import ring_counts
-from lampyris.typing import Cell
+from lampyris.typing import Cell, Cells
 
 SpeedLaw: TypeAlias = str | DissertationLaw | PhysicalLaw
 
@@ -41,6 +42,7 @@ class Pace:
     def __init__(self, scene: Scene, law: SpeedLaw) -> None:
         self.scene = scene
         self.v = 0.0
+        self._last: Profile | tuple[Cells, Any, Any] | None = None
         standing = laws.profile(path_of(np.array([scene.start]), scene.moves), scene, law=law)
         self.name, self.units = standing.law, standing.units
         self._law = law
@@ -77,6 +79,7 @@ class Pace:
             # The first node lies behind: its speed has been driven, whatever stands around it by now.
             n1[0] = n2[0] = 0
             v, cause = dissertation_profile(near, n1.tolist(), n2.tolist(), law=self._ours, v0=self.v)
+            self._last = (near, n1, n2)
         else:
             profile = laws.profile(
                 path_of(near, self.scene.moves),
@@ -87,9 +90,24 @@ class Pace:
                 on_infeasible="brake",
             )
             v, cause = profile.v, profile.cause
+            self._last = profile
         self.v = float(v[1])
         return self.v, cause[1]
 
     def stop(self) -> None:
         """Stand still."""
         self.v = 0.0
+        self._last = None
+
+    def caps(self) -> tuple[tuple[str, float], ...]:
+        """What each rule alone allows at the cell entered last, by its cause, those that say something; none
+        while the robot stands. Asked by who watches; a run that nobody watches does not pay for it."""
+        last = self._last
+        if last is None:
+            return ()
+        if isinstance(last, Profile):
+            found = last.caps
+        else:
+            near, n1, n2 = last
+            found = ring_caps(near, n1.tolist(), n2.tolist(), law=self._ours)
+        return tuple((cause, float(v[1])) for cause, v in found if np.isfinite(v[1]))

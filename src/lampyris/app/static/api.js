@@ -1,6 +1,6 @@
 // The server, as the page sees it: every call bears the token, every error is a sentence.
 
-import { framesOf } from "./frames.js";
+import { framesOf, json as told } from "./frames.js";
 
 /** @typedef {{code: string, what: string, where?: string, allowed?: string, todo?: string}} Fault */
 
@@ -24,6 +24,12 @@ export class Api {
     this.token = token;
     /** Told when the server stops answering, and when it is back. @type {(gone: boolean) => void} */
     this.onGone = () => {};
+    /** Told when an answer waits for code that is compiled for the first time, and when none does any more. @type {(on: boolean) => void} */
+    this.onCompiling = () => {};
+    /** Answers that do. */
+    this._compiling = 0;
+    /** When the server answered last: milliseconds of the page. */
+    this.heard = 0;
   }
 
   /**
@@ -49,6 +55,7 @@ export class Api {
       this.onGone(true);
       throw new Gone("the server does not answer");
     }
+    this.heard = performance.now();
     // Another server has this one's port: for who holds the old token, theirs is gone.
     this.onGone(answer.status === 401);
     if (answer.ok) return answer;
@@ -78,12 +85,24 @@ export class Api {
   async *frames(path, json, signal) {
     const answer = await this.call(path, { json, signal });
     if (!answer.body) throw new Gone("an answer without a body");
+    let compiling = false;
+    const now = (/** @type {boolean} */ on) => {
+      if (on === compiling) return;
+      compiling = on;
+      this._compiling += on ? 1 : -1;
+      this.onCompiling(this._compiling > 0);
+    };
     try {
-      yield* framesOf(answer.body);
+      for await (const frame of framesOf(answer.body)) {
+        now(frame.kind === "P" && told(frame.bytes).what === "compiling");
+        yield frame;
+      }
     } catch (error) {
       if (signal?.aborted) throw error;
       this.onGone(true);
       throw new Gone("the server stopped in the middle of its answer");
+    } finally {
+      now(false);
     }
   }
 }

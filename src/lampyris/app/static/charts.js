@@ -3,8 +3,9 @@
 // uPlot draws them when data or size change. What moves while it plays is one line a chart, moved by a transform;
 // where it stands is computed from sizes that are kept, never read from the page.
 
+import { capsOf, closeness, whyOf } from "./bounds.js";
 import { causeColour } from "./colours.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Run} Run */
@@ -24,6 +25,8 @@ const SELDOM = 140;
 const HIGH = 108;
 /** Height of the strip of causes. */
 const STRIP = 7;
+/** Height of the name of the line that no distance may cross. */
+const UNDER = 13;
 const MAKE = /** @type {any} */ (globalThis);
 
 class Charts {
@@ -182,7 +185,7 @@ class Charts {
     const causes = run.cause.subarray(0, n);
     const word = (/** @type {number} */ k) => run.causes[causes[k]] ?? "";
     return {
-      x, v: run.speed.subarray(0, n), near, causes, word, why: word, units: run.units, caps: [], run: true,
+      x, v: run.speed.subarray(0, n), near, causes, word, why: (k) => whyOf(run, k, brief), units: run.units, caps: capsOf(run, n), run: true,
       along: this.over === "time" ? "ticks" : "m",
     };
   }
@@ -204,7 +207,8 @@ class Charts {
   _plot(i, shown) {
     const data = i ? [shown.x, shown.near] : [shown.x, shown.v, ...shown.caps.map((cap) => cap.v)];
     const key = i ? shown.along : [shown.along, shown.units, ...shown.caps.map((cap) => cap.cause)].join("|");
-    this.names[i] = this.titles[i].textContent = i ? "Nearest obstacle, m" : `Speed, ${shown.units}`;
+    const over = { s: "seconds", m: "metres" }[shown.along] ?? shown.along;
+    this.names[i] = this.titles[i].textContent = i ? `Nearest obstacle, m, over ${over}` : `Speed, ${shown.units}, over ${over}`;
     if (this.plots[i] && key === this._keys[i]) {
       this.plots[i].setData(data);
       return;
@@ -230,16 +234,19 @@ class Charts {
     const caps = i ? [] : shown.caps.map((cap) => ({
       stroke: causeColour(cap.cause, dark), width: 1, alpha: dark ? 0.8 : 0.6, dash: [4, 3], points: { show: false }, spanGaps: false,
     }));
+    const under = i ? UNDER : STRIP + 3;
     return {
       width: this._wide(i), height: HIGH, padding: [4, 8, 0, 0], legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: false, y: false, setScale: false }, sync: { key: this._sync.key } },
       scales: {
         x: { time: false },
-        // The strip of causes lies below zero, where no speed is.
+        // Below zero, where no speed and no distance is, lies the strip of causes, or the name of the line at zero.
         y: {
           range: (/** @type {any} */ u) => {
-            const top = 1.25 * (most(u.data[1]) || 1);
-            return [i ? 0 : (-top * (STRIP + 3)) / (HIGH - 24 - STRIP - 3), top];
+            // What the robot may drive at most is seen, too.
+            const limit = i ? -1 : shown.caps.findIndex((cap) => cap.cause === "limit");
+            const top = Math.max(1.25 * (most(u.data[1]) || 1), limit < 0 ? 0 : 1.1 * most(u.data[2 + limit] ?? []));
+            return [(-top * under) / (HIGH - 24 - under), top];
           },
         },
       },
@@ -249,7 +256,7 @@ class Charts {
       ],
       series: [{}, line, ...caps],
       hooks: {
-        draw: [(/** @type {any} */ u) => (i ? this._close(u) : this._strip(u))],
+        draw: [(/** @type {any} */ u) => (i ? closeness(u, this.page.ground?.resolution ?? 1, this.page.dark) : this._strip(u))],
         setCursor: [(/** @type {any} */ u) => this._read(u.cursor.idx)],
       },
     };
@@ -276,18 +283,6 @@ class Charts {
     }
     pen.fillStyle = this.page.dark ? "#727b89" : "#8b929c";
     pen.fillRect(left, top + height - high - 1, width, 1);
-    pen.restore();
-  }
-
-  /** Closer than a cell: a near miss. @param {any} u */
-  _close(u) {
-    const cell = this.page.ground?.resolution ?? 1;
-    const pen = /** @type {CanvasRenderingContext2D} */ (u.ctx);
-    const { left, top, width, height } = u.bbox;
-    const y = Math.max(u.valToPos(cell, "y", true), top);
-    pen.save();
-    pen.fillStyle = this.page.dark ? "rgb(255 156 146 / 16%)" : "rgb(179 38 30 / 10%)";
-    pen.fillRect(left, y, width, top + height - y);
     pen.restore();
   }
 
@@ -345,7 +340,7 @@ class Charts {
     const there = shown && k !== null && k !== undefined && k < shown.x.length;
     const at = !there ? "" : this.over === "time" && shown.run ? `tick ${k}` : `${brief(shown.x[k])} ${shown.along}`;
     const texts = there
-      ? [`${at}: ${brief(Number(shown.v[k]))} ${shown.units}, ${shown.why(k)}`, `${at}: ${brief(Number(shown.near?.[k] ?? NaN))} m to the nearest`]
+      ? [`${at}: ${brief(Number(shown.v[k]))} ${shown.units.replace("velocity units", "vu")}, ${shown.why(k)}`, `${at}: ${brief(Number(shown.near?.[k] ?? NaN))} m to the nearest`]
       : this.names;
     this.titles.forEach((title, i) => {
       if (title.textContent !== texts[i]) title.textContent = texts[i];

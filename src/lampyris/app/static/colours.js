@@ -20,6 +20,9 @@ export const START = "#c1121f";
 export const GOAL = "#ffb703";
 export const GATE = "#7b2cbf";
 
+/** What lies on a landscape that numbers are read on: its darkest under black ink, its brightest under white. */
+export const VEIL = { light: { colour: "#ffffff", share: 0.36 }, dark: { colour: "#16181d", share: 0.64 } };
+
 /** Shape, colour and letter of each kind of obstacle, as in films. @type {Record<string, [string, string, string]>} */
 export const KINDS = {
   "random-walk": ["circle", "#e67800", "W"],

@@ -1,54 +1,33 @@
 // Compare: planners and speed laws in the same world, overlaid on the map or side by side, played together.
 
 import { LINES } from "./colours.js";
-import { block, button, el, fill, sentence, whenGreeted } from "./make.js";
+import { block, button, el, fill, sentence } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
+import { chosen, labelOf, meeting } from "./meeting.js";
 import { bodiesAt, gather, placeAt } from "./runs.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Who} Who */
-/** @typedef {Who & {label: string}} Entry */
+/** @typedef {import("./meeting.js").Entry} Entry */
 
 const MOST = 8;
 const MOST_SEEDS = 50;
-const LONGEST = 64;
 /** What a world is made of: a comparison of another world is an old one. */
 const WORLD = ["map", "start", "goal", "robot", "preset", "moves", "seed", "obstacles", "edits", "simulate"];
-
-/** Who meets, as the study beside it takes it. @typedef {{planners: Entry[], laws: Entry[], seeds: number}} Meeting */
-
-/** @type {WeakMap<Page, Comparison>} */
-const known = new WeakMap();
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
   const place = block(into, "meeting", "Compare");
-  if (place) whenGreeted(page, () => known.set(page, new Comparison(page, place)));
-}
-
-/** Who was chosen to meet. @param {Page} page @returns {Meeting | null} */
-export function meeting(page) {
-  return known.get(page)?.meeting() ?? null;
-}
-
-/** What a list calls somebody with settings. @param {Who} who */
-export function labelOf(who) {
-  const settings = Object.entries(who.settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join("/") : value}`);
-  const words = [who.name, ...settings].join(" ");
-  return words.length <= LONGEST ? words : `${words.slice(0, LONGEST - 3)}...`;
+  if (place) new Comparison(page, place);
 }
 
 class Comparison {
   /** @param {Page} page @param {HTMLElement} into */
   constructor(page, into) {
     this.page = page;
-    const names = page.hello.planners.map((/** @type {any} */ one) => one.name);
-    /** @type {Entry[]} */
-    this.planners = ["ad-gso", "astar", "dstar-lite"].filter((name) => names.includes(name)).map((name) => ({ name, settings: {}, label: name }));
-    /** @type {Entry[]} */
-    this.laws = [];
+    this.who = chosen(page);
     /** @type {import("./runs.js").Gathered | null} */
     this.found = null;
     this.beside = false;
@@ -68,6 +47,8 @@ class Comparison {
       if (this.shown && page.run !== this.leader()) this.leave(false);
     });
     page.on("map", () => this._ways());
+    // Walls that come and go do so on all the small maps, too.
+    page.on("ground", () => this.mosaic.setGround());
     // A plan that comes in draws its own way.
     page.on("plan", () => this._ways());
     page.on("theme", (dark) => this.mosaic.setDark(dark));
@@ -85,7 +66,7 @@ class Comparison {
     const { page } = this;
     this.chosen = el("ul", { class: "entrants", "aria-label": "Planners that meet" });
     this.chosenLaws = el("ul", { class: "entrants", "aria-label": "Speed laws that meet" });
-    this.seeds = el("input", { type: "number", id: "compare-seeds", min: 1, max: MOST_SEEDS, step: 1, value: 1 });
+    this.seeds = el("input", { type: "number", id: "compare-seeds", min: 1, max: MOST_SEEDS, step: 1, value: this.who.seeds, oninput: () => this._seeds() });
     this.go = button("Compare", () => this._compare(), { class: "btn primary" });
     this.end = button("Stop", () => this.asked?.abort(), { hidden: true });
     this.progress = el("p", { class: "hint", role: "status" });
@@ -93,16 +74,17 @@ class Comparison {
     this.both = [button("Overlaid", () => this._look(false), { class: null }), button("Side by side", () => this._look(true), { class: null })];
     this.close = button("Leave", () => this.leave(true));
     this.bar = el("div", { class: "row", hidden: true }, el("div", { class: "seg", role: "group", "aria-label": "How to show it" }, ...this.both), this.close);
+    this.whose = el("p", { class: "hint", hidden: true });
     this.again = button("Show it", () => this._show(), { hidden: true });
     this.results = el("div", { class: "results" });
     into.append(
       el("h3", null, "Planners"), this.chosen,
-      this._adder("Add a planner", page.hello.planners, () => this.planners, () => page.store.scenario.planner),
+      this._adder("Add a planner", page.hello.planners, () => this.who.planners, () => page.store.scenario.planner),
       el("h3", null, "Speed laws"), this.chosenLaws,
-      this._adder("Add a speed law", page.hello.laws, () => this.laws, () => page.store.scenario.law),
+      this._adder("Add a speed law", page.hello.laws, () => this.who.laws, () => page.store.scenario.law),
       el("div", { class: "field" }, el("label", { for: "compare-seeds" }, "seeds"), this.seeds,
         el("p", { class: "hint" }, "Several seeds give means with intervals; the first is played.")),
-      el("div", { class: "row" }, this.go, this.end, this.again), this.progress, this.old, this.bar, this.results,
+      el("div", { class: "row" }, this.go, this.end, this.again), this.progress, this.old, this.bar, this.whose, this.results,
     );
     this._list();
   }
@@ -134,19 +116,18 @@ class Comparison {
           list.splice(k, 1);
           this._list();
         }, { class: "btn quiet icon", "aria-label": `Take ${one.label} out` }))));
-    draw(/** @type {HTMLElement} */ (this.chosen), this.planners, this.laws.length < 2);
-    draw(/** @type {HTMLElement} */ (this.chosenLaws), this.laws, false);
-    if (!this.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
+    draw(/** @type {HTMLElement} */ (this.chosen), this.who.planners, this.who.laws.length < 2);
+    draw(/** @type {HTMLElement} */ (this.chosenLaws), this.who.laws, false);
+    if (!this.who.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
     this.offers.forEach((offer) => offer());
-    if (this.go) this.go.disabled = !this.planners.length || Boolean(this.asked);
+    if (!this.go) return;
+    this.go.disabled = !this.who.planners.length || Boolean(this.asked);
+    this.go.title = this.who.planners.length ? "" : "Add a planner first.";
+    if (!this.who.planners.length) fill(/** @type {HTMLElement} */ (this.chosen), el("li", { class: "hint" }, "Nobody: add a planner."));
   }
 
-  /** @returns {Meeting} */
-  meeting() {
-    const { law, preset } = this.page.store.scenario;
-    const own = law ?? { name: preset === "dissertation" ? "dissertation" : "physical", settings: {} };
-    const seeds = Math.min(Math.max(Math.round(Number(this.seeds?.value) || 1), 1), MOST_SEEDS);
-    return { planners: this.planners, laws: this.laws.length ? this.laws : [{ ...own, label: labelOf(own) }], seeds };
+  _seeds() {
+    this.who.seeds = Math.min(Math.max(Math.round(Number(this.seeds?.value) || 1), 1), MOST_SEEDS);
   }
 
   async _compare() {
@@ -163,7 +144,7 @@ class Comparison {
     const asked = new AbortController();
     this.asked = asked;
     this._busy(true);
-    const who = this.meeting();
+    const who = meeting(page);
     const all = who.planners.length * who.laws.length * who.seeds;
     try {
       this._tell(`0 of ${all} runs`);
@@ -232,6 +213,11 @@ class Comparison {
     this.beside = beside;
     this.both?.forEach((one, k) => one.setAttribute("aria-pressed", String(beside === Boolean(k))));
     if (!this.shown || !this.found) return;
+    if (this.whose) {
+      this.whose.hidden = false;
+      this.whose.textContent = beside ? "Each map shows the obstacles of its own run, all at the same moment."
+        : `The obstacles are those of ${this.leader()?.label}, the longest run. They mind the robot, so that each run's differ: side by side shows them.`;
+    }
     if (beside) this.mosaic.open(this.found.runs);
     else this.mosaic.close();
     this._ways();
@@ -275,6 +261,7 @@ class Comparison {
     this.mosaic.close();
     page.map.moment.others = [];
     if (this.bar) this.bar.hidden = true;
+    if (this.whose) this.whose.hidden = true;
     if (this.again) this.again.hidden = !this.found;
     if (restore && before) {
       page.run = before.run;
@@ -340,6 +327,14 @@ class Mosaic {
       };
       view.draw();
     }
+  }
+
+  /** The ground as it is at the shown moment. */
+  setGround() {
+    const { ground } = this.page;
+    if (!ground || !this.tiles.length) return;
+    for (const { view } of this.tiles) view.setGround(ground);
+    this.move(this.page.play.tick);
   }
 
   /** @param {boolean} dark */

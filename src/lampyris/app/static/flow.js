@@ -1,15 +1,15 @@
 // Flow: from what was changed to what must be asked. A changed scenario is planned again at once, one question in
 // flight at most and the newest state next; a run is made again when a wall was painted while it is shown.
 
-import { addEvents, addTicks, json } from "./frames.js";
 import { ServerError } from "./api.js";
+import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
+import { Runs } from "./running.js";
 import { first, blank } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Ground} Ground */
 /** @typedef {import("./types.js").Plan} Plan */
-/** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Scenario} Scenario */
 
 /** Keys that decide a run. */
@@ -21,6 +21,8 @@ const UNPLANNED = new Set(["simulate"]);
  * stopped may have to start anew, which takes about a second: with 400 here a drag never saw an answer.
  */
 const PATIENCE = 2500;
+/** Milliseconds between two drawings of the way of a run that is still coming in. */
+const OFTEN = 250;
 
 /** @param {Page} page */
 export function mount(page) {
@@ -117,11 +119,17 @@ export function mount(page) {
     store.settle();
   };
   page.adopt = async (scenario) => {
-    store.replace(scenario);
+    // A map that cannot be had leaves everything as it was.
+    const { map } = scenario;
+    const ground = map === shown.map && page.ground ? page.ground : await loadGround(page.api, map);
+    if (map !== shown.map) opened = { spec: map, ground };
+    const { start, goal } = scenario.start || scenario.goal ? scenario : ground;
+    store.replace({ ...scenario, start, goal });
   };
 
   store.listen((changed) => {
-    if (changed.has("map") && store.scenario.map !== shown.map) void load();
+    const moved = changed.has("map") && store.scenario.map !== shown.map;
+    if (moved) void load();
     else if (changed.has("edits")) {
       if (shown.edits === store.scenario.edits) page.tell("ground");
       else paint();
@@ -135,32 +143,41 @@ export function mount(page) {
         void runs.begin({ tick, play: page.play.playing });
       } else runs.clear();
     }
-    if (decisive.some((key) => !UNPLANNED.has(key)) && !decisive.includes("map")) plans.want();
+    if (decisive.some((key) => !UNPLANNED.has(key)) && !moved) plans.want();
   });
   page.on("tick", () => paint());
   page.on("run", () => paint());
   page.on("gone", (gone) => {
     if (gone) return;
     if (!page.ground) void load();
-    else plans.want();
+    else {
+      plans.want();
+      runs.again();
+    }
   });
 
-  // The way of the plan, by its speeds; faint while a run is on its way.
-  let faint = false;
-  const drawPlan = () => {
-    const { plan } = page;
-    map.ways = plan && plan.cells.length > 2 ? [{ cells: plan.cells, shares: sharesOf(plan, page), faint }] : [];
+  // The way of the plan, by its speeds. While a run is on its way: the run's own, as far as it has come; what it
+  // has driven is drawn over it. The plan's would lead through walls that were painted since.
+  let running = false;
+  const drawWays = () => {
+    const { plan, run } = page;
+    // A comparison draws ways of its own.
+    if (run && run !== runs.own) return;
+    running = run !== null && page.play.tick > 0;
+    if (run && running) map.ways = run.ticks > 1 ? [{ cells: run.robot.subarray(0, 2 * run.ticks), faint: true }] : [];
+    else map.ways = plan && plan.cells.length > 2 ? [{ cells: plan.cells, shares: sharesOf(plan, page) }] : [];
     map.refresh();
   };
-  page.on("plan", drawPlan);
-  const fade = () => {
-    const now = page.run !== null && page.play.tick > 0;
-    if (now === faint) return;
-    faint = now;
-    drawPlan();
-  };
-  page.on("tick", fade);
-  page.on("run", fade);
+  for (const name of ["plan", "run", "end"]) page.on(name, drawWays);
+  let drawn = 0;
+  page.on("ticks", () => {
+    if (!running || performance.now() - drawn < OFTEN) return;
+    drawn = performance.now();
+    drawWays();
+  });
+  page.on("tick", () => {
+    if (running !== (page.run !== null && page.play.tick > 0)) drawWays();
+  });
 }
 
 /** The scenario of the link, the draft, or a first one. @param {Page} page */
@@ -273,103 +290,4 @@ class Plans {
       this._page.fault(error);
     }
   }
-}
-
-/** Runs: one at a time. */
-class Runs {
-  /** @param {Page} page */
-  constructor(page) {
-    this._page = page;
-    /** @type {AbortController | null} */
-    this._abort = null;
-  }
-
-  get busy() {
-    return this._abort !== null;
-  }
-
-  stop() {
-    if (this._abort) this._page.play.hold(false);
-    this._abort?.abort();
-    this._abort = null;
-    this._page.tell("busy", false);
-  }
-
-  /** The run is no longer the scenario's. */
-  clear() {
-    this.stop();
-    if (!this._page.run) return;
-    this._page.run = null;
-    this._page.tell("run", { tick: 0, play: false });
-  }
-
-  /** @param {{tick?: number, play?: boolean}} how */
-  async begin({ tick = 0, play = true }) {
-    const page = this._page;
-    const { start, goal } = page.store.scenario;
-    if (!start || !goal) {
-      page.say("First click a start and a goal on the map.");
-      return;
-    }
-    this._abort?.abort();
-    const abort = new AbortController();
-    this._abort = abort;
-    page.tell("busy", true);
-    // The old run may not go on past the moment from which the new one differs.
-    if (tick > 0) page.play.hold(true);
-    const scenario = page.asked();
-    const run = emptyRun(scenario);
-    /** Shown once it has come as far as what is shown now: until there both are the same. */
-    let published = false;
-    const publish = () => {
-      published = true;
-      page.play.hold(false);
-      page.run = run;
-      page.tell("run", { tick: Math.min(tick, Math.max(0, run.ticks - 1)), play });
-    };
-    try {
-      for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario }, abort.signal)) {
-        if (abort.signal.aborted) return;
-        if (kind === "X") throw new ServerError(200, json(bytes));
-        else if (kind === "H") Object.assign(run, headOf(json(bytes)));
-        else if (kind === "T") addTicks(bytes, run);
-        else if (kind === "E") addEvents(bytes, run);
-        else if (kind === "Z") {
-          run.end = json(bytes);
-          run.done = true;
-        }
-        if (kind === "T" && published) page.tell("ticks");
-        else if (run.ticks > tick && !published) publish();
-      }
-      if (!published) publish();
-      run.done = true;
-      page.tell("end");
-    } catch (error) {
-      if (abort.signal.aborted) return;
-      run.done = true;
-      page.play.hold(false);
-      if (published) page.tell("end");
-      page.fault(error);
-    } finally {
-      if (this._abort === abort) {
-        this._abort = null;
-        page.tell("busy", false);
-      }
-    }
-  }
-}
-
-/** What a header says of a run. @param {any} head */
-function headOf(head) {
-  const { job, planner, law, units, causes, bodies, label } = head;
-  return Object.fromEntries(Object.entries({ job, planner, law, units, causes, bodies, label }).filter(([, v]) => v !== undefined));
-}
-
-/** @param {Scenario} scenario @returns {Run} */
-function emptyRun(scenario) {
-  return {
-    job: "", planner: scenario.planner.name, label: scenario.planner.name, law: scenario.law?.name ?? "", units: "", ticks: 0,
-    done: false, robot: new Int16Array(0), speed: new Float32Array(0), cause: new Uint8Array(0), causes: [], bodies: [],
-    places: [], near: new Float32Array(0), events: [], end: null,
-  };
 }

@@ -102,6 +102,16 @@ export function addTicks(bytes, run) {
   run.ticks = last;
 }
 
+/** A run of which nothing has come but its head. @param {Record<string, any>} head @returns {import("./types.js").Run} */
+export function newRun(head) {
+  return {
+    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
+    units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
+    cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.bodies ?? [])], places: [],
+    near: new Float32Array(0), caps: [], events: [], end: null,
+  };
+}
+
 /**
  * Events of a simulation, put into the run; who appears says what it is.
  * @param {Uint8Array} bytes

@@ -1,11 +1,19 @@
 // Gone: what is said when the server does not answer, and how it is found again. Nothing that was drawn is lost:
 // it is in the page, in the browser's draft and in the link.
+//
+// A page that asks for nothing hears of nothing: a run that is all there plays on without a server. So a page that
+// is looked at asks now and then whether somebody is there.
 
-import { byId, el } from "./page.js";
+import { el } from "./make.js";
+import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
 const AGAIN = 2500;
+/** Milliseconds without an answer to anything after which the server is asked whether it is there. */
+const SILENT = 3000;
+/** Milliseconds after which one that does not answer that is called gone. */
+const PATIENT = 10_000;
 
 /** @param {Page} page */
 export function mount(page) {
@@ -26,16 +34,30 @@ export function mount(page) {
     }
     words.textContent = status === 401
       ? "This page's token is not the running server's: lampyris app was started again. Open the address that it printed, in this tab; everything you drew is kept."
-      : "The server is gone. Everything you drew is kept in this browser. Start lampyris app again on the same port, then open the address that it prints.";
+      : `The server is gone. Everything you drew is kept in this browser. Start it again with "lampyris app --port ${location.port}", then open the address that it prints, in this tab.`;
     if (status === 200) page.api.onGone(false);
     else timer = window.setTimeout(ask, AGAIN);
   };
   again.addEventListener("click", () => void ask());
+
+  const beat = async () => {
+    const { api } = page;
+    if (!page.gone && !document.hidden && page.hello && performance.now() - api.heard >= SILENT) {
+      const late = AbortSignal.timeout(PATIENT);
+      try {
+        await (await api.call("/api/hello", { signal: late })).arrayBuffer();
+      } catch {
+        if (late.aborted) api.onGone(true);
+      }
+    }
+    setTimeout(beat, SILENT);
+  };
+  setTimeout(beat, SILENT);
   page.on("token", () => {
     page.gone = true;
     void ask();
   });
-  page.on("gone", (gone) => {
+  const show = (/** @type {boolean} */ gone) => {
     banner.hidden = !gone;
     clearTimeout(timer);
     if (gone) {
@@ -44,5 +66,8 @@ export function mount(page) {
     } else {
       page.say("The server is back.", "good");
     }
-  });
+  };
+  page.on("gone", show);
+  // An old token is refused before there is anybody here to hear of it.
+  if (page.gone) show(true);
 }

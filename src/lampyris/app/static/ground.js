@@ -1,5 +1,7 @@
 // Grounds: maps as they come, and what was painted on them.
 
+import { ServerError } from "./api.js";
+import { THEMES, packed } from "./colours.js";
 import { framesOf, json } from "./frames.js";
 
 /** @typedef {import("./types.js").Cell} Cell */
@@ -7,19 +9,26 @@ import { framesOf, json } from "./frames.js";
 /** @typedef {import("./types.js").Ground} Ground */
 
 const SIGNS = { ".": 0, "#": 1, "?": 2, S: 0, G: 0 };
-const LETTERS = [".", "#", "?"];
 
 /**
  * The ground that a scenario's map means.
  * @param {import("./api.js").Api} api
- * @param {any} spec a name, {bundled}, {library} or {rows}
+ * @param {any} spec a name, {bundled}, {library}, {recipe} or {rows}
+ * @param {AbortSignal} [signal]
  * @returns {Promise<Ground>}
  */
-export async function loadGround(api, spec) {
+export async function loadGround(api, spec, signal) {
   if (spec && typeof spec === "object" && Array.isArray(spec.rows)) return groundOfRows(spec);
+  if (spec && typeof spec === "object" && "recipe" in spec) {
+    return groundOfAnswer(await api.call("/api/make", { json: { map: spec }, signal }), "", spec);
+  }
   const id = typeof spec === "string" ? spec : spec?.library ?? spec?.bundled;
   if (typeof id !== "string") throw new Error("This scenario's map is of a kind that the app cannot open: upload it as a picture.");
-  const answer = await api.call(`/api/maps/${encodeURIComponent(id)}`);
+  return groundOfAnswer(await api.call(`/api/maps/${encodeURIComponent(id)}`, { signal }), id, spec);
+}
+
+/** @param {Response} answer @param {string} id @param {any} spec @returns {Promise<Ground>} */
+async function groundOfAnswer(answer, id, spec) {
   /** @type {any} */
   let head = null;
   /** @type {Uint8Array | null} */
@@ -31,7 +40,7 @@ export async function loadGround(api, spec) {
     if (kind === "H" || kind === "Z") head = { ...head, ...json(bytes) };
     else if (kind === "B" && !cells) cells = bytes;
     else if (kind === "B") terrain = bytes;
-    else if (kind === "X") throw new Error(json(bytes).what);
+    else if (kind === "X") throw new ServerError(200, json(bytes));
   }
   if (!head || !cells) throw new Error(`map ${id}: no cells`);
   const ground = { ...blankGround(head), id, cells: unpacked(cells, head.width * head.height), terrain };
@@ -77,17 +86,6 @@ function groundOfRows(spec) {
   return { ...blankGround(head), cells };
 }
 
-/** A map as rows of text. @param {Uint8Array} cells @param {number} width @returns {string[]} */
-export function rowsOf(cells, width) {
-  const rows = [];
-  for (let at = 0; at < cells.length; at += width) {
-    let row = "";
-    for (let x = 0; x < width; x++) row += LETTERS[cells[at + x]];
-    rows.push(row);
-  }
-  return rows;
-}
-
 /**
  * Put edits up to a tick onto the cells before any edit, into `out`.
  * @param {Uint8Array} base @param {Edit[]} edits @param {number} tick @param {number} width @param {Uint8Array} out
@@ -123,4 +121,24 @@ export function withStroke(edits, tick, stroke, before, width) {
   const others = edits.filter((edit) => edit.tick !== tick);
   if (!blocked.length && !freed.length) return others;
   return [...others, { tick, blocked, freed }].sort((a, b) => a.tick - b.tick);
+}
+
+/** Draw a small picture of a ground. @param {Ground} ground @param {HTMLCanvasElement} canvas @param {number} most pixels of its longer side @param {boolean} dark */
+export function drawn(ground, canvas, most, dark) {
+  const step = Math.max(1, Math.max(ground.width, ground.height) / most);
+  const [w, h] = [Math.floor(ground.width / step), Math.floor(ground.height / step)].map((n) => Math.max(1, n));
+  const { free, wall, unknown, dear } = THEMES[dark ? "dark" : "light"];
+  const colours = [free, wall, unknown].map(packed);
+  const costly = packed(dear);
+  const image = new ImageData(w, h);
+  const pixels = new Uint32Array(image.data.buffer);
+  for (let y = 0; y < h; y++) {
+    for (let x = 0; x < w; x++) {
+      const k = Math.floor(y * step) * ground.width + Math.floor(x * step);
+      pixels[y * w + x] = ground.cells[k] === 0 && (ground.terrain?.[k] ?? 0) > 90 ? costly : colours[ground.cells[k]];
+    }
+  }
+  canvas.width = w;
+  canvas.height = h;
+  /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d")).putImageData(image, 0, 0);
 }

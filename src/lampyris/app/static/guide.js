@@ -1,16 +1,14 @@
 // Guide: the numbers of the worked example, ours from the server and the dissertation's as they are printed.
 
+import { ServerError } from "./api.js";
+import { SIDE, scenario } from "./example.js";
 import { json, layerOf } from "./frames.js";
-import { faultOf, planned } from "./runs.js";
+import { planned } from "./runs.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./stagehand.js").Jump} Jump */
-
-export const SIDE = 10;
-export const START = /** @type {Cell} */ ([0, 9]);
-export const GOAL = /** @type {Cell} */ ([7, 0]);
 
 /** A neighbour's place less the cell's, in the order in which ties fall. */
 const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0, 1]];
@@ -32,15 +30,6 @@ const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0,
  *   layers: Record<string, Layer>, printed: Printed | null,
  * }} Numbers
  */
-
-/** The worked example as a scenario. @returns {import("./types.js").Scenario} */
-export function scenario() {
-  return {
-    version: 1, map: "guide", start: START, goal: GOAL, robot: {}, preset: "dissertation", moves: null,
-    planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
-    simulate: { ticks: null, patience: null },
-  };
-}
 
 /** All numbers of the tour. @param {Page} page @returns {Promise<Numbers>} */
 export async function numbers(page) {
@@ -70,7 +59,7 @@ async function layer(page, own, name) {
   const body = { scenario: { ...own, edits: undefined, simulate: {} }, layer: name, bodies: null, tick: 0 };
   for await (const { kind, bytes } of page.api.frames("/api/layer", body)) {
     if (kind === "L") return layerOf(bytes);
-    if (kind === "X") throw new Error(faultOf(json(bytes)));
+    if (kind === "X") throw new ServerError(200, json(bytes));
   }
   throw new Error(`no layer ${name}`);
 }

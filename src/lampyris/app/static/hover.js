@@ -2,7 +2,7 @@
 
 import { brief } from "./charts.js";
 import { cheap, sourceOf } from "./layers.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Cell} Cell */
@@ -13,7 +13,7 @@ const GROUND = ["free", "wall", "unknown"];
 const KIND = /** @type {Record<string, string>} */ ({ "random-walk": "random walker", patrol: "patrol", crossing: "crosser", recorded: "recorded body" });
 
 /** Pieces of what is told of a cell: name, value. @param {Page} page @param {Cell} cell @param {number} reach cells around it that count as it @returns {Array<[string, string]>} */
-export function facts(page, cell, reach = 0) {
+function facts(page, cell, reach = 0) {
   const { ground } = page;
   const [x, y] = cell;
   if (!ground || x < 0 || y < 0 || x >= ground.width || y >= ground.height) return [];
@@ -93,11 +93,6 @@ function nearest(places, n, x, y, reach) {
     }
   }
   return found;
-}
-
-/** A cell in one sentence, for a reader. @param {Page} page @param {Cell} cell */
-export function describe(page, cell) {
-  return facts(page, cell).map(([name, value]) => `${name} ${value}`).join(", ");
 }
 
 /** @param {Page} page @param {HTMLElement} element */

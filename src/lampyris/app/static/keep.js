@@ -1,7 +1,9 @@
 // Keep: what is shown as a file. The server makes it, from the scenario alone; the browser saves it.
 
-import { meeting } from "./compare.js";
+import { ServerError } from "./api.js";
+import { json } from "./frames.js";
 import { block, button, el, sentence } from "./make.js";
+import { meeting } from "./meeting.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
@@ -19,6 +21,15 @@ const GROUPS = [
   },
 ];
 
+/** What the server does, and what it counts meanwhile. @type {Record<string, [string, string]>} */
+const STAGES = {
+  compiling: ["Compiling once for this machine", ""], working: ["Making the file", ""], running: ["Running the simulation", "tick"], drawing: ["Drawing the film", "frames"],
+  writing: ["Writing the file", ""], comparing: ["Running", "runs"],
+};
+const TYPES = /** @type {Record<string, string>} */ ({
+  png: "image/png", svg: "image/svg+xml", webp: "image/webp", gif: "image/gif", csv: "text/csv", yaml: "application/yaml", html: "text/html",
+});
+
 const WORDS = /** @type {Record<string, string>} */ ({ png: "PNG", svg: "SVG", webp: "WebP", gif: "GIF", csv: "CSV", scenario: "Scenario", report: "Report", compared: "Comparison" });
 
 /** @param {Page} page @param {HTMLElement} into */
@@ -33,6 +44,7 @@ class Keep {
     this.page = page;
     /** @type {AbortController | null} */
     this.asked = null;
+    this.stage = "";
     /** @type {HTMLButtonElement[]} */
     this.buttons = [];
     this.name = el("input", { type: "text", id: "keep-name", maxlength: 60, spellcheck: "false", autocomplete: "off" });
@@ -74,15 +86,18 @@ class Keep {
     this._busy(true);
     const name = `${safe(this.name.value) || nameOf(page)}${what === "compared" ? "-compared" : ""}.${ending}`;
     const began = performance.now();
-    const clock = window.setInterval(() => this._tell(`Making ${name}: ${((performance.now() - began) / 1000).toFixed(0)} s.`), 500);
-    this._tell(`Making ${name}.`);
+    this.stage = `Making ${name}`;
+    const beat = () => {
+      const seconds = Math.round((performance.now() - began) / 1000);
+      this._tell(`${this.stage}${seconds ? `, ${seconds} s` : ""}.`);
+    };
+    const clock = window.setInterval(beat, 250);
+    beat();
     try {
       const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
-      if (what === "compared") body.settings = meeting(page) ?? {};
+      if (what === "compared") body.settings = meeting(page);
       if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
-      const answer = await page.api.call("/api/export", { json: body, signal: asked.signal });
-      clearInterval(clock);
-      const file = await this._read(answer, name);
+      const file = await this._made({ ...body, progress: true }, ending, asked.signal);
       save(file, name);
       this._tell(`Saved ${name}, ${bytes(file.size)}.`);
     } catch (error) {
@@ -90,25 +105,36 @@ class Keep {
       if (!asked.signal.aborted) page.fault(error);
     } finally {
       clearInterval(clock);
+      this.bar.removeAttribute("value");
       this.asked = null;
       this._busy(false);
     }
   }
 
-  /** The file as it comes. @param {Response} answer @param {string} name */
-  async _read(answer, name) {
+  /** The file as it comes, and before it how far it is. @param {Record<string, any>} body @param {string} ending @param {AbortSignal} signal */
+  async _made(body, ending, signal) {
     const parts = /** @type {any[]} */ ([]);
     let size = 0;
-    const reader = answer.body?.getReader();
-    for (;;) {
-      const piece = await reader?.read();
-      if (!piece || piece.done) break;
-      parts.push(piece.value);
-      size += piece.value.length;
-      this._tell(`Receiving ${name}: ${bytes(size)}.`);
+    let whole = false;
+    for await (const { kind, bytes: data } of this.page.api.frames("/api/export", body, signal)) {
+      if (kind === "X") throw new ServerError(200, json(data));
+      if (kind === "P") this._share(json(data));
+      if (kind === "Z") whole = json(data).bytes === size;
+      if (kind !== "B") continue;
+      parts.push(data);
+      size += data.length;
     }
-    if (!size) throw new Error(`${name}: the server sent nothing`);
-    return new Blob(parts, { type: answer.headers.get("content-type") ?? "application/octet-stream" });
+    if (!whole) throw new Error("the file did not come whole");
+    return new Blob(parts, { type: TYPES[ending] });
+  }
+
+  /** How far it is. Nobody knows when a run will end, so that its ticks are counted alone. @param {{what: string, done?: number, of?: number | null}} said */
+  _share({ what, done = 0, of }) {
+    const [doing, unit] = STAGES[what] ?? [what, ""];
+    const share = of && what !== "running" ? Math.round((100 * done) / of) : null;
+    this.stage = share !== null ? `${doing}: ${done} of ${of} ${unit}, ${share} %` : done ? `${doing}: ${unit} ${done}` : doing;
+    if (share === null) this.bar.removeAttribute("value");
+    else this.bar.value = share / 100;
   }
 
   /** @param {boolean} busy */
@@ -127,7 +153,7 @@ class Keep {
 }
 
 /** Map, planner and seed as a file's name. @param {Page} page */
-export function nameOf(page) {
+function nameOf(page) {
   const { name, planner, seed } = page.store.scenario;
   return safe(name ?? "") || safe(`${page.ground?.name || "lampyris"}-${planner.name}-seed-${seed}`);
 }

@@ -1,8 +1,10 @@
 // Keys: everything can be done without a pointer. What typing in a field means is left to the field.
 
 import { copyLink, turnTheme } from "./theme.js";
-import { TOOLS, fit, zoomBy } from "./edit.js";
-import { byId, el } from "./page.js";
+import { TOOLS } from "./edit.js";
+import { el } from "./make.js";
+import { byId } from "./page.js";
+import { fit, zoomBy } from "./zoom.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
@@ -12,10 +14,11 @@ const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "l
 const LIST = [
   ["On the map", [
     ["\u2190 \u2191 \u2192 \u2193", "move the cursor cell; with Shift by ten"], ["Enter", "do what the tool does: set start and goal in turn, paint, add a waypoint"],
-    ["S  G", "start, goal at the cursor"], ["W  X", "wall, no wall at the cursor"], ["Esc", "drop the patrol; back to start and goal"],
+    ["S  G", "start, goal at the cursor"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to start and goal"],
   ]],
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
+  ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
   ["View", [["+  \u2212", "zoom in, out"], ["0", "the whole map"], ["1 \u2013 7", "map, planner, traffic, now, compare, keep, learn"], ["M", "to the map"], ["T", "colours"]]],
   ["Scenario", [["Ctrl Z", "undo"], ["Ctrl Shift Z", "redo"], ["L", "copy the link"], ["?", "this list"]]],
 ];
@@ -28,7 +31,8 @@ export function mount(page, dialog) {
     el("div", { class: "keys" }, ...LIST.map(([title, rows]) =>
       el("section", {}, el("h2", {}, title), el("dl", {}, ...rows.flatMap(([keys, words]) =>
         [el("dt", {}, ...keys.split("  ").map((key) => el("kbd", {}, key))), el("dd", {}, words)]))))),
-    el("p", { class: "hint" }, "With the mouse: click sets start and goal in turn, both can be dragged; the wheel zooms; dragging the ground, the middle button or Space moves the map; with the brush the right button erases. Files dropped on the page become maps."),
+    el("p", { class: "hint" }, "With the mouse: click sets start and goal in turn, both can be dragged; the wheel zooms; dashes are what is still to come of a run; dragging the ground, the middle button or Space moves the map; with the brush the right button erases. Files dropped on the page become maps."),
+    el("p", { class: "hint" }, "Charts are drawn by uPlot, whose ", el("a", { href: "/static/uplot-licence.txt", target: "_blank", rel: "noopener noreferrer" }, "licence"), " comes along."),
   );
   page.on("help", () => help.showModal());
   help.addEventListener("click", (event) => {

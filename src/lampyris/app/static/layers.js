@@ -4,7 +4,7 @@ import { levels } from "./colours.js";
 import { brief } from "./charts.js";
 import { json, layerOf } from "./frames.js";
 import { ServerError } from "./api.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Layer} Layer */
@@ -14,13 +14,20 @@ import { el } from "./page.js";
 const KINDS = {
   none: { title: "None", about: "Walls and ground alone.", low: "", high: "", unit: () => "" },
   cost: { title: "Cost", about: "What is left to pay from each cell to the goal.", low: "at the goal", high: "far", unit: () => "cells" },
-  luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none.", low: "at the goal", high: "far", unit: () => "" },
+  luciferin: { title: "Luciferin", about: "What AD-GSO steers by: it goes to cells that have less, and the goal has none. It has no unit.", low: "at the goal", high: "far", unit: () => "" },
   clearance: { title: "Clearance", about: "How far each cell is from the nearest wall.", low: "tight", high: "open", unit: () => "m" },
-  expanded: { title: "Expanded", about: "In which order a search from the goal comes to the cells, until it comes to the start.", low: "first", high: "last", unit: () => "" },
+  expanded: { title: "Expanded", about: "", low: "first", high: "last", unit: () => "" },
   reach: { title: "Reach", about: "After how many ticks a moving obstacle could be there, from where they are at the shown tick.", low: "soon", high: "later", unit: () => "ticks" },
 };
-/** Milliseconds after which an answer that is no longer wanted is stopped instead of waited for. */
-const PATIENCE = 400;
+/**
+ * Milliseconds after which an answer that is no longer wanted is stopped instead of waited for, as for plans: an engine
+ * that is stopped may have to start anew. With 400 here a layer of a large map never came.
+ */
+const PATIENCE = 2500;
+/** While an end is dragged nothing is stopped: milliseconds without a change after which it may be. */
+const SETTLED = 300;
+/** Milliseconds after which it is said that a layer is on its way, and between two sayings of how long. */
+const SLOW = 350;
 /** Cells of the largest map of which a hover fetches layers that are not shown. */
 const SMALL = 300_000;
 
@@ -40,8 +47,14 @@ export class Source {
     /** @type {AbortController | null} */
     this._abort = null;
     this._began = 0;
-    /** State that is asked about. */
+    /** State that is asked about, and the layer. */
     this._about = 0;
+    this._of = "";
+    this._timer = 0;
+    /** Whose order the expanded cells are in. @type {{own: boolean, planner: string} | null} */
+    this.order = null;
+    /** Told when one is asked for, and with an empty name when nothing is any more. @type {(name: string) => void} */
+    this.onAsked = () => {};
     /** Told when one has come. @type {(name: string, layer: Layer | null, fault: string) => void} */
     this.onLayer = () => {};
   }
@@ -69,9 +82,17 @@ export class Source {
     if (name === "none" || !this.page.ground || this.page.gone) return;
     if (this._have.get(name)?.key === this._key(name)) return;
     this._wanted.add(name);
-    if (!this._abort) void this._ask();
-    // Another tick is no reason to stop: where answers take long, none would ever come.
-    else if (this._about !== this._state && performance.now() - this._began > PATIENCE) this._abort.abort();
+    if (!this._abort) {
+      void this._ask();
+      return;
+    }
+    clearTimeout(this._timer);
+    const abort = this._abort;
+    this._timer = window.setTimeout(() => {
+      // Another tick is no reason to stop: where answers take long, none would ever come.
+      const old = this._about !== this._state || (this._of !== this.shown && this._wanted.has(this.shown));
+      if (old && this._abort === abort) abort.abort();
+    }, Math.max(SETTLED, this._began + PATIENCE - performance.now()));
   }
 
   async _ask() {
@@ -85,6 +106,8 @@ export class Source {
       this._abort = abort;
       this._began = performance.now();
       this._about = this._state;
+      this._of = name;
+      this.onAsked(name);
       let layer = null;
       let fault = "";
       try {
@@ -99,6 +122,7 @@ export class Source {
       this.onLayer(name, layer, fault);
     }
     this._abort = null;
+    this.onAsked("");
   }
 
   /** @param {string} name @param {AbortSignal} signal */
@@ -108,13 +132,24 @@ export class Source {
     const body = { scenario: page.asked(), layer: name, bodies: name === "reach" ? bodiesNow(page) : null, tick };
     /** @type {Layer | null} */
     let layer = null;
+    /** @type {any} */
+    let head = null;
     // Read to its end: a question is in flight until then.
     for await (const { kind, bytes } of page.api.frames("/api/layer", body, signal)) {
       if (kind === "X") throw new ServerError(200, json(bytes));
+      if (kind === "H") head = json(bytes);
       if (kind === "L") layer = layerOf(bytes);
     }
+    if (head && name === "expanded") this.order = head;
     return layer;
   }
+}
+
+/** What a layer shows, in words. @param {string} name @param {{own: boolean, planner: string} | null} order */
+function aboutOf(name, order) {
+  if (name !== "expanded" || !order) return KINDS[name].about;
+  if (order.own) return `In which order ${order.planner} expands the cells from the start, at the beginning.`;
+  return `Not ${order.planner}'s own order, which is not recorded: in which order a search from the goal settles the cells, until it comes to the start.`;
 }
 
 /** Cells of the obstacles at the shown tick; null: none are shown. @param {Page} page @returns {Array<[number, number]> | null} */
@@ -147,11 +182,16 @@ class Layers {
     this.order = el("label", { class: "ly-order", hidden: true }, el("span", { class: "hint" }, "So far"), this.upTo);
     this.gates = el("input", { type: "checkbox", onchange: () => this._gates(true) });
     element.classList.add("ly");
+    this.words = el("span", { class: "hint", role: "status" });
+    this.busy = el("div", { class: "ly-busy", hidden: true }, el("progress", { "aria-label": "The layer is on its way" }), this.words);
+    /** Of what is on its way: since when, and the clock that says so. */
+    this._since = 0;
+    this._clock = 0;
     element.append(
       el("h2", {}, "Layers"),
       el("div", { class: "ly-all", role: "radiogroup", "aria-label": "Layer" }, ...this.buttons.map((one) => one.label)),
-      this.legend, this.order, this.about,
-      el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates")),
+      this.busy, this.legend, this.order, this.about,
+      el("label", { class: "ly-gates" }, this.gates, el("span", {}, "Gates", el("span", { class: "hint" }, ": openings one cell wide"))),
     );
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;
@@ -161,9 +201,10 @@ class Layers {
       page.tell("layer-came", name);
       if (name !== source.shown) return;
       this._put();
-      this.about.textContent = fault || (layer ? KINDS[name].about : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
+      this.about.textContent = fault || (layer ? aboutOf(name, source.order) : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
       this.about.classList.toggle("bad", Boolean(fault));
     };
+    source.onAsked = () => this._wait();
     const renew = () => {
       source.changed();
       source.want(source.shown);
@@ -179,16 +220,35 @@ class Layers {
     page.on("show-layer", (name) => this.choose(name));
   }
 
+  /** Say that the shown layer is on its way, if it takes long; what is shown stays until it has come. */
+  _wait() {
+    const { source, page } = this;
+    const on = source.shown !== "none" && (source._of === source.shown || source._wanted.has(source.shown)) && source._abort !== null;
+    if (on === Boolean(this._clock)) return;
+    clearInterval(this._clock);
+    this._clock = 0;
+    this.busy.hidden = true;
+    if (!on) return;
+    this._since = performance.now();
+    this._clock = window.setInterval(() => {
+      const seconds = Math.floor((performance.now() - this._since) / 1000);
+      const size = page.ground ? ` of ${page.ground.width} × ${page.ground.height} cells` : "";
+      this.words.textContent = `${KINDS[source.shown].title}${size}${seconds ? `: ${seconds} s` : ""}`;
+      this.busy.hidden = false;
+    }, SLOW);
+  }
+
   /** @param {string} name */
   choose(name) {
     if (!(name in KINDS)) return;
     const { source } = this;
     source.shown = name;
     for (const one of this.buttons) one.input.checked = one.name === name;
-    this.about.textContent = name === "none" ? "" : KINDS[name].about;
+    this.about.textContent = name === "none" ? "" : aboutOf(name, source.peek(name) ? source.order : null);
     this.about.classList.remove("bad");
     this.upTo.value = "255";
     source.want(name);
+    this._wait();
     this._put();
     this.page.tell("layer", name);
   }

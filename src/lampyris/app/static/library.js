@@ -1,6 +1,8 @@
 // Library: maps to choose from, with pictures; files dropped anywhere on the page become maps.
 
-import { byId, el } from "./page.js";
+import { brought } from "./later.js";
+import { el, sentence } from "./make.js";
+import { byId } from "./page.js";
 import { tidy } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -16,9 +18,10 @@ export function mount(page, pane) {
     accept: ".png,.bmp,.pgm,.yaml,.yml,.map,.txt,.npy,.csv,.json" });
   const pick = el("button", { type: "button", class: "btn primary", onclick: () => picker.click() }, "Open files\u2026");
   const empty = el("button", { type: "button", class: "btn", title: "An empty map, to paint your own" }, "Empty map");
+  const recipe = el("button", { type: "button", class: "btn", title: "A new map by kind, size and seed" }, "Make a map…");
   const search = el("input", { type: "search", placeholder: "Find a map", "aria-label": "Find a map" });
   const lists = el("div", { class: "maps" });
-  pane.append(el("div", { class: "row" }, pick, empty, picker), el("p", { class: "hint" }, "Scenarios, and maps: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy. Or drop them anywhere."), search, lists);
+  pane.append(el("div", { class: "row" }, pick, recipe, empty, picker), el("p", { class: "hint" }, "Drop maps or scenarios here, or anywhere on the page: PNG, BMP, PGM, ROS (YAML and picture together), MovingAI, text, NumPy, CSV."), search, lists);
   const shelf = new Shelf(page, lists);
 
   picker.addEventListener("change", () => {
@@ -26,6 +29,14 @@ export function mount(page, pane) {
     picker.value = "";
   });
   empty.addEventListener("click", () => askEmpty(page, empty));
+  recipe.addEventListener("click", async () => {
+    try {
+      const [recipes] = await brought(page, "recipes");
+      recipes.askRecipe(page, recipe);
+    } catch (error) {
+      page.say(sentence(error), "bad");
+    }
+  });
   search.addEventListener("input", () => shelf.find(search.value));
   page.on("gone", (gone) => {
     if (!gone) void shelf.load();
@@ -209,8 +220,9 @@ async function scenarioIn(page, files) {
   for (const file of files) {
     if (!/\.(json|ya?ml)$/i.test(file.name)) continue;
     const text = await file.text();
-    // A ROS map is YAML as well.
-    if (!/^\s*["']?version["']?\s*:/m.test(text) || !/^\s*["']?map["']?\s*:/m.test(text)) continue;
+    // A ROS map is YAML as well; no map is JSON.
+    const keyed = (/** @type {string} */ key) => new RegExp(`(^|[{,])\\s*["']?${key}["']?\\s*:`, "m").test(text);
+    if (!/\.json$/i.test(file.name) && !(keyed("version") && keyed("map"))) continue;
     const { scenario } = await page.api.json("/api/scenario", { name: file.name, text });
     const made = tidy(scenario, file.name);
     const source = /** @type {any} */ (made.map);

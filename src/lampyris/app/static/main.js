@@ -1,14 +1,15 @@
 // Main: puts the page together.
 
-import { byId, makePage } from "./page.js";
+import { mountPart } from "./later.js";
+import { makePage } from "./page.js";
 import { fragment } from "./state.js";
 
 /** Modules and the element each is mounted on, in order: what comes later may use what came before. */
 const PARTS = [
   ["tabs", "left"], ["gone", "gone"], ["state", "map"], ["play", "timeline"], ["flow", "map"], ["theme", "acts"], ["edit", "tools"],
-  ["library", "library"], ["settings", "settings"], ["traffic", "traffic"], ["status", "status"], ["layers", "layers"],
-  ["hover", "hover"], ["timeline", "timeline"], ["charts", "charts"], ["compare", "compare"], ["study", "compare"],
-  ["keep", "keep"], ["tour", "learn"], ["steps", "learn"], ["keys", "help"],
+  ["library", "library"], ["welcome", "welcome"], ["status", "status"], ["layers", "layers"], ["legend", "legend"],
+  ["hover", "hover"], ["compiling", "stage"], ["timeline", "timeline"], ["charts", "charts"], ["example", "learn"], ["keys", "help"],
+  ["later", "left"],
 ];
 
 async function main() {
@@ -24,6 +25,11 @@ async function main() {
 
 /** What there is to choose from; asked until there is an answer. @param {import("./types.js").Page} page */
 async function hello(page) {
+  let again = () => {};
+  page.on("gone", (gone) => {
+    if (!gone) again();
+  });
+  addEventListener("hashchange", () => (page.api.token = fragment().get("t") ?? ""));
   for (;;) {
     try {
       return await page.api.json("/api/hello");
@@ -31,11 +37,8 @@ async function hello(page) {
       page.fault(error);
     }
     await new Promise((go) => {
-      page.on("gone", (gone) => {
-        if (!gone) go(undefined);
-      });
+      again = () => go(undefined);
       setTimeout(go, 10000);
-      addEventListener("hashchange", () => (page.api.token = fragment().get("t") ?? ""));
     });
   }
 }
@@ -50,15 +53,9 @@ async function load([name, id]) {
   }
 }
 
-/** One part that fails takes no other with it. @param {Array<{name: string, id: string, part: any}>} parts @param {import("./types.js").Page} page */
+/** @param {Array<{name: string, id: string, part: any}>} parts @param {import("./types.js").Page} page */
 function mount(parts, page) {
-  for (const { name, id, part } of parts) {
-    try {
-      part?.mount?.(page, byId(id));
-    } catch (error) {
-      console.error(`${name}.js`, error);
-    }
-  }
+  for (const { name, id, part } of parts) mountPart(page, name, id, part);
 }
 
 main();

@@ -1,7 +1,6 @@
 // Making elements: text is only ever text, and styles are classes.
 
 /** @typedef {string | Node | null | undefined | false} Part */
-/** @typedef {import("./types.js").Page} Page */
 
 /**
  * An element with attributes and what is in it. `on...` are listeners, `class` and the like attributes; true is
@@ -23,6 +22,11 @@ export function svg(tag, set, ...parts) {
   dress(made, set);
   made.append(...parts.filter(real));
   return made;
+}
+
+/** A line drawing of 20 by 20. @param {string} path */
+export function icon(path) {
+  return svg("svg", { viewBox: "0 0 20 20", "aria-hidden": "true" }, svg("path", { d: path }));
 }
 
 /** @param {Part} part @returns {part is string | Node} */
@@ -54,15 +58,6 @@ export function fill(into, ...parts) {
   into.replaceChildren(...parts.filter(real));
 }
 
-/** A table with a head; cells may be nodes. @param {string} caption @param {Part[]} head @param {Part[][]} rows */
-export function table(caption, head, rows) {
-  return el("table", { class: "data" },
-    el("caption", null, caption),
-    el("thead", null, el("tr", null, ...head.map((part) => el("th", { scope: "col" }, part)))),
-    el("tbody", null, ...rows.map((row) => el("tr", null,
-      ...row.map((part, k) => (k ? el("td", null, part) : el("th", { scope: "row" }, part)))))));
-}
-
 /** A number with no more digits than it needs. @param {number | null | undefined} value @param {number} [digits] */
 export function told(value, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
@@ -89,47 +84,4 @@ export function block(into, name, title) {
 /** What went wrong, as a sentence. @param {unknown} error */
 export function sentence(error) {
   return error instanceof Error ? error.message : String(error);
-}
-
-/** @type {WeakMap<Page, Promise<any>>} */
-const greetings = new WeakMap();
-
-/** What there is to choose from, asked for once. @param {Page} page */
-export async function greeted(page) {
-  if (page.hello) return page.hello;
-  let asked = greetings.get(page);
-  if (!asked) {
-    asked = page.api.json("/api/hello");
-    greetings.set(page, asked);
-    asked.catch(() => greetings.delete(page));
-  }
-  page.hello ??= await asked;
-  return page.hello;
-}
-
-/** Do something once it is known what there is: at once if it is. @param {Page} page @param {() => void} then */
-export function whenGreeted(page, then) {
-  if (page.hello) {
-    then();
-    return;
-  }
-  let done = false;
-  const attempt = async () => {
-    if (done) return;
-    try {
-      await greeted(page);
-    } catch (error) {
-      page.fault(error);
-      return;
-    }
-    if (!done) {
-      done = true;
-      then();
-    }
-  };
-  page.on("gone", (gone) => {
-    if (!gone) void attempt();
-  });
-  page.on("token", () => void attempt());
-  void attempt();
 }

@@ -5,7 +5,7 @@ import { el, fill, svg, told } from "./make.js";
 import { LINES } from "./colours.js";
 
 /** Name, title, better ("less", "more", ""), what it is multiplied with. @type {Array<[string, string, string, number]>} */
-export const MEASURES = [
+const MEASURES = [
   ["arrived", "arrived (%)", "more", 100],
   ["found", "found (%)", "more", 100],
   ["collisions", "collisions", "less", 1],
@@ -69,7 +69,7 @@ function planSeconds(end) {
 }
 
 /** Which of some numbers are best; none where all are the same. @param {Array<Told | undefined>} some @param {string} better */
-export function best(some, better) {
+function best(some, better) {
   const values = some.flatMap((one) => (one ? [better === "less" ? -one.value : one.value] : []));
   const top = Math.max(...values);
   if (!better || values.length < 2 || values.every((v) => same(v, top))) return some.map(() => false);

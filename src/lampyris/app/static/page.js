@@ -1,6 +1,7 @@
 // Page: what all modules share, who hears what, and what is said to the person.
 
 import { Api, Gone, ServerError } from "./api.js";
+import { el } from "./make.js";
 import { MapView } from "./map.js";
 import { Store } from "./state.js";
 
@@ -10,38 +11,6 @@ import { Store } from "./state.js";
 /** The element with this id; the page is ours, so it is there. @param {string} id */
 export function byId(id) {
   return /** @type {HTMLElement} */ (document.getElementById(id));
-}
-
-/**
- * An element with its attributes and contents. Texts are texts, never markup.
- * @template {keyof HTMLElementTagNameMap} K
- * @param {K} tag
- * @param {Record<string, any>} [has] attributes; `on...`: listeners; null and false: left out
- * @param {...(Node | string)} inside
- * @returns {HTMLElementTagNameMap[K]}
- */
-export function el(tag, has = {}, ...inside) {
-  const made = document.createElement(tag);
-  for (const [key, value] of Object.entries(has)) {
-    if (value === null || value === undefined || value === false) continue;
-    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
-    else made.setAttribute(key, value === true ? "" : String(value));
-  }
-  made.append(...inside);
-  return made;
-}
-
-const SVG = "http://www.w3.org/2000/svg";
-
-/** A line drawing of 20 by 20. @param {string} path */
-export function icon(path) {
-  const svg = document.createElementNS(SVG, "svg");
-  svg.setAttribute("viewBox", "0 0 20 20");
-  svg.setAttribute("aria-hidden", "true");
-  const line = document.createElementNS(SVG, "path");
-  line.setAttribute("d", path);
-  svg.append(line);
-  return svg;
 }
 
 /** @param {string} token @returns {Page} */

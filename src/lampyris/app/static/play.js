@@ -39,8 +39,8 @@ export class Player {
     this._copied = 0;
     this._fastest = 0;
     this._bent = -1;
-    /** @type {import("./map.js").Way & {count: number}} */
-    this._trail = { cells: this._way, shares: this._shares, count: 0 };
+    /** @type {import("./map.js").Way & {count: number, version: number}} */
+    this._trail = { cells: this._way, shares: this._shares, count: 0, version: 0 };
     this._frame = (/** @type {number} */ now) => this._advance(now);
     page.on("run", (detail) => this._begin(detail ?? {}));
     page.on("ticks", () => this._more());
@@ -87,6 +87,12 @@ export class Player {
   pause() {
     if (!this.playing) return;
     this.playing = false;
+    // What is looked at is a moment with a number: its numbers, its link and a step from it are about the same.
+    const whole = this._within(Math.round(this.tick));
+    if (whole !== this.tick) {
+      this.tick = whole;
+      this._show();
+    }
     this.page.tell("play", false);
   }
 
@@ -141,6 +147,7 @@ export class Player {
     this._copied = 0;
     this._fastest = 0;
     this._bent = -1;
+    this._trail.version++;
     this._run = this.page.run;
     this.tick = Math.max(0, how.tick ?? 0);
     const plays = Boolean(this._run) && (how.play ?? true);
@@ -184,6 +191,7 @@ export class Player {
     }
     // A new fastest speed changes the colour of all.
     const from = fastest > this._fastest ? 0 : this._copied;
+    if (fastest > this._fastest) this._trail.version++;
     this._fastest = fastest;
     for (let k = from; k < run.ticks; k++) this._shares[k] = fastest > 0 ? run.speed[k] / fastest : 0;
     this._copied = run.ticks;

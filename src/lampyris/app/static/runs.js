@@ -1,7 +1,9 @@
 // Runs of a comparison, gathered from one stream: the first seed of each planner and law is kept to be played,
 // of the others only how they ended.
 
-import { addTicks, json } from "./frames.js";
+import { ServerError } from "./api.js";
+import { addCaps } from "./bounds.js";
+import { addEvents, addTicks, json, newRun } from "./frames.js";
 
 /** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Page} Page */
@@ -10,16 +12,6 @@ import { addTicks, json } from "./frames.js";
  * What a comparison gave. `summary`: as studies tell it, with intervals; null until it has come.
  * @typedef {{runs: Run[], ended: number, summary: Record<string, any> | null}} Gathered
  */
-
-/** @param {Record<string, any>} head @returns {Run} */
-export function newRun(head) {
-  return {
-    job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
-    units: head.units ?? "", ticks: 0, done: false, robot: new Int16Array(0), speed: new Float32Array(0),
-    cause: new Uint8Array(0), causes: head.causes ?? [], bodies: [...(head.bodies ?? [])], places: [],
-    near: new Float32Array(0), events: [], end: null,
-  };
-}
 
 /**
  * Read a comparison's frames.
@@ -37,6 +29,14 @@ export async function gather(frames, more) {
       if (run) addTicks(bytes, run);
       continue;
     }
+    if (kind === "C") {
+      if (run) addCaps(bytes, run);
+      continue;
+    }
+    if (kind === "E") {
+      if (run) addEvents(bytes, run);
+      continue;
+    }
     const said = json(bytes);
     if (kind === "H") {
       run = newRun(said);
@@ -44,9 +44,6 @@ export async function gather(frames, more) {
       if (all.runs.some((one) => one.label === label)) run = null;
       else all.runs.push(run);
       more(all);
-    } else if (kind === "E" && run) {
-      run.events.push(...said);
-      for (const event of said) if (event.body) run.bodies.push(event.body);
     } else if (kind === "Z" && run && !run.done) {
       run.end = said;
       run.done = true;
@@ -58,17 +55,10 @@ export async function gather(frames, more) {
     } else if (kind === "S") {
       all.summary = said;
     } else if (kind === "X") {
-      throw new Error(faultOf(said));
+      throw new ServerError(200, said);
     }
   }
   return all;
-}
-
-/** An error frame as a sentence. @param {Record<string, any>} said */
-export function faultOf(said) {
-  const where = said.where ? `${said.where}: ` : "";
-  const allowed = said.allowed ? ` (allowed: ${said.allowed})` : "";
-  return `${where}${said.what ?? "stopped"}${allowed}${said.todo ? `; ${said.todo}` : ""}`;
 }
 
 /**
@@ -79,7 +69,7 @@ export async function planned(page, body) {
   /** @type {Record<string, any>} */
   let plan = {};
   for await (const { kind, bytes } of page.api.frames("/api/plan", body)) {
-    if (kind === "X") throw new Error(faultOf(json(bytes)));
+    if (kind === "X") throw new ServerError(200, json(bytes));
     if (kind === "H" || kind === "Z") plan = { ...plan, ...json(bytes) };
   }
   return plan;

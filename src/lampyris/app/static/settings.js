@@ -2,7 +2,7 @@
 // the store, so that it is undone, kept and linked like any other.
 
 import { field } from "./fields.js";
-import { block, button, el, fill, whenGreeted } from "./make.js";
+import { block, button, el, fill } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./fields.js").Setting} Setting */
@@ -74,11 +74,6 @@ const CROWDS = [
 
 /** @param {Page} page @param {HTMLElement} into */
 export function mount(page, into) {
-  whenGreeted(page, () => build(page, into));
-}
-
-/** @param {Page} page @param {HTMLElement} into */
-function build(page, into) {
   /** @type {Array<() => void>} */
   const shown = [];
   const planner = block(into, "planner", "Planner");

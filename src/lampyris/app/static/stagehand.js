@@ -6,7 +6,7 @@ import { LINES } from "./colours.js";
 /** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {{at: Cell, text?: string, colour: string, fill?: number, ring?: boolean}} Mark */
 
-export const LOOKED = "#8b929c";
+const LOOKED = "#8b929c";
 export const ACCEPTED = LINES[0][0];
 export const CHOSEN = "#d55e00";
 

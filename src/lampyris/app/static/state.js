@@ -4,6 +4,8 @@
 /** @typedef {import("./types.js").Scenario} Scenario */
 
 const DRAFT = "lampyris-draft";
+/** How the draft was looked at: as `v` of a link. */
+const LOOK = "lampyris-look";
 const DEEP = 200;
 
 /** @returns {Scenario} */
@@ -63,6 +65,11 @@ export class Store {
     const keys = new Set([...Object.keys(this.scenario), ...Object.keys(scenario)]);
     this.scenario = { ...blank(), ...scenario };
     this._told(keys);
+  }
+
+  /** Put a scenario under the first step, to be had back by undoing. @param {Scenario} scenario */
+  remember(scenario) {
+    this._past.push(scenario);
   }
 
   get canUndo() {
@@ -126,17 +133,18 @@ export function tidy(made, from) {
   };
 }
 
-/** Keep a draft; a browser that refuses (private windows, no room) costs the draft and nothing else. @param {Scenario} scenario */
-function keep(scenario) {
+/** Keep a draft; a browser that refuses (private windows, no room) costs the draft and nothing else. @param {Scenario} scenario @param {string} look */
+function keep(scenario, look) {
   try {
     localStorage.setItem(DRAFT, JSON.stringify(scenario));
+    localStorage.setItem(LOOK, look);
   } catch {
     // Said nowhere: the link still holds everything.
   }
 }
 
 /** What was drawn last in this browser, if anything. @returns {Scenario | null} */
-export function draft() {
+function draft() {
   try {
     const text = localStorage.getItem(DRAFT);
     return text ? tidy(JSON.parse(text), "The draft") : null;
@@ -146,7 +154,7 @@ export function draft() {
 }
 
 /** A scenario as a part of a link. @param {Scenario} scenario @returns {Promise<string>} */
-export async function toLink(scenario) {
+async function toLink(scenario) {
   const packed = new Blob([JSON.stringify(scenario)]).stream().pipeThrough(new CompressionStream("deflate-raw"));
   const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
   let text = "";
@@ -155,7 +163,7 @@ export async function toLink(scenario) {
 }
 
 /** The scenario of a link. @param {string} text @returns {Promise<Scenario>} */
-export async function ofLink(text) {
+async function ofLink(text) {
   const plain = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(plain, (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
@@ -177,7 +185,7 @@ function viewOf(page, layer) {
   const { view } = map;
   const tick = page.run && !page.play.playing ? Math.floor(page.play.tick) : 0;
   const place = map.fitted || !ground ? "" : [(view.width / 2 - view.x) / view.scale, (view.height / 2 - view.y) / view.scale, view.scale].map((v) => v.toFixed(2)).join("_");
-  return layer === "none" && !tick && !place ? "" : `&v=${layer}~${tick}~${place}`;
+  return layer === "none" && !tick && !place ? "" : `${layer}~${tick}~${place}`;
 }
 
 /** Look at it in the same way. @param {import("./types.js").Page} page @param {string} text */
@@ -197,12 +205,16 @@ export function mount(page) {
   /** The look of the link that was opened, until its map is there. */
   let wanted = fragment().get("v") ?? "";
   let begun = false;
-  const address = async () => `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${viewOf(page, layer)}`;
+  const save = () => keep(store.scenario, viewOf(page, layer));
+  const address = async () => {
+    const look = viewOf(page, layer);
+    return `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${look && `&v=${look}`}`;
+  };
   const now = async () => {
     clearTimeout(timer);
     timer = 0;
     const { scenario } = store;
-    keep(scenario);
+    save();
     const made = await address();
     if (scenario !== store.scenario) return;
     // Too long for an address: the draft has it, and a file can.
@@ -213,8 +225,8 @@ export function mount(page) {
     if (begun && !timer) timer = window.setTimeout(() => void now(), SOON);
   };
   store.listen(() => {
-    soon();
     begun = true;
+    soon();
   });
   page.on("layer", (name) => {
     layer = name;
@@ -227,6 +239,7 @@ export function mount(page) {
     if (!page.play.playing) soon();
   });
   page.on("play", soon);
+  page.on("look", (text) => (wanted = text));
   page.on("ground", () => {
     if (!wanted) return;
     const text = wanted;
@@ -234,7 +247,7 @@ export function mount(page) {
     look(page, text);
   });
   addEventListener("pagehide", () => {
-    if (timer) keep(store.scenario);
+    if (timer) save();
   });
   page.link = address;
   addEventListener("hashchange", () => {
@@ -242,7 +255,7 @@ export function mount(page) {
     void arrived(page);
   });
   page.on("gone", (gone) => {
-    if (gone) keep(store.scenario);
+    if (gone && begun) save();
   });
 }
 
@@ -262,18 +275,39 @@ async function arrived(page) {
   page.tell("token");
 }
 
-/** What to begin with: the link's state, else the map that was asked for, else the draft. @param {import("./types.js").Page} page @returns {Promise<Scenario | null>} */
+/** The map of a scenario in a word. @param {any} spec */
+function mapOf(spec) {
+  return typeof spec === "string" ? spec : spec?.library ?? spec?.bundled ?? "";
+}
+
+/**
+ * What to begin with: the link's state, else the map that was asked for, else the draft. What was drawn last is never
+ * thrown away: where something else is asked for it is one undo away, and on the same map it is what is shown.
+ * @param {import("./types.js").Page} page @returns {Promise<Scenario | null>}
+ */
 export async function first(page) {
   const said = fragment();
   const text = said.get("s");
+  const kept = draft();
   if (text) {
     try {
-      return await ofLink(text);
+      const linked = await ofLink(text);
+      if (kept && JSON.stringify(kept) !== JSON.stringify(linked)) page.store.remember(kept);
+      return linked;
     } catch {
       page.say("The link is damaged; this is what was drawn last.", "bad");
     }
   }
   const name = said.get("m");
-  if (name) return { ...blank(), map: name };
-  return draft();
+  const drawn = kept && (kept.edits.length > 0 || kept.obstacles.length > 0);
+  if (name && mapOf(kept?.map) !== name) {
+    if (kept && drawn) {
+      page.store.remember(kept);
+      page.say("What you drew last, on another map, is one undo away.");
+    }
+    return { ...blank(), map: name };
+  }
+  if (kept) page.tell("look", localStorage.getItem(LOOK) ?? "");
+  if (name && drawn) page.say(`This is what you drew last on ${name}; choose the map again for a clean one.`);
+  return kept;
 }

@@ -4,7 +4,7 @@
 
 import { EVENTS, causeColour } from "./colours.js";
 import { brief } from "./charts.js";
-import { el } from "./page.js";
+import { el } from "./make.js";
 import { mark } from "./timeline.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -22,6 +22,7 @@ class Status {
   constructor(page, element) {
     this.page = page;
     this.sentence = el("p", { class: "st-now", "aria-live": "off" });
+    this.next = el("p", { class: "st-next hint" });
     this.aloud = el("p", { class: "unseen", "aria-live": "polite", role: "status" });
     this.speed = el("b", {});
     this.swatch = el("i", { class: "swatch" });
@@ -33,7 +34,7 @@ class Status {
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(this.sentence, this.aloud, this.fast, this.facts, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.next), this.aloud, this.fast, this.facts, this.story);
 
     this._due = 0;
     this._seen = 0;
@@ -85,10 +86,12 @@ class Status {
     if (!plan) {
       const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
       this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
+      set(this.next, missing && !this.page.ground ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
       this._show([]);
       return;
     }
     this._now(plan.sentence, plan.cost === null);
+    set(this.next, plan.cost === null ? REMEDY[/** @type {any} */ (plan).status] ?? "" : "Press Play to see the robot drive it. Drag S or G, and the way follows.");
     this._show(this._planFacts());
   }
 
@@ -136,9 +139,10 @@ class Status {
 
     const end = run.end ?? {};
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
-    if (over) this._now(end.sentence ?? end.outcome ?? "The run is over.", bad);
+    if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
     else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
     else this._now(going(run, tick, cause));
+    set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.") : "");
 
     /** @type {Array<[string, string]>} */
     const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
@@ -160,6 +164,8 @@ class Status {
       if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed", `${brief(m.speed_mean)} ${run.units}`]);
       if (Number.isFinite(m.near_m)) rows.push(["Nearest of all", `${brief(m.near_m)} m`]);
       if (Number.isFinite(m.collisions)) rows.push(["Collisions", whole(m.collisions)]);
+      // By it somebody can see that `lampyris run` made the same: the sha256 of what it prints.
+      if (end.digest) rows.push(["Digest", String(end.digest).slice(0, 16)]);
     } else {
       for (const row of this._planFacts()) {
         if (["Cost", "Gap", "Iterations", "Expansions", "Gates"].includes(row[0])) rows.push([`${row[0]} (plan)`, row[1]]);
@@ -237,7 +243,7 @@ class Status {
     for (const [name, value] of rows) {
       let row = this._rows.get(name);
       if (!row) {
-        row = { dt: el("dt", {}, name), dd: el("dd", {}) };
+        row = { dt: el("dt", { title: ABOUT[name.replace(" (plan)", "")] }, name), dd: el("dd", {}) };
         this._rows.set(name, row);
         this.facts.append(row.dt, row.dd);
       }
@@ -245,6 +251,29 @@ class Status {
     }
   }
 }
+
+/** What a number is, for who rests on its name. @type {Record<string, string>} */
+const ABOUT = {
+  Cost: "Length of the way, by the prices of its steps", Optimal: "Cost of a shortest way on this map", Gap: "How much dearer than a shortest way",
+  "Sum of cost to go": "The cost to the goal, summed over the way's cells, as the dissertation's tables have it",
+  Iterations: "Times the planner chose a next cell", Expansions: "Cells that the planner looked at",
+  Gates: "Openings one cell wide", Time: "How long the robot takes for the way", "Planned in": "Time of computing",
+  "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
+  Nearest: "Distance from the robot to the nearest obstacle",
+};
+
+/** What to do about a plan that is none or a run that did not arrive, by status or outcome. @type {Record<string, string>} */
+const REMEDY = {
+  "no-path": "Erase a wall (E), or drag S or G to the other's side.",
+  "start-occupied": "Drag S to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
+  "goal-occupied": "Drag G to a free cell, erase the wall, or make the robot smaller (Planner, Robot, radius).",
+  timeout: "Allow more ticks (Planner, Seed and end).",
+  blocked: "Give it more patience (Planner, Seed and end), or take obstacles away (Traffic).",
+  "hemmed-in": "Take some obstacles away (Traffic), or let the planner wait.",
+  "iteration-limit": "Give the planner more iterations, or take another planner (Planner).",
+  error: "Change what is named here, or take the last change back (Undo, Ctrl+Z).",
+  limit: "Give the planner a larger budget, or take another planner (Planner).",
+};
 
 /** What the robot does when nothing happens. @param {Run} run @param {number} tick @param {string} cause */
 function going(run, tick, cause) {

@@ -1,7 +1,7 @@
 // Study: the comparison sent on as a full study, its progress, and its report in a tab of its own.
 
-import { meeting } from "./compare.js";
 import { block, button, el, sentence } from "./make.js";
+import { meeting } from "./meeting.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
@@ -28,20 +28,47 @@ class Study {
     this.open = button("Open the report", () => this._open(), { hidden: true });
     this.bar = el("progress", { "aria-label": "Progress of the study", hidden: true });
     this.words = el("p", { class: "hint", role: "status" });
+    this.cannot = el("div", { class: "card stack cannot", hidden: true },
+      el("p", null, "Walls are painted that come while the robot drives. A study draws its obstacles anew for each run and cannot hold them."),
+      el("p", null, "Compare above takes them as they are. Or have them there from the start, and send that."),
+      el("div", { class: "row" }, button("To Compare", () => document.querySelector("#compare .meeting .btn.primary")?.scrollIntoView({ block: "center" })),
+        button("Walls from the start", () => this._early())));
     into.append(
       el("p", { class: "hint" }, "The planners and laws chosen above, from this start to this goal and between others of the map, with statistics and a report."),
       el("div", { class: "field" }, el("label", { for: "study-queries" }, "starts and goals"), this.queries),
       el("div", { class: "field" }, el("label", { for: "study-seeds" }, "seeds of each"), this.seeds),
-      el("div", { class: "row" }, this.send, this.stop, this.open), this.bar, this.words,
+      el("div", { class: "row" }, this.send, this.stop, this.open), this.cannot, this.bar, this.words,
     );
+    page.store.listen(() => this._can());
+    this._can();
     const before = kept();
     if (before) this._watch(before);
+  }
+
+  /** Walls that come during a run are in no study: said before it is sent, with what can be done instead. */
+  _can() {
+    const late = this.page.store.scenario.edits.some((edit) => edit.tick > 0);
+    this.cannot.hidden = !late;
+    this.send.disabled = late;
+  }
+
+  /** All walls at tick 0, the later strokes over the earlier ones; undoable. */
+  _early() {
+    const { store } = this.page;
+    /** @type {Map<string, {cell: import("./types.js").Cell, wall: boolean}>} */
+    const last = new Map();
+    for (const edit of [...store.scenario.edits].sort((a, b) => a.tick - b.tick)) {
+      for (const cell of edit.freed) last.set(cell.join(), { cell, wall: false });
+      for (const cell of edit.blocked) last.set(cell.join(), { cell, wall: true });
+    }
+    const of = (/** @type {boolean} */ wall) => [...last.values()].filter((one) => one.wall === wall).map((one) => one.cell);
+    store.set({ edits: [{ tick: 0, blocked: of(true), freed: of(false) }] });
   }
 
   async _send() {
     const { page } = this;
     const who = meeting(page);
-    if (!who?.planners.length) {
+    if (!who.planners.length) {
       page.say("Choose somebody to compare first.");
       return;
     }
@@ -56,7 +83,7 @@ class Study {
       this._tell(sentence(error), true);
       page.fault(error);
     } finally {
-      this.send.disabled = false;
+      this._can();
     }
   }
 
@@ -162,7 +189,7 @@ function whole(input, most) {
 }
 
 /** @param {number} seconds */
-export function duration(seconds) {
+function duration(seconds) {
   if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
   if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
   return `${(seconds / 3600).toFixed(1)} h`;

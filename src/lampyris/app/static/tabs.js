@@ -33,7 +33,6 @@ export function mount(page) {
     chosen[sideOf(tab)] = id;
     last = id;
     draw();
-    page.tell("tab", id);
   };
   for (const tab of tabs) {
     tab.addEventListener("click", () => page.show(sectionOf(tab)));

@@ -1,6 +1,7 @@
 // The bar at the top: which scenario, undo and redo, the link, light and dark.
 
-import { byId, el, icon } from "./page.js";
+import { el, icon } from "./make.js";
+import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
 

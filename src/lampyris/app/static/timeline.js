@@ -4,7 +4,7 @@
 // canvas of their own when there are more of them.
 
 import { EVENTS } from "./colours.js";
-import { el, icon } from "./page.js";
+import { el, icon } from "./make.js";
 import { RATES } from "./play.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -32,7 +32,7 @@ class Timeline {
     this._wanted = false;
     this._mode = "";
 
-    this.main = el("button", { type: "button", class: "btn primary icon", "aria-keyshortcuts": "Space", onclick: () => page.play.toggle() });
+    this.main = el("button", { type: "button", class: "btn primary main", "aria-keyshortcuts": "Space", onclick: () => page.play.toggle() });
     const step = (/** @type {number} */ n) =>
       el("button", { type: "button", class: "btn icon", "aria-label": n < 0 ? "One tick back" : "One tick on", title: n < 0 ? "One tick back (,)" : "One tick on (.)", onclick: () => page.play.step(n) }, icon(n < 0 ? ICONS.back : ICONS.on));
     this.marks = el("canvas", { "aria-hidden": "true" });
@@ -70,7 +70,10 @@ class Timeline {
   _hear() {
     const { page, track } = this;
     page.on("tick", () => this._move());
-    page.on("play", () => this._button());
+    page.on("play", () => {
+      this._button();
+      this._say(true);
+    });
     page.on("rate", (rate) => (this.rate.value = String(rate)));
     for (const name of ["run", "ticks", "end"]) page.on(name, () => this._changed());
     page.on("theme", () => this._want());
@@ -145,7 +148,7 @@ class Timeline {
     const label = { pause: "Pause", again: "Play again", play: "Play" }[mode];
     this.main.setAttribute("aria-label", label);
     this.main.title = `${label} (space)`;
-    this.main.replaceChildren(icon(ICONS[/** @type {keyof typeof ICONS} */ (mode)]));
+    this.main.replaceChildren(icon(ICONS[/** @type {keyof typeof ICONS} */ (mode)]), mode === "pause" ? "Pause" : "Play");
     this.main.classList.toggle("filled", mode === "play");
   }
 

@@ -1,13 +1,13 @@
 // Traffic: what was drawn on the map, in words, below the numbers of the settings.
 
-import { el } from "./page.js";
+import { el } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
 /** @param {Page} page @param {HTMLElement} pane */
 export function mount(page, pane) {
   const { store } = page;
-  const draw = el("button", { type: "button", class: "btn", onclick: () => page.use("patrol") }, "Draw a patrol on the map");
+  const draw = el("button", { type: "button", class: "btn", "aria-pressed": String(page.tool === "patrol"), onclick: () => page.use("patrol") }, "Draw a patrol on the map");
   pane.append(draw);
   const list = el("ul", { class: "plain" });
   const none = el("p", { class: "hint" }, "None. Paint with the brush (B); while a run is shown, the wall comes at that moment and the run is made again from there.");

@@ -38,7 +38,7 @@
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
  *   robot: Int16Array, speed: Float32Array, cause: Uint8Array, causes: string[],
  *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Int16Array[],
- *   near: Float32Array, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
+ *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
  *   end: Record<string, any> | null,
  * }} Run
  */
@@ -73,7 +73,7 @@
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
- * "token" (another address was opened), "help", "tab" (detail: id of the section that came to be shown), "map" (the view panned or zoomed).
+ * "token" (another address was opened), "help", "map" (the view panned or zoomed).
  * Changes of the scenario are told by `store.listen(changed keys)`.
  *
  * @typedef {{
@@ -91,14 +91,14 @@
  *   adopt: (scenario: Scenario) => Promise<void>,
  *   asked: () => Scenario,
  *   link: () => Promise<string>,
- *   show: (section: string) => void,
+ *   show: (section: string) => void | Promise<void>,
  *   use: (tool: string) => void,
  * }} Page
  *
  * `base`: cells of the map before any edit. `fault`: say what went wrong, whatever was thrown. `simulate`: run the
  * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
  * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it. `link`: this state's
- * address without the token. `show`: open the tab with a section. `use`: take up a tool.
+ * address without the token. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
  */
 
 export {};

@@ -60,6 +60,6 @@ export class View {
 }
 
 /** @param {number} v @param {number} low @param {number} high */
-export function clamp(v, low, high) {
+function clamp(v, low, high) {
   return Math.min(Math.max(v, low), high);
 }

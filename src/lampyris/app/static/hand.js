@@ -1,0 +1,249 @@
+// Hand: what pointers do on the map from down to up. A press that stays is a click; a drag moves an end, paints or
+// pans; two fingers pinch.
+
+import { moveBy, zoomBy } from "./zoom.js";
+
+/** @typedef {import("./types.js").Cell} Cell */
+/** @typedef {import("./edit.js").Editor} Editor */
+
+/** What the pointer does from down to up. `raw`: each move at once, not once a frame. @typedef {{move: (event: PointerEvent) => void, up: (event: PointerEvent) => void, drop?: () => void, raw?: (event: PointerEvent) => void}} Deed */
+
+/** Pixels about an end in which it is taken hold of. */
+const NEAR = 12;
+/** Pixels that a click may slip. */
+const SLIP = 5;
+
+export class Hand {
+  /** @param {Editor} editor */
+  constructor(editor) {
+    const { page } = editor;
+    this.editor = editor;
+    this.page = page;
+    /** @type {Map<number, PointerEvent>} */
+    this._pointers = new Map();
+    /** @type {Deed | null} */
+    this._deed = null;
+    /** A pointer is pressing: the focus comes from it. */
+    this._pressed = false;
+    /** The space key, which keys.js looks after: while it is held, dragging pans. */
+    this.space = { held: false, panned: false };
+    const { canvas } = page.map;
+    canvas.addEventListener("pointerdown", (event) => this._down(event));
+    canvas.addEventListener("pointermove", (event) => this._move(event));
+    // Moves are handed out once a frame, these as they come: a brush does not wait for the frame.
+    canvas.addEventListener("pointerrawupdate", (event) => this._raw(/** @type {PointerEvent} */ (event)));
+    canvas.addEventListener("pointerup", (event) => this._up(event));
+    canvas.addEventListener("pointercancel", (event) => this._up(event));
+    canvas.addEventListener("pointerleave", () => this.hideBrush());
+    canvas.addEventListener("dblclick", () => editor.patrols.end());
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
+    canvas.addEventListener("focus", () => {
+      // Whoever comes by keyboard sees at once where the cursor is.
+      if (canvas.matches(":focus-visible") && !this._pressed) editor.cursor.move([0, 0]);
+    });
+    canvas.addEventListener("blur", () => {
+      page.map.cursor = null;
+      page.map.draw();
+    });
+  }
+
+  /** @param {PointerEvent} event */
+  _down(event) {
+    const { page } = this;
+    if (!page.ground) return;
+    this._pressed = true;
+    page.map.canvas.focus({ preventScroll: true });
+    this._pressed = false;
+    try {
+      page.map.canvas.setPointerCapture(event.pointerId);
+    } catch {
+      // The pointer is already gone.
+    }
+    this._pointers.set(event.pointerId, event);
+    page.map.held = true;
+    page.map.cursor = null;
+    if (this._pointers.size === 2) {
+      // The second finger makes a pinch of what the first one had begun.
+      this._deed?.drop?.();
+      this._deed = this._pinch();
+      return;
+    }
+    if (this._pointers.size > 2) return;
+    this._deed = this._begin(event);
+  }
+
+  /** @param {PointerEvent} event */
+  _move(event) {
+    if (this._pointers.has(event.pointerId)) {
+      this._pointers.set(event.pointerId, event);
+      this._deed?.move(event);
+    }
+    this._hover(event);
+  }
+
+  /** @param {PointerEvent} event */
+  _raw(event) {
+    if (this._pointers.has(event.pointerId)) this._deed?.raw?.(event);
+  }
+
+  /** @param {PointerEvent} event */
+  _up(event) {
+    if (!this._pointers.delete(event.pointerId)) return;
+    const deed = this._deed;
+    if (this._pointers.size === 0) {
+      this._deed = null;
+      this.page.map.held = false;
+    }
+    if (event.type === "pointercancel") deed?.drop?.();
+    else deed?.up(event);
+    if (event.pointerType === "touch") this.hideBrush();
+  }
+
+  /** @param {WheelEvent} event */
+  _wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === 1 ? 16 : event.deltaMode === 2 ? 200 : 1;
+    const by = Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016));
+    const [x, y] = this._pixel(event);
+    zoomBy(this.page, by, x, y);
+  }
+
+  /** @param {MouseEvent} event @returns {[number, number]} */
+  _pixel(event) {
+    const box = this.page.map.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  /** @param {MouseEvent} event @returns {Cell} */
+  _cell(event) {
+    return this.page.map.view.cellAt(...this._pixel(event));
+  }
+
+  /** @param {PointerEvent} event @returns {Deed} */
+  _begin(event) {
+    const { tool } = this.page;
+    if (event.button === 1 || tool === "pan" || this.space.held) return this._pan(event);
+    const end = this._endAt(event);
+    if (end && (tool === "ends" || tool === "patrol") && event.button === 0) return this._drag(end);
+    if (tool === "wall" || tool === "free") return this._stroke(event, tool === "wall" && event.button === 0 ? 1 : 0);
+    if (event.button !== 0) return this._pan(event);
+    // A press that stays where it is is a click, one that moves pans.
+    const pan = this._pan(event);
+    let slipped = false;
+    return {
+      move: (now) => {
+        slipped ||= Math.hypot(now.clientX - event.clientX, now.clientY - event.clientY) > SLIP;
+        if (slipped) pan.move(now);
+      },
+      up: (now) => (slipped ? pan.up(now) : this.editor.click(this._cell(now))),
+    };
+  }
+
+  /** @param {PointerEvent} event @returns {Deed} */
+  _pan(event) {
+    let last = event;
+    this.page.map.canvas.classList.add("grabbing");
+    const end = () => this.page.map.canvas.classList.remove("grabbing");
+    return {
+      move: (now) => {
+        moveBy(this.page, now.clientX - last.clientX, now.clientY - last.clientY);
+        last = now;
+        this.space.panned = true;
+      },
+      up: end, drop: end,
+    };
+  }
+
+  /** @returns {Deed} */
+  _pinch() {
+    const between = () => {
+      const [a, b] = [...this._pointers.values()];
+      const [ax, ay] = this._pixel(a);
+      const [bx, by] = b ? this._pixel(b) : [ax, ay];
+      return { x: (ax + bx) / 2, y: (ay + by) / 2, far: Math.max(1, Math.hypot(ax - bx, ay - by)), two: Boolean(b) };
+    };
+    let last = between();
+    return {
+      move: () => {
+        const now = between();
+        if (now.two && last.two) {
+          this.page.map.view.zoom(now.far / last.far, now.x, now.y);
+          moveBy(this.page, now.x - last.x, now.y - last.y);
+        }
+        last = now;
+      },
+      // A finger that stays behind does nothing more.
+      up: () => {
+        if (this._pointers.size) last = between();
+      },
+    };
+  }
+
+  /** Which end is under the pointer. @param {PointerEvent} event @returns {"start" | "goal" | null} */
+  _endAt(event) {
+    const { map } = this.page;
+    const [px, py] = this._pixel(event);
+    const reach = Math.max(event.pointerType === "touch" ? 22 : NEAR, map.view.scale * 0.6);
+    /** @type {"start" | "goal" | null} */
+    let found = null;
+    let least = reach;
+    for (const end of /** @type {const} */ (["goal", "start"])) {
+      const cell = this.page.store.scenario[end];
+      if (!cell) continue;
+      const [x, y] = map.view.pixel(cell[0], cell[1]);
+      const far = Math.hypot(px - x, py - y);
+      if (far <= least) {
+        least = far;
+        found = end;
+      }
+    }
+    return found;
+  }
+
+  /** @param {"start" | "goal"} end @returns {Deed} */
+  _drag(end) {
+    const { store } = this.page;
+    const before = store.scenario[end];
+    this.page.map.canvas.classList.add("grabbing");
+    const over = () => {
+      store.settle();
+      this.page.map.canvas.classList.remove("grabbing");
+    };
+    return {
+      move: (event) => this.editor.setEnd(end, this._cell(event), `drag ${end}`),
+      up: over,
+      drop: () => {
+        if (store.scenario[end] !== before) store.undo();
+        over();
+      },
+    };
+  }
+
+  /** @param {PointerEvent} event @param {number} value @returns {Deed} */
+  _stroke(event, value) {
+    const stroke = this.editor.stroke(value);
+    stroke.to(this._cell(event));
+    const to = (/** @type {PointerEvent} */ now) => stroke.to(this._cell(now));
+    return { move: to, raw: to, up: () => stroke.end(), drop: () => stroke.drop() };
+  }
+
+  /** @param {PointerEvent} event */
+  _hover(event) {
+    const { page } = this;
+    const { map } = page;
+    if (page.tool === "wall" || page.tool === "free") {
+      map.brush = { at: this._cell(event), size: this.editor.size };
+      map.draw();
+    } else if (this._pointers.size === 0) {
+      const over = page.tool === "pan" || this.space.held ? "grab" : this._endAt(event) ? "grab" : "";
+      map.canvas.classList.toggle("grab", over !== "");
+    }
+  }
+
+  hideBrush() {
+    if (!this.page.map.brush) return;
+    this.page.map.brush = null;
+    this.page.map.draw();
+  }
+}

@@ -1,0 +1,61 @@
+// Patrols: drawn cell by cell with the patrol tool, and shown on the map.
+
+import { byId } from "./page.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").Cell} Cell */
+
+export class Patrols {
+  /** @param {Page} page @param {() => void} changed told when what is being drawn is another */
+  constructor(page, changed) {
+    this.page = page;
+    this._changed = changed;
+    /** Waypoints of the patrol that is being drawn. @type {Cell[]} */
+    this.draft = [];
+  }
+
+  /** One more waypoint, on a free cell. @param {Cell} cell */
+  add(cell) {
+    if (this.isLast(cell)) return;
+    this.draft = [...this.draft, cell];
+    this.show();
+    this._changed();
+    byId("live").textContent = `waypoint ${this.draft.length} at column ${cell[0]}, row ${cell[1]}`;
+  }
+
+  /** @param {Cell} cell */
+  isLast(cell) {
+    const last = this.draft[this.draft.length - 1];
+    return Boolean(last) && last[0] === cell[0] && last[1] === cell[1];
+  }
+
+  /** What was drawn becomes an obstacle. */
+  end() {
+    if (!this.draft.length) return;
+    const { store } = this.page;
+    const waypoints = this.draft;
+    this.draft = [];
+    store.set({ obstacles: [...store.scenario.obstacles, { kind: "patrol", waypoints }] });
+    this.page.say(`Patrol of ${waypoints.length} ${waypoints.length === 1 ? "cell" : "cells"} placed.`, "good");
+  }
+
+  drop() {
+    if (!this.draft.length) return;
+    this.draft = [];
+    this.show();
+    this._changed();
+  }
+
+  show() {
+    const { map, store } = this.page;
+    /** @type {import("./map.js").Patrol[]} */
+    const patrols = [];
+    for (const one of store.scenario.obstacles) {
+      if (one.kind === "patrol") patrols.push({ cells: one.waypoints, draft: false });
+    }
+    if (this.draft.length) patrols.push({ cells: this.draft, draft: true });
+    if (!patrols.length && !map.patrols.length) return;
+    map.patrols = patrols;
+    map.refresh();
+  }
+}

@@ -1,0 +1,54 @@
+// Welcome: for who is here for the first time, what is on the screen and what to do first.
+
+import { el } from "./make.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+const KEPT = "lampyris-welcomed";
+
+/** @param {Page} page @param {HTMLElement} element */
+export function mount(page, element) {
+  if (seen()) return;
+  const leave = () => {
+    element.hidden = true;
+    keep();
+  };
+  const tour = el("button", { type: "button", class: "btn", onclick: async () => {
+    leave();
+    await page.show("learn");
+    const begin = document.querySelector("#learn .tour .btn.primary");
+    if (begin instanceof HTMLButtonElement) begin.click();
+  } }, "Take the tour");
+  const away = el("button", { type: "button", class: "away", "aria-label": "Close the welcome", title: "Close", onclick: () => {
+    leave();
+    page.map.canvas.focus();
+  } }, "\u00d7");
+  element.classList.add("welcome", "card");
+  element.append(
+    el("div", { class: "row" }, el("h2", { class: "grow" }, "New here?"), away),
+    el("p", {}, "The line is the way that the robot means to drive from S to G, around the black walls. Press ", el("b", {}, "Play"),
+      " under the map to see it drive."),
+    el("div", { class: "row" }, tour, el("span", { class: "hint" }, "ten steps")),
+  );
+  element.hidden = false;
+  // Who plays has found the way.
+  page.on("play", () => {
+    if (page.play.playing && !element.hidden) leave();
+  });
+}
+
+function seen() {
+  try {
+    return localStorage.getItem(KEPT) !== null;
+  } catch {
+    return false;
+  }
+}
+
+function keep() {
+  try {
+    localStorage.setItem(KEPT, "1");
+  } catch {
+    // It comes again then.
+  }
+}

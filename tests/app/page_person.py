@@ -1,0 +1,79 @@
+"""What a person does with the page: aims at cells, reads words. Nothing of the page's own code is called."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Callable, Sequence
+from io import BytesIO
+from typing import Any
+from urllib.parse import parse_qs
+
+from PIL import Image, ImageChops
+
+Cell = tuple[int, int]
+
+
+def aim(page: Any, cell: Cell, size: Cell = (50, 50)) -> tuple[float, float]:
+    """Where a cell of a map that is wholly shown is on the screen."""
+    box = page.locator("#map").bounding_box()
+    scale = min((box["width"] - 116) / size[0], (box["height"] - 32) / size[1], 96)
+    left = box["x"] + (box["width"] - size[0] * scale) / 2
+    top = box["y"] + (box["height"] - size[1] * scale) / 2
+    return left + (cell[0] + 0.5) * scale, top + (cell[1] + 0.5) * scale
+
+
+def click(page: Any, cell: Cell, size: Cell = (50, 50)) -> None:
+    """Click a cell."""
+    page.mouse.click(*aim(page, cell, size))
+
+
+def draw(page: Any, cells: Sequence[Cell], size: Cell = (50, 50)) -> None:
+    """Draw with the pressed button from cell to cell."""
+    page.mouse.move(*aim(page, cells[0], size))
+    page.mouse.down()
+    for cell in cells[1:]:
+        page.mouse.move(*aim(page, cell, size), steps=4)
+    page.mouse.up()
+
+
+def fact(page: Any, name: str) -> str:
+    """A number of the status, by its name."""
+    found: str = page.locator(f'#status dt:text-is("{name}") + dd').inner_text()
+    return found
+
+
+def moment(page: Any) -> int:
+    """The tick that is shown."""
+    return int(page.get_by_role("slider", name="Moment").get_attribute("aria-valuenow"))
+
+
+def until(page: Any, true: Callable[[], bool]) -> None:
+    """Wait for something, five seconds at most."""
+    for _ in range(200):
+        if true():
+            return
+        page.wait_for_timeout(25)
+    raise AssertionError("it did not come to that")
+
+
+def in_address(page: Any) -> dict[str, Any]:
+    """The scenario that the address holds, once it holds what was done last."""
+    page.wait_for_timeout(450)
+    said = parse_qs(page.url.partition("#")[2])
+    packed = said["s"][0]
+    text = zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -15)
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def picture(page: Any) -> Image.Image:
+    """The map as it is seen."""
+    return Image.open(BytesIO(page.locator("#map").screenshot())).convert("RGB")
+
+
+def changed(before: Image.Image, after: Image.Image) -> float:
+    """The share of pixels that are not the same."""
+    other = ImageChops.difference(before, after).convert("L").point(lambda v: 255 if v > 24 else 0)
+    return other.histogram()[255] / (before.width * before.height)
