@@ -1,95 +1,143 @@
-"""One query after another on one map: jump point search beside our other searches and what people use today.
+"""One query after another on one map: our searches beside what people use today, on MovingAI's queries.
 
-    python -m benchmarks.bench_query [--quick] [--maps FOLDER] [--json FILE]
-
-The maps and queries are MovingAI's (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE TCIAIG
-4(2), 2012); they are not part of the project. Without --maps they are looked for in maps/movingai of the
-folder that LAMPYRIS_SHARED names, or of a folder "shared" beside the project.
-
-What is timed, a query, path included
--------------------------------------
-* jps: ``JumpSearch.way``: the search and the path's cells. Packing the map into bits comes before, once for
-  a map, and is told apart.
-* jps plan: ``session.plan(Change(robot=start))`` of the planner ``jps``: the same in a whole public call,
-  with its checks and its Plan.
-* astar, both ends: the searches of ``astar`` and ``bidirectional-astar``.
-* field: ``lampyris.field.solve.solve(free, moves, goal, stop=start)``, without a path.
-* fastest: the search that the planner ``fastest`` picks for the map.
-* theta, lazy: the searches of ``theta-star`` and ``lazy-theta-star``, which find other, shorter ways.
-* nano-astar: ``nano_astar.astar(grid, start, goal)``: the same rules; its lengths are checked, too.
-* tcod: ``tcod.path.AStar(cost, 1.41).get_path``; cuts corners; the object is made outside the timing.
-* scikit-image: ``skimage.graph.route_through_array``, fully connected, geometric; cuts corners.
-
-Everybody answers the queries of a map one after the other, round after round, so that each works with the
-caches that it has filled itself. Times are of this thread's processor time; of each query the middle of
-its rounds counts; ratios are geometric means over queries.
+Whom they are held against is :mod:`benchmarks.query_rivals`; what is claimed is at the end of this file.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import math
-import os
-import statistics
-import sys
+import gc
 import time
-from collections.abc import Callable
-from functools import partial
-from importlib.metadata import version
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from benchmarks.bench_field import machine, maze, random_map
+from benchmarks.about import versions
+from benchmarks.figures import Figure, Section, Spread, Table, Verdict
+from benchmarks.maps import maze, published_folder, published_map, random_map
+from benchmarks.query_rivals import (
+    ANY_ANGLE,
+    OURS,
+    RIVALS,
+    SAME_RULES,
+    WHOLE,
+    WITH_FIELD,
+    Contest,
+    length_of,
+    with_field,
+)
+from benchmarks.turns import take_turns
 
-from lampyris.api import load_grid
-from lampyris.field.solve import solve
 from lampyris.maps.movingai import read_scen
-from lampyris.model.change import Change
-from lampyris.model.grid import Grid
-from lampyris.model.moves import MOVES
-from lampyris.model.scene import Scene
-from lampyris.planners._any_angle import AnyAngleSearch
-from lampyris.planners._bidirectional import TwoSearches
-from lampyris.planners._fastest import suited
+from lampyris.model.moves import MOVES, Moves
+from lampyris.planners._fastest import FieldSearch, suited
 from lampyris.planners._graph import GridSearch
-from lampyris.planners._jps import JumpSearch, PackedMap
-from lampyris.planners.jps import JumpPointSearch
+from lampyris.planners._jps import JumpSearch
 
-MAPS = ("arena2", "AR0011SR", "Berlin_0_256", "16room_000", "ht_0_hightown", "maze512-32-0", "random512-10-0")
-OURS = ("jps", "jps plan", "astar", "both ends", "field", "fastest", "theta", "lazy")
-RIVALS = ("nano-astar", "tcod", "scikit-image")
-SAME_RULES = ("jps", "jps plan", "astar", "both ends", "fastest", "nano-astar")
-"""Whose lengths must be the published ones."""
+TITLE = "Queries"
+HOW = """The maps and queries are MovingAI's (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", IEEE
+TCIAIG 4(2), 2012), where they are at hand; two maps besides are made, on which jump point search is weak:
+35 % clutter, and a maze with corridors one cell wide. A query is timed with its path, by this thread's
+processor time; what is prepared once a map stands by itself. Queries go by blocks, and through each block
+everybody goes by turns, so that each works with the caches that it has filled itself. Times are geometric
+means over queries; the quartiles are of rounds. Every query is asked of {whole};
+the others get a sample spread evenly over the lengths, and are held against jump point search on that sample.
+
+Ours:
+
+{ours}
+
+Theirs:
+
+{theirs}
+
+Every length by our rules, ours or theirs, is compared with the published one. Path and field:
+
+{fields}
+
+Not run: the C++ jump point search of its authors (warthog), the entries of the Grid-Based Path Planning
+Competition and Nav2's `navfn` are programs to be built from source, not packages, and this page is made from
+packages alone; python-motion-planning asks for faiss, osqp, pyvista and Qt before it can be imported."""
+
+NAMES = (
+    "arena2", "AR0011SR", "Berlin_0_256", "16room_000", "ht_0_hightown", "maze512-32-0", "random512-10-0",
+)  # fmt: skip
+BLOCK = 100
+ROUNDS = {"jps": 3, "fastest": 3, "astar": 2, "field": 2, "nano-astar": 2}
+SLOW = ("pathfinding",)
+"""Gets a quarter of the sample."""
 LEAST = 30.0
-"""Jump point search shall be so many times as quick as nano-astar, in geometric mean over the queries."""
+"""Jump point search shall be so many times as quick as each rival of our rules, in geometric mean."""
+NEAR = 1.3
+"""And `fastest` shall take at most so many times the time of the best search for the map."""
 
 Cell = tuple[int, int]
 Query = tuple[Cell, Cell, float, float]
 """Start, goal, length, and how far off the length may be."""
 
 
-def folder_of(given: str | None) -> Path | None:
-    """Where the maps are, or None."""
-    root = Path(__file__).resolve().parents[1]
-    shared = Path(os.environ.get("LAMPYRIS_SHARED") or root.parent / "shared")
-    folder = Path(given) if given else shared / "maps" / "movingai"
-    return folder if folder.is_dir() else None
+def bench(quick: bool) -> Section:
+    """Every published query; then maps on which jump point search is weak; then choosing and fields."""
+    figures: list[Figure] = []
+    found = [_ask(ground, quick) for ground in _grounds(quick)]
+    tables = [
+        _times(found, figures),
+        _prepared(found, figures),
+        _choice(figures, quick),
+        _path_and_field(figures, quick),
+    ]
+    how = HOW.format(whole=", ".join(WHOLE), ours=_list(OURS), theirs=_list(RIVALS), fields=_list(WITH_FIELD))
+    about = versions(["numpy", "numba", *RIVALS])
+    return Section(
+        "query", TITLE, how, tuple(tables), tuple(figures), tuple(_verdicts(found, figures)), about
+    )
 
 
-def published(folder: Path, name: str, count: int) -> tuple[np.ndarray, list[Query]]:
-    """A map's free cells and ``count`` of its queries, evenly spread over the lengths."""
-    free = ~load_grid(folder / f"{name}.map").blocked
-    lines = read_scen(folder / f"{name}.map.scen")
-    chosen = [lines[k] for k in np.linspace(0, len(lines) - 1, min(count, len(lines))).astype(int)]
-    return free, [(q.start, q.goal, q.length, max(1e-5 * q.length, 0.5 * 10.0**-q.decimals)) for q in chosen]
+def _list(rules: dict[str, str]) -> str:
+    return "\n".join(f"- {name}: {rule}" for name, rule in rules.items())
 
 
-def made(free: np.ndarray, count: int) -> tuple[np.ndarray, list[Query]]:
+# ---- maps and queries --------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """A map and its queries; ``known``: the lengths are published."""
+
+    name: str
+    free: np.ndarray
+    queries: list[Query]
+    known: bool
+
+
+def _grounds(quick: bool) -> Iterator[Ground]:
+    folder = published_folder()
+    for name in NAMES[:3] if quick else NAMES:
+        free = published_map(name)
+        if free is not None and folder is not None:
+            lines = read_scen(folder / f"{name}.map.scen")
+            chosen = [lines[k] for k in spread_over(len(lines), 60 if quick else len(lines))]
+            queries = [
+                (q.start, q.goal, q.length, max(1e-5 * q.length, 0.5 * 10.0**-q.decimals)) for q in chosen
+            ]
+            yield Ground(name, free, queries, True)
+    size, count = (256, 20) if quick else (512, 200)
+    for name, free in (
+        ("made: random 35 %", random_map(size, 0.35)),
+        ("made: maze, corridor 1", maze(size)),
+    ):
+        yield Ground(f"{name}, {size}", free, made_queries(free, count, MOVES["octile"]), False)
+
+
+def spread_over(many: int, count: int) -> list[int]:
+    """At most ``count`` of ``many`` places, evenly spread from the first to the last."""
+    return sorted({int(k) for k in np.linspace(0, many - 1, min(count, many))})
+
+
+def made_queries(free: np.ndarray, count: int, moves: Moves) -> list[Query]:
     """``count`` queries between random cells of a map that can reach each other; lengths by our own A*."""
     rng = np.random.default_rng(free.shape[0])
-    search = GridSearch(free, MOVES["octile"], informed=True)
+    search = GridSearch(free, moves, informed=True)
     cells = np.argwhere(free)
     queries: list[Query] = []
     while len(queries) < count:
@@ -97,170 +145,236 @@ def made(free: np.ndarray, count: int) -> tuple[np.ndarray, list[Query]]:
         answer = search.way((sx, sy), (gx, gy))
         if answer.cells is not None:
             queries.append(((sx, sy), (gx, gy), length_of(answer.cells), 1e-6))
-    return free, queries
+    return queries
 
 
-def length_of(cells: Any) -> float:
-    """Length of a walk, or of straight lines, in cells."""
-    d = np.diff(np.asarray(cells, dtype=np.float64), axis=0)
-    return float(np.sqrt((d**2).sum(axis=1)).sum())
+# ---- asking --------------------
 
 
-class Contest:
-    """Everybody on one map."""
+@dataclass(slots=True)
+class Found:
+    """What came of one map: ns of every query by contestant (rounds x queries, nan: not asked)."""
 
-    def __init__(self, free: np.ndarray) -> None:
-        import tcod.path
-
-        moves = MOVES["octile"]
-        begin = time.perf_counter()
-        PackedMap(free, moves.corner_cutting)
-        self.pack_ms = (time.perf_counter() - begin) * 1e3
-        self._free = free
-        self._grid = Grid(~free)
-        self._ways = {
-            "jps": JumpSearch(free, moves).way,
-            "astar": GridSearch(free, moves, informed=True).way,
-            "both ends": TwoSearches(free, moves).way,
-            "fastest": suited(free, None, moves).way,
-            "theta": AnyAngleSearch(free, None, moves, wide=False, lazy=0).way,
-            "lazy": AnyAngleSearch(free, None, moves, wide=False, lazy=2).way,
-        }
-        self._walls = np.ascontiguousarray(~free).view(np.uint8)
-        self._prices = np.where(free, 1.0, -1.0)
-        self._tcod = tcod.path.AStar(free.astype(np.int8), 1.41)
-
-    def call(self, who: str, start: Cell, goal: Cell) -> Callable[[], Any]:
-        """Somebody's search for one query; called, it answers with cells x, y, or with a field."""
-        if who in self._ways:
-            return partial(self._ways[who], start, goal)
-        if who == "jps plan":
-            session = JumpPointSearch().open(Scene(self._grid, start, goal), np.random.default_rng(0))
-            session.plan()
-            return partial(session.plan, Change(robot=start))
-        if who == "field":
-            return partial(solve, self._free, MOVES["octile"], goal, stop=start)
-        if who == "nano-astar":
-            import nano_astar
-
-            return partial(nano_astar.astar, self._walls, start[::-1], goal[::-1])
-        if who == "tcod":
-            return partial(self._tcod.get_path, start[1], start[0], goal[1], goal[0])
-        from skimage.graph import route_through_array
-
-        return partial(route_through_array, self._prices, start[::-1], goal[::-1], fully_connected=True)
-
-    @staticmethod
-    def length(who: str, answer: Any) -> float:
-        """Length of an answer; -1: no way."""
-        if who == "nano-astar":
-            return -1.0 if answer is None else length_of(answer[0])
-        cells = answer.waypoints if who in ("theta", "lazy") else answer.cells
-        return -1.0 if cells is None else length_of(cells)
+    name: str
+    known: bool
+    cells: int
+    contest: Contest
+    packing_ms: float
+    ns: dict[str, np.ndarray]
+    wrong: list[str] = field(default_factory=list)
+    checked: int = 0
 
 
-def measure(contest: Contest, queries: list[Query], rounds: int) -> tuple[dict[str, list[float]], list[str]]:
-    """Microseconds of each query (the middle of the rounds) by contestant, and every wrong length."""
-    times: dict[str, list[float]] = {}
-    wrong = []
+def _ask(ground: Ground, quick: bool) -> Found:
+    contest = Contest(ground.free)
+    many = len(ground.queries)
+    sample = spread_over(many, 8 if quick else 32)
+    asked = {who: list(range(many)) for who in WHOLE}
     for who in (*OURS, *RIVALS):
-        mine: list[list[float]] = [[] for _ in queries]
-        # The first round warms up, and is checked.
-        for k in range(rounds + 1):
-            for spent, (start, goal, length, off) in zip(mine, queries, strict=True):
-                call = contest.call(who, start, goal)
-                begin = time.thread_time_ns()
+        asked.setdefault(who, sample[::4] if who in SLOW else sample)
+    rounds = {who: (1 if quick else ROUNDS.get(who, 2)) for who in asked}
+    ns = {who: np.full((n, many), np.nan) for who, n in rounds.items()}
+    found = Found(ground.name, ground.known, int(ground.free.sum()), contest, contest.packing_ms, ns)
+    for who in asked:
+        contest.call(who, *ground.queries[sample[0]][:2])()  # compiled and imported
+    gc.collect()
+    gc.disable()
+    try:
+        for begin in range(0, many, BLOCK):
+            _block(found, ground, {w: [k for k in a if begin <= k < begin + BLOCK] for w, a in asked.items()})
+    finally:
+        gc.enable()
+    return found
+
+
+def _block(found: Found, ground: Ground, asked: dict[str, list[int]]) -> None:
+    """Everybody's queries of one block, by turns; the first round is checked."""
+    for turn in range(max(len(rows) for rows in found.ns.values())):
+        for who, places in asked.items():
+            if turn >= len(found.ns[who]):
+                continue
+            row = found.ns[who][turn]
+            for k in places:
+                start, goal, length, off = ground.queries[k]
+                call = found.contest.call(who, start, goal)
+                began = time.thread_time_ns()
                 answer = call()
-                took = (time.thread_time_ns() - begin) / 1e3
-                if k > 0:
-                    spent.append(took)
-                elif who in SAME_RULES and abs(contest.length(who, answer) - length) > off:
-                    wrong.append(f"{who}: {start} to {goal} {contest.length(who, answer)!r}, not {length!r}")
-                elif who in ("theta", "lazy") and contest.length(who, answer) > length + off:
-                    wrong.append(f"{who}: {start} to {goal} is longer than the walk")
-        times[who] = [statistics.median(spent) for spent in mine]
-    return times, wrong
+                row[k] = time.thread_time_ns() - began
+                if turn == 0:
+                    _check(found, who, answer, length, off, (start, goal))
 
 
-def ratio(times: dict[str, list[float]], who: str, over: str) -> float:
-    """Geometric mean over queries of somebody's time as a multiple of another's."""
-    pairs = zip(times[who], times[over], strict=True)
-    return math.exp(statistics.fmean(math.log(a / b) for a, b in pairs))
+def _check(found: Found, who: str, answer: Any, length: float, off: float, ends: tuple[Cell, Cell]) -> None:
+    if who in SAME_RULES:
+        mine = found.contest.length(who, answer)
+        found.checked += 1
+        if abs(mine - length) > off:
+            found.wrong.append(f"{who}: {ends[0]} to {ends[1]} {mine!r}, not {length!r}")
+    elif who in ANY_ANGLE and found.contest.length(who, answer) > length + off:
+        found.wrong.append(f"{who}: {ends[0]} to {ends[1]} is longer than the walk")
 
 
-def run(folder: Path | None, quick: bool) -> list[dict[str, Any]]:
-    """Every map; prints a line for each as it is done."""
-    maps: dict[str, tuple[np.ndarray, list[Query]]] = {}
-    count, rounds = (12, 1) if quick else (40, 3)
-    if folder is not None:
-        maps |= {name: published(folder, name, count) for name in (MAPS[:3] if quick else MAPS)}
-    size = 256 if quick else 512
-    maps["made: random 35 %"] = made(random_map(size, 0.35), count)
-    maps["made: maze, corridor 1"] = made(maze(size), count)
-    print("median microseconds a query, and in brackets its geometric mean as a multiple of jps")
-    print(f"{'map':<24}{'packing':>10}  " + "".join(f"{who:<18}" for who in (*OURS, *RIVALS)))
+def compared(found: Sequence[Found], who: str, rival: str) -> tuple[Spread, Spread, int]:
+    """Microseconds of both, a geometric mean each round, over the queries that both got; and how many."""
+    logs: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
+    count = 0
+    for one in found:
+        both = ~np.isnan(one.ns[who][0]) & ~np.isnan(one.ns[rival][0])
+        count += int(both.sum())
+        for kept, name in zip(logs, (who, rival), strict=True):
+            kept.append(np.log(one.ns[name][:, both] / 1e3))
+    ours, theirs = (Spread.of(np.exp(np.concatenate(kept, axis=1).mean(axis=1)).tolist()) for kept in logs)
+    return ours, theirs, count
+
+
+def _times(found: list[Found], figures: list[Figure]) -> Table:
+    known = [one for one in found if one.known]
     rows = []
-    for name, (free, queries) in maps.items():
-        contest = Contest(free)
-        times, wrong = measure(contest, queries, rounds)
-        rows.append({"map": name, "pack_ms": contest.pack_ms, "us": times, "wrong": wrong})
-        print(line(rows[-1]), flush=True)
-    return rows
+    groups = [(one.name, [one]) for one in found]
+    if known:
+        groups.append(("all published queries", known))
+    for name, several in groups:
+        ours, _, count = compared(several, "jps", "jps")
+        row = [name, f"{count:,}", _text(ours)]
+        for who in (*OURS, *RIVALS):
+            if who == "jps":
+                continue
+            mine, theirs, _ = compared(several, "jps", who)
+            asked = LEAST if several is known and who in ("nano-astar", "w9-pathfinding") else None
+            figures.append(Figure(f"query, {name}", "us a query", mine, who, theirs, asked=asked))
+            row.append(f"{theirs.middle:.3g} = {theirs.middle / mine.middle:.3g} x")
+        rows.append(tuple(row))
+    heads = ("map", "queries", "jps, us", *(who for who in (*OURS, *RIVALS) if who != "jps"))
+    return Table(
+        heads, tuple(rows), "A query: geometric mean, and how many times as long as jump point search"
+    )
 
 
-def line(row: dict[str, Any]) -> str:
-    """One row for people."""
-    times = row["us"]
-    text = f"{row['map']:<24}{row['pack_ms']:7.2f} ms  "
-    for who in (*OURS, *RIVALS):
-        told = f"{statistics.median(times[who]):.1f}"
-        text += (told if who == "jps" else f"{told} ({ratio(times, who, 'jps'):.3g})").ljust(18)
-    return text
+def _prepared(found: list[Found], figures: list[Figure]) -> Table:
+    rows = []
+    who = ("jps", "astar", "fastest", *RIVALS)
+    for one in found:
+        figures.append(Figure(f"packing, {one.name}", "ms a map", Spread.of([one.packing_ms])))
+        ms = one.contest.made_ms
+        rows.append(
+            (one.name, f"{one.cells:,}", f"{one.packing_ms:.2f}", *(f"{ms[name]:.2f}" for name in who))
+        )
+    heads = ("map", "free cells", "packing bits alone", *who)
+    return Table(heads, tuple(rows), "What is prepared once a map, ms")
 
 
-def verdicts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The acceptance claims, one line each."""
-    out = []
-    wrong = [f"{r['map']}: {w}" for r in rows for w in r["wrong"]]
-    told = f"lengths: {len(wrong)} wrong of {sum(len(r['us']['jps']) for r in rows)} queries"
-    out.append({"claim": "lengths", "holds": not wrong, "text": "; ".join([told, *wrong[:5]])})
-    for kind in ("published", "made"):
-        mine = [r for r in rows if r["map"].startswith("made") == (kind == "made")]
-        if not mine:
-            continue
-        times = {who: [t for r in mine for t in r["us"][who]] for who in (*OURS, *RIVALS)}
-        for rival in ("nano-astar", "astar", "field", "tcod", "scikit-image"):
-            mean = ratio(times, rival, "jps")
-            each = [ratio(r["us"], rival, "jps") for r in mine]
-            text = f"{kind} maps: jps {mean:.3g} times as quick as {rival}"
-            text += f" ({min(each):.3g} to {max(each):.3g} by map)"
-            holds = mean >= (LEAST if kind == "published" and rival == "nano-astar" else 0.0)
-            out.append({"claim": f"{kind} {rival}", "holds": holds, "text": text})
+# ---- choosing --------------------
+
+
+def _choice(figures: list[Figure], quick: bool) -> Table:
+    """Does `fastest` choose well? Mean times, for a mean is what a day of queries takes."""
+    rows = []
+    size = 256 if quick else 512
+    for title, free in _kinds(size, quick):
+        for kind in ("octile", "dissertation"):
+            moves = MOVES[kind]
+            jumps = JumpSearch(free, moves)
+            searches = {
+                "jps": jumps,
+                "astar": GridSearch(free, moves, informed=True),
+                "field": FieldSearch(free, moves, jumps),
+                "fastest": suited(free, None, moves),
+            }
+            ends = [q[:2] for q in made_queries(free, 10 if quick else 40, moves)]
+
+            def over(search: Any, ends: Any = ends) -> Any:
+                return lambda: [search.way(*pair) for pair in ends]
+
+            times = take_turns(
+                {name: over(search) for name, search in searches.items()},
+                rounds=3 if quick else 5,
+                per=1e3 * len(ends),
+            )
+            best = min(("jps", "astar", "field"), key=lambda name: times[name].middle)
+            figure = Figure(
+                f"choice, {title}, {kind}", "us a query", times["fastest"], "the best search for the map",
+                times[best], asked=1 / NEAR,
+            )  # fmt: skip
+            figures.append(figure)
+            assert figure.ratio is not None
+            mean = (f"{times[name].middle:.0f}" for name in ("jps", "astar", "field"))
+            rows.append(
+                (title, kind, *mean, f"{times['fastest'].middle:.0f}", best, f"{1 / figure.ratio:.2f}")
+            )
+    heads = ("map", "moves", "jps", "astar", "field to the start", "fastest", "best", "fastest / best")
+    return Table(heads, tuple(rows), "What `fastest` chooses: mean us a query between random cells")
+
+
+def _kinds(size: int, quick: bool) -> Iterator[tuple[str, np.ndarray]]:
+    for share in (10, 40) if quick else (0, 10, 20, 30, 35, 40):
+        yield f"{size} random {share} %", random_map(size, share / 100)
+    yield f"{size} maze, corridor 1", maze(size)
+    if not quick:
+        yield f"{size} maze, branching", maze(size, 1 / 3)
+        for name in NAMES:
+            free = published_map(name)
+            if free is not None:
+                yield name, free
+
+
+# ---- path and field --------------------
+
+
+def _path_and_field(figures: list[Figure], quick: bool) -> Table:
+    """The path of one query with the costs of every cell: what is wanted where the robot may stray."""
+    rows = []
+    several: list[tuple[str, np.ndarray]] = [("512 random 10 %", random_map(512, 0.1))]
+    if not quick:
+        several += [(name, free) for name in NAMES if (free := published_map(name)) is not None]
+        several.append(("512 maze, corridor 1", maze(512)))
+    for title, free in several:
+        free.setflags(write=False)
+        ends = [q[:2] for q in made_queries(free, 2 if quick else 6, MOVES["octile"])]
+        ways = with_field(free)
+        calls = {
+            name: (lambda way=way, pairs=ends: [way(*pair) for pair in pairs]) for name, way in ways.items()
+        }
+        for ours, theirs in zip(calls["lampyris"](), calls["scipy"](), strict=True):
+            assert ours is not None
+            assert len(ours) > 1
+            assert len(theirs) > 1
+        times = take_turns(calls, rounds=2 if quick else 3, per=1e6 * len(ends))
+        row = [title, f"{times['lampyris'].middle:.2f}"]
+        for name in list(ways)[1:]:
+            figure = Figure(f"path and field, {title}", "ms a query", times["lampyris"], name, times[name])
+            figures.append(figure)
+            row.append(f"{times[name].middle:.1f} = {figure.ratio:.1f} x")
+        rows.append(tuple(row))
+    return Table(("map", "ours, ms", *list(WITH_FIELD)[1:]), tuple(rows), "Path and field, octile moves")
+
+
+# ---- claims --------------------
+
+
+def _verdicts(found: list[Found], figures: list[Figure]) -> list[Verdict]:
+    wrong = [f"{one.name}: {w}" for one in found for w in one.wrong]
+    queries = sum(one.ns["jps"].shape[1] for one in found if one.known)
+    told = f"{len(wrong)} wrong lengths in {sum(one.checked for one in found):,} answers"
+    told += f" ({queries:,} published queries)"
+    out = [Verdict(not wrong, "; ".join([told, *wrong[:5]]))]
+    for f in figures:
+        if f.asked == LEAST and f.ratio is not None:
+            maps = {f"query, {one.name}" for one in found if one.known}
+            each = [g.ratio for g in figures if g.rival == f.rival and g.task in maps and g.ratio]
+            text = f"jump point search at least {LEAST:g} times as quick as {f.rival} in geometric mean over "
+            text += f"the published queries: {f.ratio:.1f} ({min(each):.1f} to {max(each):.1f} by map)"
+            out.append(Verdict(bool(f.holds), text))
+    if not any(one.known for one in found):
+        out.append(Verdict(False, "MovingAI's maps are not at hand: nothing is said of published queries"))
+    shares = {f.task: 1 / f.ratio for f in figures if f.task.startswith("choice, ") and f.ratio}
+    over = [
+        f"{task.removeprefix('choice, ')} ({share:.2f})" for task, share in shares.items() if share > NEAR
+    ]
+    text = f"`fastest` takes at most {NEAR:g} times the best of jump points, A* and field to the start, "
+    text += f"in mean time: at most {max(shares.values()):.2f}, on {len(shares) - len(over)} of {len(shares)}"
+    out.append(Verdict(not over, text + (f"; more on {', '.join(over)}" if over else "")))
     return out
 
 
-def main() -> int:
-    """Run, print, judge. The exit code is 0 whatever the verdicts: a benchmark informs, it does not gate."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="fewer maps, queries and rounds")
-    parser.add_argument("--maps", metavar="FOLDER", help="MovingAI's .map and .map.scen files")
-    parser.add_argument("--json", metavar="FILE", help="write everything there")
-    args = parser.parse_args()
-    about = {**machine(), "nano-astar": version("nano-astar")}
-    print(", ".join(f"{k} {v}" for k, v in about.items()))
-    folder = folder_of(args.maps)
-    if folder is None:
-        print("MovingAI's maps are not here (--maps FOLDER): only maps made for the purpose are measured")
-    rows = run(folder, args.quick)
-    judged = verdicts(rows)
-    for v in judged:
-        print(("HOLDS  " if v["holds"] else "SHORT  ") + v["text"])
-    if args.json:
-        Path(args.json).write_text(
-            json.dumps({"machine": about, "rows": rows, "verdicts": judged}, indent=1) + "\n"
-        )
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def _text(s: Spread) -> str:
+    return f"{s.middle:.1f} ({s.low:.1f} to {s.high:.1f})"
