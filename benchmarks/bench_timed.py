@@ -1,35 +1,20 @@
-"""Earliest arrival among 200 moving obstacles: SIPP beside space-time A*, in one run.
-
-    python -m benchmarks.bench_timed [--quick] [--json FILE]
-
-What is timed
--------------
-One call of ``session.plan`` in an open session: the forecast (here: known tracks of 600 ticks) is laid out
-anew and searched. The field of the bare map, which a session solves once, is told apart as ``open``.
-
-* sipp, space-time-astar: ours, compiled code warm.
-* textbook: space-time A* as one writes it in Python, heapq and sets, eight steps, given the same bound
-  (steps left on the bare map); it lays out occupied cells and forbidden steps in sets, as ours do in arrays.
-
-A second line tells of the search alone, over what was laid out before.
-
-No installable rival plans among moving obstacles on eight neighbours without cut corners, swaps or
-crossings; so the textbook is the rival that can be named. All three must arrive at the same tick.
-"""
+"""Earliest arrival among 200 moving obstacles: SIPP beside space-time A*, in one run."""
 
 from __future__ import annotations
 
-import argparse
 import heapq
-import json
-import platform
-import statistics
 import time
-from pathlib import Path
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from benchmarks.about import versions
+from benchmarks.figures import Figure, Section, Spread, Table, judge
+from benchmarks.turns import take_turns
 
+from lampyris.kernels import _jit
 from lampyris.model.change import Change, Seen
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -39,6 +24,28 @@ from lampyris.planners.forecast import Forecaster
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
 
+TITLE = "Among moving obstacles"
+HOW = """One call of `session.plan` in an open session: the forecast (here: known tracks of 600 ticks) is laid
+out anew and searched; then the search alone, over what was laid out before. What is known of the bare map,
+which a session finds out once, is not counted. Milliseconds of this thread's processor time, code compiled.
+
+- sipp, space-time-astar: ours.
+- textbook: space-time A* as one writes it in Python, heapq and sets, eight steps, given the same bound (steps
+  left on the bare map); it lays out occupied cells and forbidden steps in sets, as ours do in arrays.
+- w9-pathfinding: `SpaceTimeAStar(grid).find_path`, C++. Its `ReservationTable` knows occupied cells and
+  swaps; crossings are told to it edge by edge. It arrives only where nobody passes the goal later, which we do
+  not ask, and so is left out on the small map, where somebody does.
+
+All must arrive at the same tick."""
+
+RIVALS = ("space-time-astar", "textbook", "w9-pathfinding")
+ASKED = {
+    ("search alone", "textbook"): 5.0,
+    ("search alone", "w9-pathfinding"): 1.5,
+    ("whole call", "textbook"): 1.5,
+    ("whole call", "w9-pathfinding"): 3.0,
+}
+"""How many times as quick SIPP shall be at 512 x 512."""
 STEPS = MOVES["octile"].offsets
 
 
@@ -105,95 +112,144 @@ def what_is_forbidden(seen: list[Seen], last: int) -> tuple[set[Any], set[Any]]:
     return taken, banned
 
 
-def measure(size: int, share: float, count: int, rounds: int) -> dict[str, Any]:
-    """One map: milliseconds of each contestant, and how often SIPP is quicker."""
+class Reserved:
+    """Somebody else's space-time A* on one map, with our rules told to it."""
+
+    def __init__(self, free: np.ndarray) -> None:
+        from w9_pathfinding.envs import DiagonalMovement, Grid
+        from w9_pathfinding.mapf import SpaceTimeAStar
+
+        self._grid = Grid(
+            np.where(free, 1.0, -1.0).tolist(),
+            diagonal_movement=DiagonalMovement.only_when_no_obstacle,
+            edge_collision=True,
+        )
+        self._search = SpaceTimeAStar(self._grid)
+
+    def lay_out(self, seen: list[Seen]) -> Any:
+        """Cells and swaps by track, crossings edge by edge."""
+        from w9_pathfinding.mapf import ReservationTable
+
+        table = ReservationTable(self._grid)
+        for one in seen:
+            table.add_path(list(one.track), reserve_destination=True)
+            for t, ((a, b), (x, y)) in enumerate(pairwise(one.track)):
+                if a != x and b != y:
+                    table.add_edge_constraint(t, (x, b), (a, y))
+                    table.add_edge_constraint(t, (a, y), (x, b))
+        return table
+
+    def arrives(self, table: Any, start: tuple[int, int], goal: tuple[int, int]) -> int:
+        """The tick of arrival."""
+        return len(self._search.find_path(start, goal, max_length=1200, reservation_table=table)) - 1
+
+
+def bench(quick: bool) -> Section:
+    """Three maps."""
+    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    figures: list[Figure] = []
+    rows = []
+    maps = ((128, 0.1, 50), (512, 0.1, 200), (512, 0.3, 200))
+    for size, share, count in maps[:2] if quick else maps:
+        rows.append(_map(size, share, count, 3 if quick else 9, figures))
+    heads = ("map", "obstacles", "arrives at", "sipp, ms", *RIVALS, "search alone: sipp, ms", *RIVALS)
+    verdicts = [
+        judge(
+            f"SIPP beside {rival}, 512 x 512, {what}",
+            [f for f in figures if f.asked and f.rival == rival and f.task.startswith(what)],
+        )
+        for what, rival in ASKED
+    ]
+    table = Table(heads, tuple(rows), "Earliest arrival, and how many times as long the others take")
+    return Section(
+        "timed",
+        TITLE,
+        HOW,
+        (table,),
+        tuple(figures),
+        tuple(verdicts),
+        versions(["numpy", "numba", "w9-pathfinding"]),
+    )
+
+
+def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]) -> tuple[str, ...]:
+    """One map; its row."""
     rng = np.random.default_rng(size + count)
     free = rng.random((size, size)) >= share
     free[0, 0] = free[-1, -1] = True
-    start, goal = (0, 0), (size - 1, size - 1)
-    seen = walks(free, count, 600, rng)
-    scene = Scene(Grid(~free), start, goal)
-    change = Change(robot=start, bodies=tuple(seen))
-    sessions, arrival, opened = {}, set(), 0.0
-    for planner in (Sipp(), SpaceTimeAStar()):
-        session = planner.open(scene, rng)
-        began = time.perf_counter()
-        plan = session.plan(change)  # compiles, solves the bare map
-        opened = time.perf_counter() - began
-        assert plan.schedule is not None
-        arrival.add(int(plan.schedule[-1]))
-        sessions[planner.name] = (planner, plan.expansions)
-    search = TimedSearch(free, scene.moves, goal, None)
+    free.setflags(write=False)
+    start, goal, last = (0, 0), (size - 1, size - 1), 600
+    seen = walks(free, count, last, rng)
+    search = TimedSearch(free, MOVES["octile"], goal, None)
     left = [[search.steps_left((x, y)) for x in range(size)] for y in range(size)]
-    last = 600
     forbidden = Forecaster(free, ((0, 0),), guess="still", growth=0.0).forbidden(seen, 0, 0, 0)
-    table = search.timetable(forbidden)
+    table, plain = search.timetable(forbidden), free.tolist()
     taken, banned = what_is_forbidden(seen, last)
-    rows = free.tolist()
-    alone: dict[str, list[float]] = {"sipp": [], "space-time-astar": [], "textbook": []}
-    asks = (
-        lambda: search.by_intervals(table, start, 0, None),
-        lambda: search.by_ticks(table, start, 0, None),
-        lambda: textbook(rows, left, start, goal, taken, banned, last),
-    )
-    for _ in range(rounds):
-        for name, ask in zip(alone, asks, strict=True):
-            began = time.perf_counter()
-            ask()
-            alone[name].append(1e3 * (time.perf_counter() - began))
-    times: dict[str, list[float]] = {name: [] for name in (*sessions, "textbook")}
-    for _ in range(rounds):
-        for name, (planner, _) in sessions.items():
+    alone = {
+        "sipp": lambda: search.by_intervals(table, start, 0, None),
+        "space-time-astar": lambda: search.by_ticks(table, start, 0, None),
+        "textbook": lambda: textbook(plain, left, start, goal, taken, banned, last),
+    }
+    reserved = Reserved(free) if size == 512 else None
+    if reserved is not None:
+        alone["w9-pathfinding"] = partial(reserved.arrives, reserved.lay_out(seen), start, goal)
+    arrival = textbook(plain, left, start, goal, taken, banned, last)
+    times = take_turns(alone, rounds=rounds, per=1e6)
+    whole = _whole(free, seen, (start, goal), left, reserved, rounds)
+    assert whole.pop("arrival").middle == arrival
+    title = f"{size} at {share:.0%}, {count} obstacles"
+    cells = [f"{size} x {size}, {share:.0%} blocked", str(count), str(arrival)]
+    for what, spent in (("whole call", whole), ("search alone", times)):
+        cells.append(f"{spent['sipp'].middle:.2f}")
+        for rival in RIVALS:
+            if rival not in spent:
+                cells.append("")
+                continue
+            figure = Figure(
+                f"{what}, {title}", "ms", spent["sipp"], rival, spent[rival],
+                asked=ASKED.get((what, rival)) if size == 512 else None,
+            )  # fmt: skip
+            figures.append(figure)
+            cells.append(f"{spent[rival].middle:.2f} = {figure.ratio:.2f} x")
+    return tuple(cells)
+
+
+def _whole(
+    free: np.ndarray, seen: list[Seen], ends: tuple[tuple[int, int], tuple[int, int]], left: list[list[int]],
+    reserved: Reserved | None, rounds: int,
+) -> dict[str, Spread]:  # fmt: skip
+    """Milliseconds of whole calls, by turns, each in a session of its own; and when all arrive."""
+    rng = np.random.default_rng(0)
+    start, goal = ends
+    scene, change, last = Scene(Grid(~free), start, goal), Change(robot=start, bodies=tuple(seen)), 600
+    ms: dict[str, list[float]] = {}
+    arrivals: set[int] = set()
+
+    def timed(name: str, call: Callable[[], Any]) -> Any:
+        began = time.thread_time_ns()
+        out = call()
+        ms.setdefault(name, []).append((time.thread_time_ns() - began) / 1e6)
+        return out
+
+    def by_the_book() -> int:
+        return textbook(free.tolist(), left, start, goal, *what_is_forbidden(seen, last), last)
+
+    def reserving() -> int:
+        assert reserved is not None
+        return reserved.arrives(reserved.lay_out(seen), start, goal)
+
+    for _ in range(rounds + 1):
+        for planner in (Sipp(), SpaceTimeAStar()):
             session = planner.open(scene, rng)
             session.plan(Change(robot=start))  # the bare map
-            began = time.perf_counter()
-            session.plan(change)
-            times[name].append(1e3 * (time.perf_counter() - began))
-        began = time.perf_counter()
-        taken, banned = what_is_forbidden(seen, last)
-        arrival.add(textbook(free.tolist(), left, start, goal, taken, banned, last))
-        times["textbook"].append(1e3 * (time.perf_counter() - began))
-    assert len(arrival) == 1, f"they arrive at {sorted(arrival)}"
-    middle = {name: statistics.median(t) for name, t in times.items()}
-    return {
-        "size": size,
-        "blocked": share,
-        "obstacles": count,
-        "arrival": arrival.pop(),
-        "first_ms": 1e3 * opened,
-        "ms": middle,
-        "expansions": {name: n for name, (_, n) in sessions.items()},
-        "search_ms": {name: statistics.median(t) for name, t in alone.items()},
-        "ratio": {name: middle[name] / middle["sipp"] for name in middle},
+            plan = timed(planner.name, partial(session.plan, change))
+            assert plan.schedule is not None
+            arrivals.add(int(plan.schedule[-1]))
+        arrivals.add(timed("textbook", by_the_book))
+        if reserved is not None:
+            arrivals.add(timed("w9-pathfinding", reserving))
+    assert len(arrivals) == 1, f"they arrive at {sorted(arrivals)}"
+    # The first round warms up.
+    return {name: Spread.of(took[1:]) for name, took in ms.items()} | {
+        "arrival": Spread.of([float(arrivals.pop())])
     }
-
-
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="fewer rounds")
-    parser.add_argument("--json", type=Path, help="write the figures there")
-    given = parser.parse_args()
-    rows = []
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
-    print("map         obstacles  arrival    sipp ms  space-time A* ms (ratio)  textbook ms (ratio)")
-    for size, share, count in ((128, 0.1, 50), (512, 0.1, 200), (512, 0.3, 200)):
-        row = measure(size, share, count, 3 if given.quick else 9)
-        rows.append(row)
-        ms, ratio = row["ms"], row["ratio"]
-        print(
-            f"{size:4d}^2 {share:4.0%}  {count:8d} {row['arrival']:8d} {ms['sipp']:10.2f}"
-            f" {ms['space-time-astar']:14.2f} ({ratio['space-time-astar']:.1f})"
-            f" {ms['textbook']:18.1f} ({ratio['textbook']:.1f})"
-        )
-        bare = row["search_ms"]
-        told = ", ".join(f"{name} {t:.2f} ({t / bare['sipp']:.1f})" for name, t in bare.items())
-        print(f"            the search alone, ms (ratio): {told}")
-    if given.json:
-        given.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

@@ -121,6 +121,20 @@ class Section:
         return plain
 
 
+def judge(what: str, figures: Sequence[Figure]) -> Verdict:
+    """One verdict over figures that ask for the same ratio; each that falls short is named."""
+    least = figures[0].asked
+    assert least is not None
+    ratios = {f.task: f.ratio for f in figures if f.ratio is not None}
+    low, high = min(ratios.values()), max(ratios.values())
+    short = [f"{task} ({ratio:.2f})" for task, ratio in ratios.items() if ratio < least]
+    text = f"{what}: at least {least:g} times as good: {low:.3g}"
+    text += f" to {high:.3g}, in {len(ratios) - len(short)} of {len(ratios)}" if len(ratios) > 1 else ""
+    return Verdict(
+        not short, text + (f"; short of it: {', '.join(short)}" if short and len(ratios) > 1 else "")
+    )
+
+
 def figures_of(record: dict[str, Any]) -> list[Figure]:
     """The figures of a section's record."""
     out = []
