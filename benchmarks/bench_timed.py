@@ -33,8 +33,8 @@ which a session finds out once, is not counted. Milliseconds of this thread's pr
 - textbook: space-time A* as one writes it in Python, heapq and sets, eight steps, given the same bound (steps
   left on the bare map); it lays out occupied cells and forbidden steps in sets, as ours do in arrays.
 - w9-pathfinding: `SpaceTimeAStar(grid).find_path`, C++. Its `ReservationTable` knows occupied cells and
-  swaps; crossings are told to it edge by edge. It arrives only where nobody passes the goal later, which we do
-  not ask, and so is left out on the small map, where somebody does.
+  swaps; crossings are told to it edge by edge. It arrives only where nobody passes the goal later, which we
+  do not ask, and so is left out on the small map, where somebody does.
 
 All must arrive at the same tick."""
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.field.frame import SCRATCH
 from lampyris.field.solve import solve
 from lampyris.kernels.timed import EXHAUSTED, FOUND, FULL, LIMIT, NEVER, sipp, space_time, steps_to_go
 from lampyris.model.grid import TERRAIN_UNIT
@@ -182,18 +184,27 @@ class TimedSearch:
         s = self.flat(start)
         n = len(self._free)
         states = n + len(table.begin) + 1
-        arrive = np.full(states, NEVER, dtype=np.int64)
-        came = np.full(states, -1, dtype=np.int32)
-        key, tie, paid = (np.zeros(states, dtype=np.int64) for _ in range(3))
+        # Kept from call to call: arrays of this size are new pages each time, and faulting them in took five
+        # times as long as the search.
+        arrive, paid, key, tie, came, place, heap, done = SCRATCH.take(
+            *[(states, np.int64)] * 4, *[(states, np.int32)] * 2, (states + 1, np.int32), (states, np.uint8)
+        )
+        arrive.fill(NEVER)
+        done.fill(0)
+        place.fill(0)
+        heap[0] = 0
         result = np.zeros(4, dtype=np.int64)
         sipp(
             *self._ground(), table.slot, table.first, table.begin, table.end, table.owner, table.barred,
             table.ban, s, self._goal, tick, table.safe_until(s, tick), table.horizon,
-            -1 if budget is None else budget, arrive, paid, came, np.zeros(states, dtype=np.uint8),
-            np.zeros(states + 1, dtype=np.int32), np.zeros(states, dtype=np.int32), key, tie, result,
+            -1 if budget is None else budget, arrive, paid, came, done, heap, place, key, tie, result,
         )  # fmt: skip
-        cell_of = np.concatenate((np.arange(n, dtype=np.int64), table.owner, [s]))
-        return self._route(result, came, cell_of, arrive)
+
+        def cells_of(states: _Ints) -> _Ints:
+            beyond = np.append(table.owner, s)
+            return np.where(states < n, states, beyond[np.maximum(states - n, 0)])
+
+        return self._route(result, came, cells_of, arrive)
 
     def by_ticks(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> Route:
         """The earliest arrival, by A* over cells and ticks."""
@@ -211,7 +222,7 @@ class TimedSearch:
                 key, tie, result,
             )  # fmt: skip
             if result[0] != FULL:
-                return self._route(result, came, cell, arrive)
+                return self._route(result, came, cell.__getitem__, arrive)
             if room >= MOST_STATES:
                 return Route(LIMIT, int(result[1]))
             room *= 4
@@ -220,7 +231,7 @@ class TimedSearch:
         self,
         result: _Ints,
         came: NDArray[np.int32],
-        cell_of: NDArray[np.int64] | NDArray[np.int32],
+        cells_of: Callable[[_Ints], NDArray[np.int64] | NDArray[np.int32]],
         arrive: _Ints,
     ) -> Route:
         ending, expansions, state, cut = result.tolist()
@@ -230,7 +241,7 @@ class TimedSearch:
         while came[chain[-1]] >= 0:
             chain.append(int(came[chain[-1]]))
         states = np.array(chain[::-1], dtype=np.int64)
-        flat = cell_of[states].astype(np.int64)
+        flat = cells_of(states).astype(np.int64)
         moved = np.concatenate(([True], flat[1:] != flat[:-1]))  # a wait is a state of its own in A*
         flat, ticks = flat[moved], arrive[states][moved]
         cells = np.stack((flat % self._stride - 1, flat // self._stride - 1), axis=1).astype(np.int32)
