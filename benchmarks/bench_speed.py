@@ -1,36 +1,16 @@
-"""A speed profile of 1,000 nodes: all caps of our law, and beside TOPP-RA on the same path, in one run.
-
-    python -m benchmarks.bench_speed [--quick] [--json FILE]
-
-What is timed
--------------
-* passes: :func:`lampyris.motion.profile.feasible_profile` on 1,000 nodes of a random smooth path: a top speed
-  and a lateral limit as two caps, unequal acceleration and braking, the clock, the causes.
-* toppra: TOPP-RA on the same nodes of the same path with the same limits, by turns with the passes. It is
-  given the distance itself as its path and the caps as a speed limit at each node; ``solve`` is
-  ``compute_parameterization`` alone, ``whole`` makes the constraints and the solver too, as every new path
-  asks for. Its times and ours must agree to 1e-4.
-* jerk: the passes with a limit on jerk, which TOPP-RA does not have.
-* law: ``motion.laws.profile`` on a course of 1,000 nodes among the walls of a random map: first the law as
-  it stands, then with zones, ten moving obstacles and the approach to the goal, then with each rule of the
-  related work besides. Compiled code is warm throughout.
-"""
+"""A speed profile of 1,000 nodes: beside TOPP-RA on the same path, and all caps of our laws."""
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import json
-import platform
-import statistics
-import time
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import toppra
+from benchmarks.about import versions
+from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
+from benchmarks.turns import take_turns
 from toppra import algorithm, constraint
 
 from lampyris.kernels import _jit
@@ -44,6 +24,27 @@ from lampyris.motion.curve import curve_of
 from lampyris.motion.physical import Approach, PhysicalLaw
 from lampyris.motion.profile import feasible_profile
 
+TITLE = "Speed profiles"
+HOW = """Milliseconds of this thread's processor time, code compiled.
+
+- passes: `lampyris.motion.profile.feasible_profile` on 1,000 nodes of a random smooth path: a top speed and a
+  lateral limit as two caps, unequal acceleration and braking, the clock, the causes.
+- toppra: TOPP-RA on the same nodes of the same path with the same limits. It is given the distance itself as
+  its path and the caps as a speed limit at each node; "solved" is `compute_parameterization` alone, "whole"
+  makes the constraints and the solver too, as every new path asks for. Its times and ours agree to 1e-4.
+- jerk: the passes with a limit on jerk, which TOPP-RA does not have.
+- laws: `motion.laws.profile` on a course of 1,000 nodes among the walls of a random map: the law as it
+  stands; then with zones, ten moving obstacles and the approach to the goal; then each rule of the related
+  work besides.
+
+By turns with TOPP-RA, the passes three times a round; jerk and laws each by itself, again and again.
+
+The limit of 1 ms is one of time, and so of this machine."""
+
+ASKED = 20.0
+"""How many times as quick as TOPP-RA."""
+MOST_MS = 1.0
+"""A profile of our law, as it stands and with all caps."""
 NODES = 1000
 A_MAX, D_MAX, LATERAL, TOP = 0.5, 1.0, 0.4, 1.0
 
@@ -72,43 +73,6 @@ def solver(s: Any, cap: Any) -> Any:
     return algorithm.TOPPRA(limits, line, gridpoints=s, solver_wrapper="seidel")
 
 
-def timed(call: Callable[[], Any]) -> tuple[float, Any]:
-    """Milliseconds, and what came out."""
-    began = time.perf_counter()
-    out = call()
-    return 1e3 * (time.perf_counter() - began), out
-
-
-def beside_toppra(paths: int, rounds: int) -> dict[str, float]:
-    """Middle milliseconds of each, over several paths, by turns."""
-    rng = np.random.default_rng(1)
-    times: dict[str, list[float]] = {"passes": [], "jerk": [], "solve": [], "whole": []}
-    apart = 0.0
-    for _ in range(paths):
-        s, bend = smooth_path(rng)
-        ours = partial(
-            feasible_profile,
-            s,
-            [("limit", np.full(NODES, TOP)), ("curvature", bend)],
-            a_max=A_MAX,
-            d_max=D_MAX,
-        )
-        theirs = partial(solver, s, np.minimum(TOP, bend))
-        for _ in range(rounds):
-            ms, made = timed(ours)
-            times["passes"].append(ms)
-            making, ready = timed(theirs)
-            solving, found = timed(partial(ready.compute_parameterization, 0.0, 0.0))
-            times["solve"].append(solving)
-            times["whole"].append(making + solving)
-        times["jerk"].append(timed(partial(ours, jerk_max=1.0))[0])
-        v = found[1]
-        arrival = float((2 * np.diff(s) / (v[:-1] + v[1:])).sum())
-        apart = max(apart, abs(arrival / float(made.t[-1]) - 1))
-    assert apart < 1e-4, f"times are apart by {apart:.1e}"
-    return {name: statistics.median(ms) for name, ms in times.items()} | {"apart": apart}
-
-
 def course_among_walls() -> tuple[Course, Scene]:
     """1,000 nodes along a smoothed zigzag on a random map of 200 x 200 cells of 0.1 m."""
     rng = np.random.default_rng(2)
@@ -135,55 +99,77 @@ def movers(rng: np.random.Generator) -> Movers:
     )
 
 
-def of_laws(rounds: int) -> dict[str, float]:
-    """Middle milliseconds of whole profiles of the laws on one course."""
+def bench(quick: bool) -> Section:
+    """Beside TOPP-RA, then the laws."""
+    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    figures: list[Figure] = []
+    tables = (_beside_toppra(figures, 3 if quick else 10, 5 if quick else 20), _of_laws(figures, quick))
+    verdicts = [
+        judge(f"a profile of {NODES} nodes beside TOPP-RA, {what}", [f for f in figures if f.rival == name])
+        for what, name in (("solved", "toppra, solved"), ("made and solved", "toppra, whole"))
+    ]
+    ms = {f.task: f.ours.middle for f in figures if f.task in ("law physical", "law with all caps")}
+    text = f"a profile of {NODES} nodes takes at most {MOST_MS:g} ms: "
+    text += ", ".join(f"{task} {took:.2f}" for task, took in ms.items())
+    verdicts.append(Verdict(max(ms.values()) <= MOST_MS, text))
+    about = versions(["numpy", "numba", "toppra"])
+    return Section("speed", TITLE, HOW, tables, tuple(figures), tuple(verdicts), about)
+
+
+def _beside_toppra(figures: list[Figure], paths: int, rounds: int) -> Table:
+    """Several paths, each with its own turns; of each contestant the middle of every path counts."""
+    rng = np.random.default_rng(1)
+    spent: dict[str, list[float]] = {}
+    apart = 0.0
+    for _ in range(paths):
+        s, bend = smooth_path(rng)
+        caps = [("limit", np.full(NODES, TOP)), ("curvature", bend)]
+        ours = partial(feasible_profile, s, caps, a_max=A_MAX, d_max=D_MAX)
+        made = partial(solver, s, np.minimum(TOP, bend))
+        ready = made()
+
+        def whole(made: Any = made) -> Any:
+            return made().compute_parameterization(0.0, 0.0)
+
+        calls = {
+            "passes": ours,
+            "toppra, solved": partial(ready.compute_parameterization, 0.0, 0.0),
+            "toppra, whole": whole,
+        }
+        found = take_turns(calls, rounds=rounds, per=1e6, often={"passes": 3})
+        found |= take_turns({"jerk": partial(ours, jerk_max=1.0)}, rounds=rounds, per=1e6)
+        for name, times in found.items():
+            spent.setdefault(name, []).append(times.middle)
+        v = whole()[1]
+        arrival = float((2 * np.diff(s) / (v[:-1] + v[1:])).sum())
+        apart = max(apart, abs(arrival / float(ours().t[-1]) - 1))
+    assert apart < 1e-4, f"times are apart by {apart:.1e}"
+    times = {name: Spread.of(ms) for name, ms in spent.items()}
+    rows = [("passes", f"{times['passes'].middle:.3f}", ""), ("jerk", f"{times['jerk'].middle:.2f}", "")]
+    for name in ("toppra, solved", "toppra, whole"):
+        figure = Figure(f"profile of {NODES} nodes", "ms", times["passes"], name, times[name], asked=ASKED)
+        figures.append(figure)
+        rows.append((name, f"{times[name].middle:.2f}", f"{figure.ratio:.0f} x"))
+    figures.append(Figure(f"profile of {NODES} nodes with a limit on jerk", "ms", times["jerk"]))
+    title = f"{NODES} nodes, {paths} paths; times of arrival apart by at most {apart:.1e} of themselves"
+    return Table(("", "ms", "passes are quicker by"), tuple(rows), title)
+
+
+def _of_laws(figures: list[Figure], quick: bool) -> Table:
+    """Whole profiles of the laws on one course."""
     course, scene = course_among_walls()
     bare = Scene(scene.grid, scene.start, scene.goal, robot=scene.robot)
     around = movers(np.random.default_rng(3))
     every = PhysicalLaw(approach=Approach())
-    cases: dict[str, tuple[Any, Scene, Movers | None]] = {
-        "physical": ("physical", bare, None),
-        "all caps": (every, scene, around),
+    calls = {
+        "physical": partial(laws.profile, course, bare, law="physical", movers=None),
+        "with all caps": partial(laws.profile, course, scene, law=every, movers=around),
     }
-    cases |= {name: (name, scene, around) for name in ("uncertainty", "blind", "three-speed", "cloud")}
-    out: dict[str, float] = {"nodes": float(len(course))}
-    for name, (law, where, moving) in cases.items():
-
-        def once(law: Any = law, where: Scene = where, moving: Any = moving) -> Any:
-            return laws.profile(course, where, law=law, movers=moving)
-
-        for _ in range(3):
-            once()
-        out[name] = statistics.median(timed(once)[0] for _ in range(rounds))
-    return out
-
-
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="fewer rounds")
-    parser.add_argument("--json", type=Path, help="write the figures there")
-    given = parser.parse_args()
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
-    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
-    beside_toppra(1, 2)
-    beside = beside_toppra(3 if given.quick else 10, 5 if given.quick else 20)
-    ours = beside["passes"]
-    print(f"{NODES} nodes, ms: passes {ours:.3f}, with a limit on jerk {beside['jerk']:.1f}")
-    for name in ("solve", "whole"):
-        print(f"toppra, {name}: {beside[name]:.2f} ms, {beside[name] / ours:.0f} times ours (asked: 20)")
-    print(f"times of arrival apart by at most {beside['apart']:.1e} of themselves")
-    told = of_laws(20 if given.quick else 100)
-    print(f"a course of {told['nodes']:.0f} nodes, 10 moving obstacles, ms:")
-    for name, ms in told.items():
-        if name != "nodes":
-            verdict = "" if name not in ("physical", "all caps") else " (asked: under 1)"
-            print(f"  {name:12s} {ms:7.3f}{verdict}")
-    if given.json:
-        given.json.write_text(json.dumps({"toppra": beside, "laws": told}, indent=1) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
+    for name in ("uncertainty", "blind", "three-speed", "cloud"):
+        calls[name] = partial(laws.profile, course, scene, law=name, movers=around)
+    times = {}
+    for name, call in calls.items():
+        times |= take_turns({name: call}, rounds=20 if quick else 100, per=1e6)
+    figures += [Figure(f"law {name}", "ms", spent) for name, spent in times.items()]
+    rows = [(name, f"{t.middle:.3f} ({t.low:.3f} to {t.high:.3f})") for name, t in times.items()]
+    return Table(("law", "ms"), tuple(rows), f"A course of {len(course)} nodes, ten moving obstacles")
