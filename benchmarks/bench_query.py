@@ -63,7 +63,7 @@ NAMES = (
     "arena2", "AR0011SR", "Berlin_0_256", "16room_000", "ht_0_hightown", "maze512-32-0", "random512-10-0",
 )  # fmt: skip
 BLOCK = 100
-ROUNDS = {"jps": 3, "fastest": 3, "astar": 2, "field": 2, "nano-astar": 2}
+ROUNDS = {"jps": 3, "fastest": 3, "astar": 2, "field": 2, "nano-astar": 1}
 SLOW = ("pathfinding",)
 """Gets a quarter of the sample."""
 LEAST = 30.0

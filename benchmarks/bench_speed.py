@@ -137,7 +137,7 @@ def _beside_toppra(figures: list[Figure], paths: int, rounds: int) -> Table:
             "toppra, whole": whole,
         }
         found = take_turns(calls, rounds=rounds, per=1e6, often={"passes": 3})
-        found |= take_turns({"jerk": partial(ours, jerk_max=1.0)}, rounds=rounds, per=1e6)
+        found |= take_turns({"jerk": partial(ours, jerk_max=1.0)}, rounds=3, per=1e6)
         for name, times in found.items():
             spent.setdefault(name, []).append(times.middle)
         v = whole()[1]
@@ -169,7 +169,7 @@ def _of_laws(figures: list[Figure], quick: bool) -> Table:
         calls[name] = partial(laws.profile, course, scene, law=name, movers=around)
     times = {}
     for name, call in calls.items():
-        times |= take_turns({name: call}, rounds=20 if quick else 100, per=1e6)
+        times |= take_turns({name: call}, rounds=3, per=1e6, often={name: 5 if quick else 30})
     figures += [Figure(f"law {name}", "ms", spent) for name, spent in times.items()]
     rows = [(name, f"{t.middle:.3f} ({t.low:.3f} to {t.high:.3f})") for name, t in times.items()]
     return Table(("law", "ms"), tuple(rows), f"A course of {len(course)} nodes, ten moving obstacles")

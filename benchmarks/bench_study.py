@@ -1,52 +1,63 @@
-"""Complete simulations a second: AD-GSO on maps of 50 x 50 cells among 20 random walkers, on one core.
-
-    python -m benchmarks.bench_study [--quick] [--json FILE]
-
-What is timed
--------------
-* kernels: the kernel that runs of :class:`lampyris.sim.fast.FastRuns` spend their ticks in, call included.
-* runs: the same runs whole, from a seed to a Trace; what the runs of a query share is made before.
-* study: the same simulations as a study in this process: jobs as bytes, evidence as bytes, the referee, the
-  metrics, and a store on the disk that takes every row before it counts.
-* loop: :func:`lampyris.sim.loop.run`, which can be watched tick by tick, and solves its field each time.
-* plain Python: :mod:`benchmarks.plain_simulator`, which shares no code with lampyris; its field is there
-  before.
-
-Before anything is timed, robot, obstacles and speeds of kernels, loop and plain Python are compared. Rounds
-go through all contestants in turn, so that a busy neighbour hurts all alike. Times are of this thread's
-processor time, of the study by the clock besides; the middle of the rounds counts.
-"""
+"""Complete simulations a second: AD-GSO on maps of 50 x 50 cells among 20 random walkers."""
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import json
+import multiprocessing
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.bench_field import machine
+from benchmarks.about import versions
+from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.plain_simulator import NeedsMending, Simulator
 
-from lampyris.kernels import simulate
+from lampyris.kernels import _jit, simulate
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planners.ad_gso import AdGso
+from lampyris.processors import processors
 from lampyris.sim import fast, loop
 from lampyris.study.design import Study
 from lampyris.study.file import load_study
 from lampyris.study.run import run as run_study
 from lampyris.study.store import Store
+from lampyris.study.where import Where
+
+TITLE = "Simulations and studies"
+HOW = """Complete simulations a second: AD-GSO on three maps of 50 x 50 cells among 20 random walkers, by the
+dissertation's rules and its speed law.
+
+- kernels: the kernel that runs of `lampyris.sim.fast.FastRuns` spend their ticks in, call included.
+- runs: the same runs whole, from a seed to a Trace; what the runs of a query share is made before.
+- study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
+  store on the disk that takes every row before it counts.
+- loop: `lampyris.sim.loop.run`, which can be watched tick by tick, and solves its field each time.
+- plain Python: `benchmarks/plain_simulator.py`, as one would write it without us; it shares no code with
+  lampyris, and its field is there before.
+
+Before anything is timed, robot, obstacles and speeds of kernels, loop and plain Python are compared. Rounds
+go through all contestants in turn. On one core times are of this thread's processor time; of two processes by
+the clock, beside one process by the clock, everything compiled.
+
+The loop solves its field anew in each run and makes nouns at each tick, which is what watching costs; the
+plain simulator is the quicker of the two because it does neither. With replayed tracks the obstacles of each
+world are drawn, and checked, once for all planners that meet them; a study of one planner pays for all of
+that in every run."""
 
 WALKERS, TICKS = 20, 1000
 LEAST = {"kernels": 2000.0, "study": 200.0}
-"""Runs a second that are aimed at."""
+"""Runs a second that are aimed at, of one core."""
+BESIDE = {"kernels": 20.0, "runs": 10.0, "study": 1.0}
+"""How many times as many as plain Python."""
+TWO_CORES = 1.5
+"""How many times as many two processes shall do."""
 
 STUDY = """
 version: 1
@@ -170,91 +181,165 @@ def measure(queries: list[Query], rounds: int, seeds: int) -> dict[str, list[flo
     return times
 
 
-def through_the_study(folder: Path, tracks: str, queries: int, seeds: int, rounds: int) -> dict[str, Any]:
-    """Runs a second of the study, its rows in a store; the first round warms up."""
-    study = study_of(folder, tracks, queries, seeds)
-    by_cpu, by_clock = [], []
-    for k in range(rounds + 1):
-        with Store.create(folder / f"{tracks}-{k}.sqlite", study) as store:
-            cpu, wall = time.thread_time(), time.perf_counter()
-            finished = run_study(study, store.add)
-            cpu, wall = time.thread_time() - cpu, time.perf_counter() - wall
-            assert len(store) == finished.ran == len(study)
-            assert not finished.failed
-        if k:
-            by_cpu.append(len(study) / cpu)
-            by_clock.append(len(study) / wall)
-    cpu, wall = statistics.median(by_cpu), statistics.median(by_clock)
-    print(f"study, {tracks} tracks: {cpu:,.0f} runs a second of processor time, {wall:,.0f} by the clock")
-    return {"tracks": tracks, "runs": len(study), "per_cpu_s": by_cpu, "per_s": by_clock}
+def bench(quick: bool) -> Section:
+    """One core, then two, then through a study."""
+    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    figures: list[Figure] = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        one, wrong, compared = _one_core(folder, figures, quick)
+        two = _two_cores(folder, figures, quick)
+        studies = _studies(folder, figures, quick)
+    text = f"{len(wrong)} of {compared} runs differ between the kernels, the loop and plain Python"
+    verdicts = [Verdict(not wrong, "; ".join([text, *wrong[:5]])), *_verdicts(figures)]
+    about = versions(["numpy", "numba"]) | {"processes at most": str(min(2, processors()))}
+    return Section("study", TITLE, HOW, (one, two, studies), tuple(figures), tuple(verdicts), about)
 
 
-def run(folder: Path, quick: bool) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Every map, then the study; prints a line for each as it is done."""
+def _one_core(folder: Path, figures: list[Figure], quick: bool) -> tuple[Table, list[str], int]:
     queries, seeds, rounds = (2, 20, 3) if quick else (5, 50, 7)
     rows, wrong, compared = [], [], 0
-    print(f"microseconds a run (runs a second), {queries} queries a map, {WALKERS} random walkers")
-    print(f"{'map':<14}" + "".join(f"{n:<20}" for n in ("kernels", "runs", "loop", "plain Python")))
+    spent: dict[str, list[list[float]]] = {}
     for name, found in queries_of(study_of(folder, "live", queries, 1)):
         for query in found:
             said = [query.differs(seed) for seed in range(1 if quick else 3)]
             compared += len(said)
             wrong += [f"{name}: {s}" for s in said if s]
         times = measure(found, rounds, seeds)
-        rows.append({"map": name, "us": times})
-        middle = {who: statistics.median(t) for who, t in times.items()}
-        print(
-            f"{name:<14}" + "".join(f"{f'{t:,.0f} ({1e6 / t:,.0f})':<20}" for t in middle.values()),
-            flush=True,
-        )
-    print(f"equal: {compared - len(wrong)} of {compared} runs" + "".join(f"; {w}" for w in wrong[:5]))
-    studies = [
-        through_the_study(folder, "live", queries, 10 if quick else 40, rounds),
-        through_the_study(folder, "replayed", queries, 2 if quick else 4, 1 if quick else 3),
-    ]
-    return rows, studies
+        for who, us in times.items():
+            spent.setdefault(who, []).append(us)
+        rates = (Spread.of(us).rate(1e6) for us in times.values())
+        rows.append((name, *(f"{rate.middle:,.0f}" for rate in rates)))
+    # Every map counts alike: of each round the mean time over the maps.
+    mean = {
+        who: Spread.of([statistics.fmean(us) for us in zip(*maps, strict=True)])
+        for who, maps in spent.items()
+    }
+    rates = {who: us.rate(1e6) for who, us in mean.items()}
+    figures += [_beside(who, rates[who], rates["plain Python"]) for who in ("kernels", "runs", "loop")]
+    rows.append(("all", *(f"{rate.middle:,.0f}" for rate in rates.values())))
+    title = f"Runs a second on one core: {queries} queries a map, {seeds} seeds, {rounds} rounds"
+    return Table(("map", *rates), tuple(rows), title), wrong, compared
 
 
-def verdicts(rows: list[dict[str, Any]], studies: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The acceptance claims, one line each."""
-    middle = {who: statistics.fmean(statistics.median(r["us"][who]) for r in rows) for who in rows[0]["us"]}
-    speed = {who: 1e6 / us for who, us in middle.items()}
-    speed["study"] = statistics.median(studies[0]["per_cpu_s"])
-    out = [
-        {
-            "claim": who,
-            "holds": speed[who] >= least,
-            "text": f"{who}: {speed[who]:,.0f} runs a second; {least:,.0f} aimed at",
-        }
-        for who, least in LEAST.items()
-    ]
-    for who in ("kernels", "runs", "study"):
-        ratio = speed[who] / speed["plain Python"]
-        text = (
-            f"{who}: {ratio:.3g} times as many runs a second as plain Python ({speed['plain Python']:,.0f})"
+def _beside(who: str, ours: Spread, theirs: Spread) -> Figure:
+    return Figure(
+        f"{who}, one core", "runs a second", ours, "plain Python", theirs, more_is_better=True,
+        asked=BESIDE.get(who),
+    )  # fmt: skip
+
+
+@cache
+def _queries(folder: Path) -> list[Query]:
+    """What a process of :func:`_two_cores` runs: made once."""
+    _jit.PLAIN_CELLS = -1
+    return [query for _, found in queries_of(study_of(folder, "live", 1, 1)) for query in found]
+
+
+def _share(folder: Path, seeds: range) -> int:
+    """One process's share: how many runs it made."""
+    queries = _queries(folder)
+    for query in queries:
+        for seed in seeds:
+            query.fast.run(seed, TICKS)
+    return len(queries) * len(seeds)
+
+
+def _two_cores(folder: Path, figures: list[Figure], quick: bool) -> Table:
+    """The same runs by one process and by two, by the clock."""
+    seeds, rounds = (100, 3) if quick else (1000, 7)
+    crew = min(2, processors())
+    folders = [folder / f"process {k}" for k in range(crew)]
+    for place in folders:
+        place.mkdir()
+    rates: dict[int, list[float]] = {1: [], crew: []}
+    with ProcessPoolExecutor(crew, mp_context=multiprocessing.get_context("spawn")) as pool:
+        # Each process meets each folder and compiles, or loads, its kernels.
+        for _ in range(2):
+            list(pool.map(_share, folders, [range(2)] * crew))
+        for k in range(rounds + 1):
+            for many in sorted(rates):
+                shares = [range(1000 * k, 1000 * k + seeds)] * many
+                began = time.perf_counter()
+                runs = sum(pool.map(_share, folders[:many], shares))
+                if k:
+                    rates[many].append(runs / (time.perf_counter() - began))
+    spreads = {many: Spread.of(found) for many, found in rates.items()}
+    rows = [(f"{many}", f"{s.middle:,.0f} ({s.low:,.0f} to {s.high:,.0f})") for many, s in spreads.items()]
+    if crew > 1:
+        figures.append(
+            Figure(
+                "runs, two processes",
+                "runs a second",
+                spreads[crew],
+                "one process",
+                spreads[1],
+                more_is_better=True,
+                asked=TWO_CORES,
+            )
         )
-        out.append({"claim": f"{who} beside plain Python", "holds": ratio > 1.0, "text": text})
+    return Table(("processes", "runs a second, by the clock"), tuple(rows), "Runs on one core and on two")
+
+
+def _studies(folder: Path, figures: list[Figure], quick: bool) -> Table:
+    """Through the study: rows refereed, measured and stored."""
+    plain = next(f.theirs for f in figures if f.rival == "plain Python")
+    assert plain is not None
+    rows, crew = [], min(2, processors())
+    for tracks in ("live", "replayed"):
+        queries, seeds, rounds = (2, 10, 3) if quick else (5, 40, 7)
+        if tracks == "replayed":
+            seeds, rounds = (2, 1) if quick else (4, 3)
+        by_cpu, by_clock = through_the_study(study_of(folder, tracks, queries, seeds), rounds, 1)
+        figures.append(_beside("study" if tracks == "live" else f"study, {tracks} tracks", by_cpu, plain))
+        rows.append((tracks, "1", f"{by_cpu.middle:,.0f}", f"{by_clock.middle:,.0f}"))
+        if tracks == "live" and crew > 1 and not quick:
+            # Enough jobs that starting the processes, which a study pays for once, is not all there is.
+            many = study_of(folder, tracks, queries, seeds * 8)
+            alone, both = (through_the_study(many, 2, workers)[1] for workers in (1, crew))
+            rows += [
+                (f"live, {len(many):,} runs", "1", "", f"{alone.middle:,.0f}"),
+                (f"live, {len(many):,} runs", "2", "", f"{both.middle:,.0f}"),
+            ]
+            figures.append(
+                Figure(
+                    "study, two processes",
+                    "runs a second",
+                    both,
+                    "one process",
+                    alone,
+                    more_is_better=True,
+                    note="starting the processes and loading their kernels included",
+                )
+            )
+    heads = ("tracks", "processes", "rows a second of processor time", "by the clock")
+    return Table(heads, tuple(rows), "Through a study with its store")
+
+
+def through_the_study(study: Study, rounds: int, workers: int) -> tuple[Spread, Spread]:
+    """Rows a second of this thread's processor time, and by the clock; the first round warms up."""
+    by_cpu, by_clock = [], []
+    for k in range(rounds + (workers == 1)):
+        with tempfile.TemporaryDirectory() as name, Store.create(Path(name) / "rows.sqlite", study) as store:
+            cpu, wall = time.thread_time(), time.perf_counter()
+            finished = run_study(study, store.add, where=Where(workers=workers))
+            cpu, wall = time.thread_time() - cpu, time.perf_counter() - wall
+            assert len(store) == finished.ran == len(study)
+            assert not finished.failed
+        if k or workers > 1:
+            by_cpu.append(len(study) / cpu)
+            by_clock.append(len(study) / wall)
+    return Spread.of(by_cpu), Spread.of(by_clock)
+
+
+def _verdicts(figures: list[Figure]) -> list[Verdict]:
+    out = []
+    for f in figures:
+        who = f.task.removesuffix(", one core")
+        if who in LEAST:
+            text = f"{who}: {f.ours.middle:,.0f} runs a second on one core; {LEAST[who]:,.0f} aimed at"
+            out.append(Verdict(f.ours.middle >= LEAST[who], text))
+        if f.asked is not None and f.theirs is not None:
+            text = f"{f.task}: {f.ratio:.3g} times as many as {f.rival} ({f.theirs.middle:,.0f}); "
+            out.append(Verdict(bool(f.holds), f"{text}{f.asked:g} asked"))
     return out
-
-
-def main() -> int:
-    """Run, print, judge. The exit code is 0 whatever the verdicts: a benchmark informs, it does not gate."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="fewer queries, seeds and rounds")
-    parser.add_argument("--json", metavar="FILE", help="write everything there")
-    args = parser.parse_args()
-    about = machine()
-    print(", ".join(f"{k} {v}" for k, v in about.items()))
-    with tempfile.TemporaryDirectory() as folder:
-        rows, studies = run(Path(folder), args.quick)
-    judged = verdicts(rows, studies)
-    for v in judged:
-        print(("HOLDS  " if v["holds"] else "SHORT  ") + v["text"])
-    if args.json:
-        report = {"machine": about, "rows": rows, "studies": studies, "verdicts": judged}
-        Path(args.json).write_text(json.dumps(report, indent=1) + "\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

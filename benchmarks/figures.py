@@ -135,6 +135,19 @@ def judge(what: str, figures: Sequence[Figure]) -> Verdict:
     )
 
 
+def judge_cost(what: str, figures: Sequence[Figure]) -> Verdict:
+    """The same where what is allowed is to take so many times as long: ``asked`` is 1 over that."""
+    least = figures[0].asked
+    assert least is not None
+    shares = {f.task: 1 / f.ratio for f in figures if f.ratio is not None}
+    over = [f"{task} ({share:.2f})" for task, share in shares.items() if share > 1 / least]
+    text = (
+        f"{what}: at most {1 / least:.3g} times: {min(shares.values()):.2f} to {max(shares.values()):.2f}, "
+    )
+    text += f"in {len(shares) - len(over)} of {len(shares)}"
+    return Verdict(not over, text + (f"; more: {', '.join(over)}" if over else ""))
+
+
 def figures_of(record: dict[str, Any]) -> list[Figure]:
     """The figures of a section's record."""
     out = []

@@ -1,0 +1,151 @@
+"""Fields over terrain: cells of different weight beside cells that all cost the same, and beside rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+from benchmarks.about import versions
+from benchmarks.field_rivals import edges
+from benchmarks.figures import Figure, Section, Spread, Table, judge_cost
+from benchmarks.maps import middle, random_map
+from benchmarks.turns import Call, take_turns
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from lampyris.field.solve import solve
+from lampyris.kernels import _jit
+from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
+from lampyris.model.moves import MOVES, Moves
+
+TITLE = "Weighted cells"
+HOW = """The whole field (cost, parents, luciferin) by `lampyris.field.solve.solve`, goal in the middle, code
+compiled, nanoseconds of this thread's processor time for each cell reached: first where every free cell costs
+the same, then over terrain, integer weights from 1 to 5 in steps of 1/63 of the price of a step. Flat terrain
+is 0 everywhere; smooth is hills some hundred cells wide; noise is a number drawn for each cell. By turns.
+
+- scikit-image: `MCP_Geometric(costs).find_costs`; a step costs the mean of its two cells, and cuts corners
+  (`MCP` without diagonals, where a step costs the cell that the search enters).
+- tcod: `path.dijkstra2d`, int32; a step costs the cell that the search enters, and cuts corners.
+- scipy: `csgraph.dijkstra` on a graph, made beforehand, of exactly our moves and prices (a step costs the
+  cell that the robot enters); all our costs are compared with its."""
+
+MOST = 3.0
+"""Times of what cells of one price take."""
+RIVALS = ("scikit-image", "tcod", "scipy")
+KINDS = ("four", "dissertation", "octile", "sixteen")
+
+
+def bench(quick: bool) -> Section:
+    """Every step set and terrain."""
+    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    figures: list[Figure] = []
+    rows = []
+    for size in (512,) if quick else (512, 1024):
+        for share in (0.1,) if quick else (0.0, 0.1, 0.3):
+            free = random_map(size, share)
+            free.setflags(write=False)
+            for kind in KINDS:
+                rows += _rows(free, f"{size} at {share:.0%}", kind, figures, 3 if quick else 7)
+    heads = (
+        "map",
+        "moves",
+        "terrain",
+        "ns a cell",
+        "cells of one price",
+        "times that",
+        "scikit-image",
+        "scipy",
+    )
+    verdicts = [judge_cost("weighted cells beside cells of one price", [f for f in figures if f.asked])]
+    about = versions(["numpy", "numba", *RIVALS])
+    table = Table(heads, tuple(rows), "Over terrain")
+    return Section("weighted", TITLE, HOW, (table,), tuple(figures), tuple(verdicts), about)
+
+
+def grounds(size: int) -> Iterator[tuple[str, np.ndarray]]:
+    """Terrain by name, uint8, read-only."""
+    rng = np.random.default_rng(size)
+    across = np.arange(size)
+    hills = np.add.outer(np.sin(across / 40), np.cos(across / 37)) + 2
+    for name, heights in (
+        ("flat", np.zeros((size, size))),
+        ("smooth", hills * (MAX_TERRAIN / 4)),
+        ("noise", rng.integers(0, MAX_TERRAIN + 1, (size, size))),
+    ):
+        terrain = np.clip(heights, 0, MAX_TERRAIN).astype(np.uint8)
+        terrain.setflags(write=False)
+        yield name, terrain
+
+
+def _rows(
+    free: np.ndarray, title: str, kind: str, figures: list[Figure], rounds: int
+) -> Iterator[tuple[str, ...]]:
+    moves, goal = MOVES[kind], middle(free)
+    weighed = moves.weighed()
+    grounds_here = dict(grounds(len(free)))
+    ours: dict[str, Call] = {"one price": partial(solve, free, moves, goal)}
+    ours |= {
+        name: partial(solve, free, weighed, goal, terrain=terrain) for name, terrain in grounds_here.items()
+    }
+    cells = ours["one price"]().expansions
+    times = take_turns(ours, rounds=rounds, per=cells)
+    for name, terrain in grounds_here.items():
+        task, base = f"{title}, {kind}, {name}", times["one price"]
+        figure = Figure(task, "ns a cell", times[name], "cells of one price", base, asked=1 / MOST)
+        figures.append(figure)
+        cell = [title, kind, name, _text(times[name]), _text(base), f"{times[name].middle / base.middle:.2f}"]
+        rivals = _rivals(free, terrain, weighed, goal)
+        theirs = take_turns(rivals, rounds=2, per=cells)
+        _check(rivals, ours[name], free, weighed)
+        for who in RIVALS:
+            if who not in theirs:
+                cell.append("")
+                continue
+            beside = Figure(task, "ns a cell", times[name], who, theirs[who])
+            figures.append(beside)
+            cell.append(f"{theirs[who].middle:.0f} = {beside.ratio:.1f} x")
+        yield tuple(cell)
+
+
+def _rivals(free: np.ndarray, terrain: np.ndarray, moves: Moves, goal: tuple[int, int]) -> dict[str, Call]:
+    """Who can do it, prepared; prices in those of a plain cell."""
+    from skimage.graph import MCP, MCP_Geometric
+
+    x, y = goal
+    toll = 1.0 + terrain / TERRAIN_UNIT
+    rows, cols, lengths, node = edges(free, moves)
+    many = int(free.sum())
+    # The field's costs are to the goal: whoever starts there walks every step backwards, and pays for the
+    # cell that the step comes from.
+    graph = csr_matrix((lengths * toll[free][cols], (cols, rows)), shape=(many, many))
+    calls: dict[str, Call] = {"scipy": partial(dijkstra, graph, directed=True, indices=int(node[y, x]))}
+    if moves.reach == 1:
+        prices = np.where(free, toll, -1.0)
+        kind, full = (MCP_Geometric, True) if moves.diagonal else (MCP, False)
+        calls["tcod"] = _by_tcod(free, terrain, bool(moves.diagonal), goal)
+        calls["scikit-image"] = lambda: kind(prices, fully_connected=full).find_costs([(y, x)])[0]
+    return calls
+
+
+def _by_tcod(free: np.ndarray, terrain: np.ndarray, diagonals: bool, goal: tuple[int, int]) -> Call:
+    import tcod.path
+
+    prices = np.where(free, TERRAIN_UNIT + terrain.astype(np.int32), 0)
+    begin = np.full(free.shape, np.iinfo(np.int32).max, dtype=np.int32)
+    begin[goal[::-1]] = 0
+    out = begin.copy()
+    return lambda: tcod.path.dijkstra2d(begin, prices, 10, 14 if diagonals else 0, out=out)
+
+
+def _check(rivals: dict[str, Call], ours: Call, free: np.ndarray, moves: Moves) -> None:
+    """Our costs must be scipy's."""
+    field = ours()
+    theirs = np.full(free.shape, np.inf)
+    theirs[free] = rivals["scipy"]()
+    np.testing.assert_allclose(field.cost, theirs, rtol=1e-9)
+
+
+def _text(s: Spread) -> str:
+    return f"{s.middle:.1f} ({s.low:.1f} to {s.high:.1f})"
