@@ -5,13 +5,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint unit check-nightly bench bench-quick bench-app test-wheel requirements clean help
+.PHONY: demo test lint unit check-nightly bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
 	@echo "make test           lint, types, floors and the whole test suite"
 	@echo "make test-wheel     the same suite against the built wheel"
-	@echo "make bench          timings beside rivals (installs them); make bench-quick for a short look"
+	@echo "make bench          timings beside rivals (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
+	@echo "make bench-quick    the same in under two minutes, printed and not written"
+	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json beside an older record, ratio by ratio"
 	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
 	@echo "make check-nightly  the large sizes"
 
@@ -63,20 +65,13 @@ test-wheel: $(VENV)/.dev
 	cd build/wheel-tests && LAMPYRIS_SHARED="$(abspath ../shared)" ../wheel-venv/bin/python -m pytest -q -n auto -m "not nightly and not source"
 
 bench: $(VENV)/.bench
-	$(BIN)/python -m benchmarks.bench_field
-	$(BIN)/python -m benchmarks.bench_repair
-	$(BIN)/python -m benchmarks.bench_query
-	$(BIN)/python -m benchmarks.bench_timed
-	$(BIN)/python -m benchmarks.bench_speed
-	$(BIN)/python -m benchmarks.bench_study
+	$(BIN)/python -m benchmarks $(ONLY) --page docs/benchmarks.md --json docs/benchmarks.json
 
 bench-quick: $(VENV)/.bench
-	$(BIN)/python -m benchmarks.bench_field --quick
-	$(BIN)/python -m benchmarks.bench_repair --quick
-	$(BIN)/python -m benchmarks.bench_query --quick
-	$(BIN)/python -m benchmarks.bench_timed --quick
-	$(BIN)/python -m benchmarks.bench_speed --quick
-	$(BIN)/python -m benchmarks.bench_study --quick
+	$(BIN)/python -m benchmarks $(ONLY) --quick
+
+bench-compare: $(VENV)/.run
+	@$(BIN)/python -m benchmarks.compare $(or $(OLD),$(error say which record to compare with: make bench-compare OLD=FILE)) docs/benchmarks.json
 
 bench-app: $(VENV)/.dev
 	@tools/browser.sh

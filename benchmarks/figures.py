@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 
@@ -149,12 +149,13 @@ def judge_cost(what: str, figures: Sequence[Figure]) -> Verdict:
 
 
 def figures_of(record: dict[str, Any]) -> list[Figure]:
-    """The figures of a section's record."""
+    """The figures of a section's record, of an older or a newer version too."""
+    known = {part.name for part in fields(Figure)}
     out = []
     for row in record["figures"]:
-        given = {k: v for k, v in row.items() if k not in ("key", "ratio")}
+        given = {k: v for k, v in row.items() if k in known}
         for side in ("ours", "theirs"):
-            if given[side] is not None:
+            if given.get(side) is not None:
                 given[side] = Spread(**given[side])
         out.append(Figure(**given))
     return out
