@@ -22,6 +22,9 @@ AHEAD = 25
 WEIGHS_MOST = 5
 """A step over the heaviest terrain costs so many times what it costs over plain ground."""
 _NARROW, _WIDE = 2**30, 2**62
+SPARING = 2**23
+"""Frames of so many cells or more are worked in as little memory as can be: lists lie in what the results
+will fill. That it takes longer shows on smaller maps only, and there 4 to 8 bytes a cell are nothing."""
 _SCRATCH_BYTES = 64 << 20
 """Largest scratch kept from call to call: on some machines fresh memory costs more than the wavefront."""
 
@@ -45,7 +48,8 @@ class Frame:
         self.pad = moves.reach
         self.rows: int = free.shape[0] + 2 * self.pad
         self.width: int = free.shape[1] + 2 * self.pad
-        self.size = self.width * self.rows
+        self.size: int = self.width * self.rows
+        self.cells: int = free.size
         most = max(moves.costs)
         if moves.unit == PELL_Q * moves.scale and free.size >= PELL_Q:
             raise LimitError("LIMIT", f"{free.size} cells", allowed=f"fewer than {PELL_Q} with octile moves")
@@ -139,6 +143,19 @@ class Scratch(threading.local):
         block, arrays = carve(self.block, *wanted)
         self.block = block if block.size <= _SCRATCH_BYTES else None
         return arrays
+
+    def within(self, host: NDArray[Any], *wanted: Wanted) -> list[NDArray[Any]]:
+        """The same, those for which there is room in the memory of another array there, the largest first."""
+        sizes = [-(-length * np.dtype(kind).itemsize // 64) * 64 for length, kind in wanted]
+        room, lent = host.nbytes, []
+        for k in sorted(range(len(wanted)), key=lambda k: -sizes[k]):
+            if sizes[k] <= room:
+                lent.append(k)
+                room -= sizes[k]
+        own = [k for k in range(len(wanted)) if k not in lent]
+        arrays = carve(host.view(np.uint8), *(wanted[k] for k in lent))[1]
+        arrays += self.take(*(wanted[k] for k in own)) if own else []
+        return [arrays[(lent + own).index(k)] for k in range(len(wanted))]
 
 
 SCRATCH = Scratch()

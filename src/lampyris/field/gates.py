@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import math
 import weakref
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import fields
+from itertools import repeat
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,25 +70,33 @@ def find_gates(grid: Grid, robot: Robot = _POINT) -> tuple[Gate, ...]:
 
 def _found(grid: Grid, robot: Robot) -> tuple[Gate, ...]:
     """Every gate of a map."""
-    height, width = grid.blocked.shape
     most = _most(grid, robot)
-    narrow = np.zeros((2, height, width), dtype=np.int64)
-    for lines, plane in ((grid.blocked, narrow[0]), (grid.blocked.T, narrow[1].T)):
+    kind = np.zeros(grid.blocked.shape, dtype=np.uint8)
+    least = np.full(grid.blocked.shape, most + 1, dtype=np.uint16 if most < 2**16 - 1 else np.int64)
+    for bit, lines in ((1, grid.blocked), (2, grid.blocked.T)):
+        one, narrowest = (kind, least) if bit == 1 else (kind.T, least.T)
         for cells, lengths in _narrow(lines, most):
-            plane[cells] = lengths
-    along_x, along_y = narrow
-    kind = (along_x > 0) + 2 * (along_y > 0).astype(np.uint8)
+            one[cells] |= bit
+            narrowest[cells] = np.minimum(narrowest[cells], lengths)
     ys, xs = np.nonzero(kind)
     if ys.size == 0:
         return ()
     dead = _dead(grid.blocked, kind, ys, xs, robot.radius > 0)
-    widths = np.minimum(*(np.where(a > 0, a, most + 1)[ys, xs] for a in narrow)) * grid.resolution
-    return tuple(
-        Gate((x, y), _AXES[k], m, d)
-        for x, y, k, m, d in zip(
-            xs.tolist(), ys.tolist(), kind[ys, xs].tolist(), widths.tolist(), dead.tolist(), strict=True
-        )
-    )
+    axes = map(_AXES.__getitem__, kind[ys, xs].tolist())
+    widths = (least[ys, xs] * grid.resolution).tolist()
+    return _gates(zip(xs.tolist(), ys.tolist(), strict=True), axes, widths, dead.tolist())
+
+
+def _gates(*columns: Iterable[Any]) -> tuple[Gate, ...]:
+    """Gates from the columns of their table: slot by slot, which takes a fifth of the time of ``Gate(...)``.
+
+    Cluttered maps of millions of cells have gates by the hundred thousand.
+    """
+    cells = list(columns[0])
+    gates = tuple(map(object.__new__, repeat(Gate, len(cells))))
+    for slot, column in zip(fields(Gate), (cells, *columns[1:]), strict=True):
+        deque(map(getattr(Gate, slot.name).__set__, gates, column), maxlen=0)
+    return gates
 
 
 def _most(grid: Grid, robot: Robot) -> int:

@@ -22,6 +22,8 @@ from lampyris.typing import BoolGrid, FloatGrid
 _NEVER = 2**60
 """Squared half cells to the nearest wall of a map that has none."""
 
+_PART = 2**16
+"""Cells that are converted at once."""
 FORGIVEN = 1e-9
 """Share of a length that decimal rounding may eat, so that 0.3 m of radius fits a corridor of 0.6 m."""
 
@@ -76,11 +78,13 @@ def clearance(grid: Grid) -> FloatGrid:
 
     0 in blocked cells, infinity where the map has no wall. The edge of the map is not a wall.
     """
-    squared = _squared_half_cells(grid.blocked)
-    metres = np.sqrt(squared, dtype=np.float64)
-    metres *= 0.5 * grid.resolution
-    metres[squared >= _NEVER] = np.inf
-    return frozen(metres)
+    squared = _squared_half_cells(grid.blocked).reshape(-1)
+    metres = squared.view(np.float64)
+    # In the same memory, part by part: no more than the result itself is ever held.
+    for k in range(0, squared.size, _PART):
+        part = squared[k : k + _PART]
+        metres[k : k + _PART] = np.where(part < _NEVER, np.sqrt(part) * (0.5 * grid.resolution), np.inf)
+    return frozen(metres.reshape(grid.blocked.shape))
 
 
 def _squared_half_cells(blocked: BoolGrid) -> NDArray[np.int64]:

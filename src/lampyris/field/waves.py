@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
-from lampyris.field.frame import AHEAD, SCRATCH, WEIGHS_MOST, Frame
+from lampyris.field.frame import AHEAD, SCRATCH, SPARING, WEIGHS_MOST, Frame, Wanted
 from lampyris.kernels import descent, heads, wavefront, weighted
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
@@ -70,14 +70,14 @@ class Wave:
         ------
         SettingError : a step set that no wavefront can serve.
         """
-        frame, moves, n, bench = self.frame, self.moves, self.frame.size, self.frame.size + 1
+        frame, moves, n, bench = self.frame, self.moves, self.frame.cells, self.frame.cells + 1
         prices = sorted({c // TERRAIN_UNIT for c in moves.costs})
         self._check(prices)
         # A bucket as wide as the greatest power of two in the least step; one shift finds a cost's bucket.
         shift = (TERRAIN_UNIT * prices[0]).bit_length() - 1
         ring = 1 << ((WEIGHS_MOST * max(moves.costs) >> shift) + 1).bit_length()
-        order, toll, load, weight, links, firsts, near, far = SCRATCH.take(
-            (n + AHEAD, np.uint32), (bench, frame.dtype), (bench, np.uint8), (n, np.uint8),
+        order, toll, load, weight, links, firsts, near, far = self._lists(
+            (n + AHEAD, np.uint32), (bench, frame.dtype), (bench, np.uint8), (frame.size, np.uint8),
             (len(prices) * bench, np.uint32), (len(prices) * ring, np.uint32),
             (3 * frame.width, frame.dtype), (3 * frame.width, frame.dtype),
         )  # fmt: skip
@@ -118,8 +118,8 @@ class Wave:
 
     def _by_heads(self) -> int:
         """Costs level by level, for step sets of :data:`lampyris.model.moves.MOVES` in whole numbers."""
-        frame, moves, n = self.frame, self.moves, self.frame.size
-        order, *levels = SCRATCH.take((n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
+        frame, moves, n = self.frame, self.moves, self.frame.cells
+        order, *levels = self._lists((n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
         # Parents come after costs: until then their memory says what is fresh.
         fresh = self.step.view(np.uint8)
         width, rows = frame.width, frame.rows
@@ -138,8 +138,8 @@ class Wave:
         return count
 
     def _windows(self) -> int:
-        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.size
-        (order,) = SCRATCH.take((2 * n + 2 + AHEAD, np.uint32))
+        frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.cells
+        (order,) = self._lists((2 * n + 2 + AHEAD, np.uint32))
         guard = 0 if self.moves.corner_cutting else -1
         width, rows = frame.width, frame.rows
         count = wavefront.windows(
@@ -174,8 +174,27 @@ class Wave:
             raise SettingError("MOVES", f"costs {self.moves.costs}", allowed=allowed)
         return least
 
+    @property
+    def _sparing(self) -> bool:
+        """Whether lists lie where luciferin will."""
+        return self.frame.size >= SPARING
+
+    def _lists(self, *wanted: Wanted) -> list[NDArray[Any]]:
+        """Scratch; on large maps as much of it as fits lies where luciferin will."""
+        if self._sparing:
+            return SCRATCH.within(self.luciferin, *wanted)
+        return SCRATCH.take(*wanted)
+
     def _glow(self, order: NDArray[np.uint32], count: int) -> None:
-        """Luciferin, along parents in the order in which cells settled."""
+        """Luciferin, along parents in the order in which cells settled; on large maps in that of their rows,
+        for it may overwrite the list.
+        """
+        if self._sparing:
+            jump = np.zeros(128, dtype=np.int64)
+            jump[: len(self._jump)] = self._jump
+            rest = (jump, self.luciferin, self.frame.width, self.goal, np.inf, *self.shares)
+            descent.shine(self.cost, self.step, *rest)
+            return
         descent.glow(order, count, self.cost, self.step, self._jump, self.luciferin, np.inf, *self.shares)
 
     @property

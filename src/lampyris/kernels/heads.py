@@ -96,7 +96,7 @@ def one_head(free, cost, fresh, order, level_cost, level_end, width, goal, stop,
     return levels
 
 
-@kernel(out=("cost", "fresh", "order", "level_cost", "level_end"))
+@kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=900)
 def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, never):
     """Settle every cell that can reach the goal, corners cut, level by level; return how many levels.
 
@@ -106,8 +106,9 @@ def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop
     cost : signed, (n,); the result: exact cost, -1 in walls and border, ``never`` in cells that were not
         reached.
     fresh : uint8, (n,); scratch: 1 in free cells that nothing has touched yet.
-    order : uint32, (n + 25,); the cells as they settled.
-    level_cost, level_end : uint32, (n + 1,); the cost of each level, and where in ``order`` it ends.
+    order : uint32, (cells inside + 25,); the cells as they settled.
+    level_cost, level_end : uint32, (cells inside + 1,); the cost of each level, and where in
+        ``order`` it ends.
     width : of a padded row; the border is one cell wide.
     goal, stop : cells; expansion ends with the level of ``stop``, 0 for never.
     never : more than any cost.
@@ -191,7 +192,7 @@ def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop
     return levels
 
 
-@kernel(out=("cost", "fresh", "order", "level_cost", "level_end"))
+@kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=4000)
 def three_heads(
     free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, knight, never
 ):

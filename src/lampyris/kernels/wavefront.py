@@ -17,7 +17,7 @@ from lampyris.kernels._jit import fetch, kernel, u64
 from lampyris.kernels.heads import lay_out
 
 
-@kernel(out=("cost", "order"))
+@kernel(out=("cost", "order"), each=600)
 def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, guard, never):
     """Settle every cell that can reach the goal, window by window of width ``straight``; return how many.
 
@@ -25,7 +25,8 @@ def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, gua
     ----------
     free, cost, width, never : as for :func:`.heads.two_heads`; with ``stop``, cells beyond it may hold a
         cost that is no more than an upper bound.
-    order : uint32, (2 n + 2,); from ``bench`` (>= n + 1) on lie cells that wait for the window after next.
+    order : uint32, (2 bench + 25,); from ``bench``, which is more than there are cells inside the border, lie
+        cells that wait for the window after next.
     goal, stop : cells; what costs more than ``stop`` is not settled; 0 for never.
     guard : -1 if both side cells of a diagonal must be free, 0 if not.
     """
@@ -121,7 +122,7 @@ def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, gua
     return head
 
 
-@kernel(out=("cost", "order"))
+@kernel(out=("cost", "order"), each=3000)
 def ripple(free, cost, order, ends, bench, jump, side, other, price, width, pad, goal, stop, straight, never):
     """Settle every cell that can reach the goal by any step set, window by window; return how many.
 

@@ -65,7 +65,7 @@ def lay_out(free, terrain, cost, weight, width, pad, never):
         weight[i] = 0
 
 
-@kernel(out=("cost", "order", "toll", "load", "links", "heads"))
+@kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=1500)
 def eight(
     weight, cost, order, toll, load, links, heads, bench, width, goal, stop, straight, diagonal, guard, shift,
     mask, never,
@@ -77,12 +77,12 @@ def eight(
     ----------
     weight, cost : as :func:`lay_out` leaves them; ``cost`` is the result, exact and at least 0 where the goal
         can be reached, ``never`` where not.
-    order : uint32, (n + 25,); the cells as they settled, bucket by bucket of rising cost.
-    toll : as ``cost``, (n + 1,); the cost of each of them.
-    load : uint8, (n + 1,); scratch, the terrain of each of them.
+    order : uint32, (bench + 24,); the cells as they settled, bucket by bucket of rising cost.
+    toll : as ``cost``, (bench,); the cost of each of them.
+    load : uint8, (bench,); scratch, the terrain of each of them.
     links : uint32, (2 bench,); scratch, the next departure in a bucket, straight ones first.
     heads : uint32, (2 (mask + 1),); scratch, the first departure of each bucket.
-    bench : n + 1.
+    bench : one more than there are cells inside the border.
     width : of a padded row; the border is one cell wide.
     goal, stop : cells; settling ends with the bucket of ``stop`` and the cells that cost no more than it; 0
         for never.
@@ -200,7 +200,7 @@ def eight(
             cost[n] = old if seen < c else c
 
 
-@kernel(out=("cost", "order", "toll", "load", "links", "heads"))
+@kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=2500)
 def any_steps(
     weight, cost, order, toll, load, links, heads, bench, first, jump, side, other, price, goal, stop, shift,
     mask, never,
@@ -282,7 +282,7 @@ def _keep(order, toll, begin, end, limit):
     return kept
 
 
-@kernel(out=("cost", "step", "near", "far"))
+@kernel(out=("cost", "step", "near", "far"), each=1400)
 def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, guard, limit):
     """The local parent rule for eight moves over terrain; costs above ``limit`` become -1.
 
@@ -347,7 +347,7 @@ def _departures(cost, weight, near, far, row, place, width, straight, diagonal):
         far[place + x] = d + diagonal * burden if d >= 0 else -1
 
 
-@kernel(out=("cost", "step"))
+@kernel(out=("cost", "step"), each=2700)
 def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limit):
     """The same for any step set (``price``: of each step, in the order of ``step``)."""
     w = u64(width)
