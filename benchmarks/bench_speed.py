@@ -13,7 +13,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
 from benchmarks.turns import take_turns
 from toppra import algorithm, constraint
 
-from lampyris.kernels import _jit
+from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
 from lampyris.model.robot import Robot
@@ -101,7 +101,7 @@ def movers(rng: np.random.Generator) -> Movers:
 
 def bench(quick: bool) -> Section:
     """Beside TOPP-RA, then the laws."""
-    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    prefer_compiled()
     figures: list[Figure] = []
     tables = (_beside_toppra(figures, 3 if quick else 10, 5 if quick else 20), _of_laws(figures, quick))
     verdicts = [

@@ -18,7 +18,8 @@ from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.plain_simulator import NeedsMending, Simulator
 
-from lampyris.kernels import _jit, simulate
+from lampyris.kernels import simulate
+from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planners.ad_gso import AdGso
@@ -183,7 +184,7 @@ def measure(queries: list[Query], rounds: int, seeds: int) -> dict[str, list[flo
 
 def bench(quick: bool) -> Section:
     """One core, then two, then through a study."""
-    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    prefer_compiled()
     figures: list[Figure] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -232,7 +233,7 @@ def _beside(who: str, ours: Spread, theirs: Spread) -> Figure:
 @cache
 def _queries(folder: Path) -> list[Query]:
     """What a process of :func:`_two_cores` runs: made once."""
-    _jit.PLAIN_CELLS = -1
+    prefer_compiled()
     return [query for _, found in queries_of(study_of(folder, "live", 1, 1)) for query in found]
 
 

@@ -14,7 +14,7 @@ from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, judge
 from benchmarks.turns import take_turns
 
-from lampyris.kernels import _jit
+from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.change import Change, Seen
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -146,7 +146,7 @@ class Reserved:
 
 def bench(quick: bool) -> Section:
     """Three maps."""
-    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    prefer_compiled()
     figures: list[Figure] = []
     rows = []
     maps = ((128, 0.1, 50), (512, 0.1, 200), (512, 0.3, 200))

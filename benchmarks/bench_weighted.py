@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from lampyris.field.solve import solve
-from lampyris.kernels import _jit
+from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
 
@@ -39,7 +39,7 @@ KINDS = ("four", "dissertation", "octile", "sixteen")
 
 def bench(quick: bool) -> Section:
     """Every step set and terrain."""
-    _jit.PLAIN_CELLS = -1  # every kernel is compiled at its first call
+    prefer_compiled()
     figures: list[Figure] = []
     rows = []
     for size in (512,) if quick else (512, 1024):
