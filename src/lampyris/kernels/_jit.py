@@ -1,14 +1,26 @@
-"""The one file that imports numba, and only when a kernel is worth compiling.
+"""The one file that imports numba (with :mod:`._machine`), and only when a kernel is worth compiling.
 
 A kernel is written once, as a plain function over *flat* sequences. It runs in two forms with equal
 results:
 
-* **plain**: Python over lists, about 400 ns a cell. Small work is over sooner this way than importing numba
-  takes (0.25 s, and about 1 s to compile a kernel for the first time).
+* **plain**: Python over lists, 0.1 to 6 microseconds a cell. Small work is over sooner this way than
+  importing numba takes.
 * **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work.
 
 ``NUMBA_DISABLE_JIT=1`` keeps the plain form always. Which form ran never changes a result: kernels use
 integers and ``+ - * / sqrt`` on float64, in a stated order, without fastmath.
+
+Which form runs
+---------------
+Each call is priced beforehand, in nanoseconds of its plain form: so many for each element of its longest
+array, or of what ``of`` names, as ``each`` says. The sums decide, not the clock: the same calls in a fresh
+process run in the same forms.
+
+* As long as numba is not imported, all kernels together may spend :data:`PLAIN_NS` in plain form.
+* Once it is, each kernel may spend :data:`OWN_NS`: loading it from disk takes about 5 ms, but where nothing
+  was kept from an earlier run compiling it takes 0.1 to 2 s.
+
+``tools/plain_or_compiled.py`` measures both sides of the first rule, a whole ``lampyris plan`` in each form.
 
 Rules for kernel source
 -----------------------
@@ -24,35 +36,55 @@ Rules for kernel source
 from __future__ import annotations
 
 import hashlib
+import math
 import os
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from pickle import UnpicklingError
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-PLAIN_CELLS = 120_000
-"""Largest work (elements of the longest array) that a kernel does in its plain form in a fresh process."""
-PLAIN_TOTAL = 400_000
-"""After so many elements in plain form, all kernels together, compiling pays."""
+PLAIN_NS = 300_000_000
+"""Work in plain form, all kernels together, before numba is imported: what importing it and loading the
+kernels of a plan takes. Whole plans cross between CROSSING; see tools/plain_or_compiled.py."""
+OWN_NS = 20_000_000
+"""Work in plain form of each kernel when numba is there."""
+VIEWED = 4096
+"""Elements from which on an array that is only touched here and there is read in place, not made a list."""
+
+WAY = "way"
+"""The work of a kernel that follows one way through a map: the map's width, not its cells."""
 
 _LEAN: Mapping[str, Any] = {"_nrt": False}
 """Nothing is allocated, so nothing has to be counted. If it is, each call of a kernel by a kernel counts its
 arrays up and down with locked instructions: a quarter of the time of whole simulations."""
 
+KERNELS: list[Kernel] = []
+"""Every kernel of the modules that are imported."""
+
 _spent = 0
+_keeping = True
 _ears: list[Callable[[bool], None]] = []
 """Called whenever machine code is made that was not kept from before."""
+
+
+class NothingKept(RuntimeWarning):
+    """Machine code could not be kept on disk: it works, but every process compiles anew."""
+
+    for_people = True
 
 
 def on_compile(ear: Callable[[bool], None]) -> None:
     """Have something called with True when machine code is about to be made that no run before has left on
     disk, and with False when it is there.
 
-    It takes a second or more for each kernel, once for a machine; whoever waits may want to know. Numba is not
-    imported for this.
+    It takes a second or more for each kernel, once for a machine; whoever waits may want to know. Numba is
+    not imported for this.
     """
     _ears.append(ear)
 
@@ -94,42 +126,74 @@ class Kernel:
     out : names of the array arguments it writes into.
     inline : whether LLVM shall put it into its callers. For what is called at every step with many
         arrays: each of them is seven arguments.
+    each : nanoseconds of the plain form for each element of its longest array, or of what ``of`` names.
+        Measured on random maps of 316 x 316 cells; it need only be right to within a factor of two.
+    of : for a kernel that touches a few elements of large arrays: the array argument whose length is the
+        work, or :data:`WAY`.
     """
 
-    def __init__(self, plain: FunctionType, out: Sequence[str], *, inline: bool = False) -> None:
+    def __init__(
+        self, plain: FunctionType, out: Sequence[str], *, inline: bool = False, each: int = 500, of: str = ""
+    ) -> None:
         self.plain = plain
         self.inline = inline
+        self.each = each
         self.__name__ = plain.__name__
         self.__doc__ = plain.__doc__
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
         self._out = tuple(names.index(name) for name in out)
+        self._of = None if of in ("", WAY) else names.index(of)
+        self._sparse = of != ""
+        self._spent = 0
         self._compiled: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
+        KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
-        if self._compiled is not None:
-            return self._compiled(*args)
-        if self._plain_is_quicker(args):
+        if self._compiled is None and self._plain_is_quicker(args):
             return self.run_plain(*args)
-        return self.compiled()(*args)
+        try:
+            return self.compiled()(*args)
+        except (OSError, EOFError, UnpicklingError) as error:
+            # A kernel reads and writes nothing: this is numba at what it keeps, and the kernel has not begun.
+            if not _keeping:
+                raise
+            keep_nothing(str(error))
+            return self.compiled()(*args)
+
+    def price(self, args: tuple[Any, ...]) -> int:
+        """About how many nanoseconds the plain form takes."""
+        if self._of is not None:
+            return int(self.each * args[self._of].size)
+        longest = max((a.size for a in args if isinstance(a, np.ndarray)), default=1)
+        return int(self.each * (math.sqrt(longest) if self._sparse else longest))
 
     def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
         global _spent
         if jit_disabled():
             return True
-        work = max((a.size for a in args if isinstance(a, np.ndarray)), default=1)
-        if work > PLAIN_CELLS or _spent > PLAIN_TOTAL:
+        price = self.price(args)
+        spent, most = (self._spent, OWN_NS) if "numba" in sys.modules else (_spent, PLAIN_NS)
+        if spent + price > most:
             return False
-        _spent += work
+        self._spent += price
+        _spent += price
         return True
 
     def run_plain(self, *args: Any) -> Any:
-        """Run the plain form: arrays become lists (four times quicker to index), results are copied back."""
-        given = [a.tolist() if isinstance(a, np.ndarray) else a for a in args]
+        """Run the plain form: arrays become lists (four times quicker to index), results are copied back.
+
+        Large arrays of which little is touched become views that hand out plain numbers, half as quick.
+        """
+        given = [self._easy(a) if isinstance(a, np.ndarray) else a for a in args]
         result = self.linked()(*given)
         for k in self._out:
-            args[k][:] = given[k]
+            if isinstance(given[k], list):
+                args[k][:] = given[k]
         return result
+
+    def _easy(self, array: Any) -> Any:
+        return memoryview(array) if self._sparse and array.size >= VIEWED else array.tolist()
 
     def linked(self) -> Callable[..., Any]:
         """The plain form with plain callees: the lists it passes on must never reach a compiled one."""
@@ -143,54 +207,112 @@ class Kernel:
             self._compiled = _compile(self)
         return self._compiled
 
+    def forget(self) -> None:
+        """Compile anew when it is needed next."""
+        self._compiled = None
 
-def kernel(*, out: Sequence[str] = (), inline: bool = False) -> Callable[[Callable[..., Any]], Kernel]:
+    def prepare(self, types: tuple[Any, ...]) -> bool:
+        """Have machine code for arguments of these numba types; return whether no earlier run had left it.
+
+        Raises
+        ------
+        OSError : it cannot be kept.
+        """
+        dispatcher: Any = self.compiled()
+        before = sum(dispatcher.stats.cache_misses.values())
+        dispatcher.compile(types)
+        return bool(sum(dispatcher.stats.cache_misses.values()) > before)
+
+    def kept_in(self) -> str | None:
+        """The folder its machine code is kept in; None if it is not kept. Imports numba."""
+        dispatcher: Any = self.compiled()
+        folder: str | None = dispatcher.stats.cache_path
+        return folder
+
+
+def kernel(
+    *, out: Sequence[str] = (), inline: bool = False, each: int = 500, of: str = ""
+) -> Callable[[Callable[..., Any]], Kernel]:
     """Mark a function as a kernel that writes into the arguments named in ``out``; see :class:`Kernel`."""
 
     def mark(plain: Callable[..., Any]) -> Kernel:
         assert isinstance(plain, FunctionType)
-        return Kernel(plain, out, inline=inline)
+        return Kernel(plain, out, inline=inline, each=each, of=of)
 
     return mark
+
+
+def prefer_compiled() -> None:
+    """From here on compile every kernel at its first call, for timings of compiled code."""
+    global PLAIN_NS, OWN_NS
+    PLAIN_NS = OWN_NS = -1
+
+
+@contextmanager
+def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
+    """Run every kernel in its plain form, and note with which types of arguments it is called."""
+    from numba import typeof
+
+    found: dict[tuple[Kernel, tuple[Any, ...]], None] = {}
+    as_it_was = Kernel.__call__
+
+    def noting(self: Kernel, *args: Any) -> Any:
+        found[self, tuple(typeof(a) for a in args)] = None
+        return self.run_plain(*args)
+
+    Kernel.__call__ = noting  # type: ignore[method-assign]
+    try:
+        yield found
+    finally:
+        Kernel.__call__ = as_it_was  # type: ignore[method-assign]
+
+
+def keep_nothing(why: str) -> None:
+    """Go on without keeping machine code on disk, and say so, once."""
+    global _keeping
+    if not _keeping:
+        return
+    _keeping = False
+    for k in KERNELS:
+        k.forget()
+    text = f"compiled code cannot be kept on disk, so each run compiles anew: {why}"
+    text += "; set NUMBA_CACHE_DIR to a folder that can be written to"
+    warnings.warn(NothingKept(text), stacklevel=3)
+
+
+def _tell(on: bool) -> None:
+    for ear in _ears:
+        ear(on)
 
 
 def _compile(k: Kernel) -> Callable[..., Any]:
     import numba
 
-    _listen()
+    from lampyris.kernels import _machine as machine
+
+    machine.listen(_tell)
     # The compiled form must see compiled callees, a real u64 and a real fetch.
-    helpers = {u64: np.uint64, fetch: _prefetch(), lowest: _bit("cttz"), highest: _bit("ctlz")}
+    helpers = {
+        u64: np.uint64,
+        fetch: machine.prefetch(),
+        lowest: machine.bit("cttz"),
+        highest: machine.bit("ctlz"),
+    }
     twin = _twin(k, lambda callee: callee.compiled(), helpers)
-    keep = _cache_works(k)
+    keep = _keeping and _cache_works(k)
     elsewhere = {callee.plain.__code__.co_filename for callee in _callees(k)} - {k.plain.__code__.co_filename}
     if keep and elsewhere:
         content = b"".join(Path(name).read_bytes() for name in sorted(elsewhere))
         twin.__qualname__ += f"_{hashlib.sha256(content).hexdigest()[:16]}"
-    return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
-
-
-@cache
-def _listen() -> None:
-    """Hear of numba's compilations; those that it finds on disk are none."""
-    from numba.core import event
-
-    class Ear(event.Listener):
-        depth = 0
-
-        def on_start(self, _: Any) -> None:
-            self.depth += 1
-            self.tell(True)
-
-        def on_end(self, _: Any) -> None:
-            self.depth -= 1
-            if not self.depth:
-                self.tell(False)
-
-        def tell(self, on: bool) -> None:
-            for ear in _ears:
-                ear(on)
-
-    event.register("numba:compile", Ear())
+    try:
+        return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
+    except RuntimeError as error:
+        # What numba says when neither NUMBA_CACHE_DIR, nor the folder of the source, nor the user's own
+        # folder for caches can be written to.
+        if not keep or "no locator" not in str(error):
+            raise
+        keep_nothing("no folder for it can be written to")
+        return _compile(k)
 
 
 def _callees(k: Kernel) -> set[Kernel]:
@@ -204,46 +326,6 @@ def _callees(k: Kernel) -> set[Kernel]:
         found |= fresh
         ahead += fresh
     return found
-
-
-@cache
-def _prefetch() -> Any:
-    """The compiled form of :func:`fetch`: LLVM's prefetch, for writing, to the nearest cache."""
-    from llvmlite import ir  # type: ignore[import-untyped]
-    from numba.core import types
-    from numba.extending import intrinsic
-
-    def fetch(typing: Any, array: Any, index: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            byte, word = ir.IntType(8).as_pointer(), ir.IntType(32)
-            data = context.make_array(signature.args[0])(context, builder, args[0]).data
-            kind = ir.FunctionType(ir.VoidType(), [byte, word, word, word])
-            prefetch = builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
-            place = builder.bitcast(builder.gep(data, [args[1]]), byte)
-            builder.call(prefetch, [place, word(1), word(3), word(1)])
-            return context.get_dummy_value()
-
-        return types.void(array, index), generate
-
-    return intrinsic(fetch)
-
-
-@cache
-def _bit(instruction: str) -> Any:
-    """The compiled form of :func:`lowest` (``cttz``) or :func:`highest` (``ctlz``); a signed number."""
-    from llvmlite import ir
-    from numba.core import types
-    from numba.extending import intrinsic
-
-    def count(typing: Any, word: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            # The second argument says that the word is never 0, which spares a test on older processors.
-            zeros = getattr(builder, instruction)(args[0], ir.Constant(ir.IntType(1), 1))
-            return zeros if instruction == "cttz" else builder.sub(ir.Constant(ir.IntType(64), 63), zeros)
-
-        return types.int64(types.uint64), generate
-
-    return intrinsic(count)
 
 
 def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:

@@ -9,7 +9,7 @@ The walk, its frames and its numbers are those of :mod:`lampyris.kernels.window`
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel
+from lampyris.kernels._jit import WAY, kernel
 from lampyris.kernels.window import (
     ALLOWED,
     ARRIVED,
@@ -79,7 +79,11 @@ def extent(at, chosen, lower, width, cost, luc, step, far):
     return most
 
 
-@kernel(out=("tally", "path", "wall", "toll", "mark", "dist", "queue", "queued", "way", "known"))
+@kernel(
+    out=("tally", "path", "wall", "toll", "mark", "dist", "queue", "queued", "way", "known"),
+    each=30_000,
+    of=WAY,
+)
 def walk_known(
     cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price,
@@ -129,7 +133,7 @@ def walk_known(
         tally[LOOKED] += looked
         again = accepted == 0 and tally[LENGTH] > 1
         if again:
-            mask = WALL
+            mask = mask & WALL  # a plain 1 would be of another type, and the callee compiled twice
             rings, accepted = open_window(
                 luc, shut, mask, setup, at, ring_dx, ring_dy, ring_at, near, wall, mark, queue
             )

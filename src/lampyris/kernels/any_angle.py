@@ -34,7 +34,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import WAY, kernel, u64
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
@@ -119,11 +119,11 @@ def _settle(free, weight, mask, stride, offset, via, across, dx, dy, rule, u, ru
 
     Returns by how much the cost of u has risen.
     """
-    p = parent[u64(u)]
+    p = parent[u64(u)] + 0
     y = u // stride
     x = u - y * stride
     above = p // stride
-    if _sees(free, weight, mask, stride, int(p), p - above * stride, above, x, y, rule) == 1:
+    if _sees(free, weight, mask, stride, p, p - above * stride, above, x, y, rule) == 1:
         return 0.0
     best = -1.0
     factor = (63.0 + weight[u64(u & mask)]) / 63.0
@@ -154,7 +154,7 @@ def _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, reached, p)
     put(heap, place, f, h, v)
 
 
-@kernel(out=("heap", "place", "f", "h", "g", "seen", "parent", "chain", "result"))
+@kernel(out=("heap", "place", "f", "h", "g", "seen", "parent", "chain", "result"), each=2200)
 def theta(
     free, weight, mask, stride, start, goal, budget, run, offset, via, across, dx, dy, rule, lazy,
     heap, place, f, h, g, seen, parent, chain, result,
@@ -187,7 +187,7 @@ def theta(
     expansions = 0
     ending = EXHAUSTED
     while heap[0] > 0:
-        u = int(heap[1])
+        u = heap[1] + 0
         if u != goal and expansions == budget:
             ending = LIMIT
             break
@@ -205,7 +205,7 @@ def theta(
             ending = FOUND
             break
         expansions += 1
-        p = int(parent[u64(u)])
+        p = parent[u64(u)] + 0
         above = p // stride
         aside = p - above * stride
         y = u // stride
@@ -244,7 +244,7 @@ def theta(
     result[2] = points
 
 
-@kernel(out=("path",))
+@kernel(out=("path",), each=2000, of=WAY)
 def follow(free, stride, x, y, diagonals, path):
     """A walk by single steps along straight lines of sight, start first; return how many cells.
 

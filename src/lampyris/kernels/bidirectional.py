@@ -147,7 +147,8 @@ def _finish(offset, start, goal, ending, expansions, step, n, state, path):
         "step",
         "state",
         "path",
-    )
+    ),
+    each=3000,
 )
 def meet(
     free, terrain, scale, stride, start, goal, budget, run, offset, via, across, dx, dy, price, slope,
@@ -279,7 +280,7 @@ def _first(after, f, n, queues, side, unseen, state):
     return cell if cell < n else -1
 
 
-@kernel(out=("after", "before", "f", "step", "state", "path"))
+@kernel(out=("after", "before", "f", "step", "state", "path"), each=700)
 def meet_even(
     free, stride, start, goal, budget, base, offset, via, across, dx, dy, cost, slope, slot, shift, queues,
     after, before, f, step, state, path,

@@ -62,7 +62,7 @@ def edit(free, weight, h, low, key, heap, place, changed, now_free, now_weight, 
                 _insert(h, low, key, heap, place, setup, cell, h[u])
 
 
-@kernel(out=("h", "low", "key", "back", "heap", "place"))
+@kernel(out=("h", "low", "key", "back", "heap", "place"), each=4000)
 def process(free, weight, h, low, key, back, heap, place, jump, side, other, price, opposite, setup, budget):
     """PROCESS-STATE until the robot's cell cannot be had for less; returns how it ended, and expansions.
 
@@ -82,7 +82,7 @@ def process(free, weight, h, low, key, back, heap, place, jump, side, other, pri
     robot = u64(setup[ROBOT])
     expansions = 0
     while heap[0] > 0:
-        cell = int(heap[1])
+        cell = heap[1] + 0
         u = u64(cell)
         k_old = low[u]
         value = k_old + estimate(setup, cell)

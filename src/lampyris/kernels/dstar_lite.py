@@ -81,7 +81,7 @@ def edit(
             _file(g, rhs, low, key, heap, place, setup, cell)
 
 
-@kernel(out=("g", "rhs", "low", "key", "heap", "place"))
+@kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=1500)
 def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget):
     """D* Lite's ComputeShortestPath, optimised version; returns how it ended and how many cells it expanded.
 
@@ -101,7 +101,7 @@ def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, 
     robot = u64(setup[ROBOT])
     expansions = 0
     while heap[0] > 0:
-        cell = int(heap[1])
+        cell = heap[1] + 0
         u = u64(cell)
         least = g[robot] if g[robot] < rhs[robot] else rhs[robot]
         top = least + setup[BIAS]
@@ -140,13 +140,13 @@ def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, 
     return DONE, expansions
 
 
-@kernel(out=("g", "rhs", "low", "key", "heap", "place"))
+@kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=6500)
 def lpa_star(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget):
     """LPA*'s ComputeShortestPath: as :func:`d_star_lite`, without a bias, and every neighbour looks ahead."""
     robot = u64(setup[ROBOT])
     expansions = 0
     while heap[0] > 0:
-        cell = int(heap[1])
+        cell = heap[1] + 0
         u = u64(cell)
         least = g[robot] if g[robot] < rhs[robot] else rhs[robot]
         if rhs[robot] == g[robot] and (key[u] > least or (key[u] == least and low[u] >= least)):

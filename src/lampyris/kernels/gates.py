@@ -20,7 +20,7 @@ def _opens(state, cell, ahead, across, strict):
     return state[front + across] == 1 and (not strict or state[cell + across] > 0)
 
 
-@kernel(out=("state", "axis", "queue"))
+@kernel(out=("state", "axis", "queue"), each=500, of="queue")
 def dead_ends(state, axis, queue, count, width, strict):
     """Mark every gate from which, on one side of its passage, no live cell can be reached; to a fixed point.
 

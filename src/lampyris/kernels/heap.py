@@ -65,7 +65,7 @@ def take(heap, place, first, second, cell):
     """Take out a cell that is in the heap, wherever it is."""
     i = place[u64(cell)]
     count = int(heap[u64(0)])
-    last = heap[u64(count)]
+    last = heap[u64(count)] + 0  # of the width that all cells have, so that `put` is compiled once
     heap[u64(0)] = count - 1
     place[u64(cell)] = 0
     if last != cell:

@@ -8,7 +8,7 @@ back, which touch the same cells.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import WAY, kernel, u64
 from lampyris.kernels.heap import put
 
 GROUND, MASK, STRIDE, GOAL, ROBOT, ROBOT_X, ROBOT_Y, BIAS, SLOPE = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -73,7 +73,7 @@ def look_ahead(free, weight, cost, u, jump, side, other, price, setup):
     return best
 
 
-@kernel(out=("way",))
+@kernel(out=("way",), each=5000, of=WAY)
 def descend(free, weight, cost, jump, side, other, price, setup, way):
     """The cheapest way from the robot to the goal, by costs that are right along every such way.
 

@@ -50,7 +50,7 @@ one record: with everything taken up at once, in ten arrays, it took 0.9 (in a m
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import WAY, kernel, u64
 from lampyris.kernels.bits import ahead, back, bit
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
@@ -216,7 +216,7 @@ def _heed(
                 bit(words, at - beside - lag * on) & (1 - bit(words, at - beside + cutting * on))
             )
         cell = u64(y * width + x)
-        j = int(node[cell])
+        j = node[cell] + 0
         at = 6 * j
         if not (0 <= j < count and nodes[u64(at)] == x and nodes[u64(at + 1)] == y):
             if count == most:
@@ -262,7 +262,7 @@ def _count(nodes, x, y, i):
     return cells
 
 
-@kernel(out=("path",))
+@kernel(out=("path",), each=2000, of=WAY)
 def unroll(nodes, x, y, i, path):
     """Write the way over node i to a cell down, cell by cell.
 
@@ -293,7 +293,7 @@ def unroll(nodes, x, y, i, path):
         i = nodes[6 * i + 3]
 
 
-@kernel(out=("node", "nodes", "heap", "state"))
+@kernel(out=("node", "nodes", "heap", "state"), each=1200)
 def jump(
     words, east, south, west, north, stride, rise, width,
     start_x, start_y, goal_x, goal_y, budget, straight, diagonal, cutting, steps, turns,

@@ -34,7 +34,7 @@ SPAN = 2**51
 """More than any f of a map: 2^24 cells times sqrt 2 in Pell units is below 2^50, and h at most doubles it."""
 
 
-@kernel(out=("after", "f", "result"))
+@kernel(out=("after", "f", "result"), each=1500)
 def search(
     free, stride, start, goal, budget, base,
     offset, via, across, dx, dy, cost, first, follow, slope, slot, shift, queues,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import WAY, kernel, u64
 
 
-@kernel(out=("path",))
+@kernel(out=("path",), each=2000, of=WAY)
 def trail(step, jump, cell, path):
     """Write down the cells from one to the goal; return how many.
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.kernels._jit import kernel
+from lampyris.kernels._jit import WAY, kernel
 
 WALL, BODY, GATE = 1, 2, 4
 """Bits of ``shut``: never free; under a moving obstacle now; free, but a gate one has yet to stand before."""
@@ -284,7 +284,11 @@ def note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at,
     tally[LOGGED] = put
 
 
-@kernel(out=("tally", "path", "log", "wall", "toll", "mark", "dist", "queue", "queued", "way"))
+@kernel(
+    out=("tally", "path", "log", "wall", "toll", "mark", "dist", "queue", "queued", "way"),
+    each=40_000,
+    of=WAY,
+)
 def walk(
     cost, luc, step, shut, terrain, setup, tally, draws, path, log,
     ring_dx, ring_dy, ring_at, near, far, price,
@@ -325,7 +329,7 @@ def walk(
         )
         tally[LOOKED] += (2 * rings + 1) * (2 * rings + 1) - 1
         if accepted == 0 and tally[LENGTH] > 1:
-            mask = WALL
+            mask = mask & WALL  # a plain 1 would be of another type, and the callee compiled twice
             rings, accepted = open_window(
                 luc, shut, mask, setup, at, ring_dx, ring_dy, ring_at, near, wall, mark, queue
             )

@@ -178,7 +178,7 @@ def _land(course: Course, grid: Grid, settings: BlindArea, limit: float) -> _Lan
     places = course.xy - low + 0.5
     eyes = _eyes(places, opaque)
     return _Land(
-        opaque.ravel(), dark.ravel(), roomy.ravel(), width, height, first, columns,
+        frozen(opaque.ravel()), frozen(dark.ravel()), roomy.ravel(), width, height, first, columns,
         places[:, 0].copy(), places[:, 1].copy(), eyes[:, 0].copy(), eyes[:, 1].copy(),
     )  # fmt: skip
 

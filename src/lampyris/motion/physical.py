@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.near import nearest_squares
+from lampyris.model.grid import frozen
 from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -333,7 +334,7 @@ def wall_squares(cells: NDArray[np.int64], blocked: BoolGrid, rings: int) -> NDA
         )
     # Only the piece of the map around the path: the kernel's plain form turns its arrays into lists.
     x0, y0 = max(x0 - rings, 0), max(y0 - rings, 0)
-    piece = np.ascontiguousarray(blocked[y0 : y1 + rings + 1, x0 : x1 + rings + 1])
+    piece = frozen(np.ascontiguousarray(blocked[y0 : y1 + rings + 1, x0 : x1 + rings + 1]))
     if not piece.any():
         return None
     squared = np.full(len(cells), _FAR, dtype=np.int64)

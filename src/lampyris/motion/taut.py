@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.sight import SAME, line_gaps, pull
-from lampyris.model.grid import Grid
+from lampyris.model.grid import Grid, frozen
 from lampyris.typing import BoolGrid, Floats, Points
 
 _TRIFLE = 1e-10
@@ -82,7 +82,8 @@ def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Lines:
     x0, y0 = (max(0, math.floor(v) - pad) for v in xy.min(axis=0).tolist())
     x1, y1 = (math.ceil(v) + pad + 1 for v in xy.max(axis=0).tolist())
     # Only the piece of the map around: a kernel's plain form turns its arrays into lists.
-    wall = np.ascontiguousarray(grid.blocked[y0:y1, x0:x1])
+    # Frozen whether it is a copy or not: to numba what cannot be written is of another type.
+    wall = frozen(np.ascontiguousarray(grid.blocked[y0:y1, x0:x1]))
     corner = np.array([x0, y0], dtype=np.float64)
     xs, ys = xy[:, 0] - corner[0], xy[:, 1] - corner[1]
     gaps = np.ones(len(xs) - 1)

@@ -10,6 +10,7 @@ import numpy as np
 
 from lampyris.kernels.road import place
 from lampyris.model.curve import Curve
+from lampyris.model.grid import frozen
 from lampyris.typing import Floats
 
 
@@ -41,7 +42,7 @@ class Route:
         if not len(curve.lengths):  # one piece of no length, so that kernels need not ask
             x, y = curve.end
             columns = tuple(np.array(c) for c in ([x], [y], [1.0], [0.0], [0.0, 0.0], [0.0]))
-        flat = [np.ascontiguousarray(a) for a in columns]
+        flat = [frozen(np.ascontiguousarray(a)) for a in columns]
         self.lines = Lines(*flat)
         self._lists = [a.tolist() for a in flat]
         self._begins: list[float] = self._lists[4]
