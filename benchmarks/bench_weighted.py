@@ -97,7 +97,8 @@ def _rows(
         figures.append(figure)
         cell = [title, kind, name, _text(times[name]), _text(base), f"{times[name].middle / base.middle:.2f}"]
         rivals = _rivals(free, terrain, weighed, goal)
-        theirs = take_turns(rivals, rounds=2, per=cells)
+        # Rivals are slow: one share of blocked cells is enough to tell.
+        theirs = take_turns(rivals, rounds=2, per=cells) if title.endswith("10%") else {}
         _check(rivals, ours[name], free, weighed)
         for who in RIVALS:
             if who not in theirs:
