@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,19 +33,17 @@ from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.refine import refined
 from lampyris.motion.roomy import DRAWINGS, Drawing, drawn
-from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners import registry
 from lampyris.planners.assess import assess
 from lampyris.planners.base import Budget, Planner
 from lampyris.referee.caps import check_caps
 from lampyris.referee.curve import check_curve
-from lampyris.sim import drive as driving
-from lampyris.sim import loop
-from lampyris.sim.drive_settings import split_settings
 from lampyris.sim.endings import why
-from lampyris.sim.feed import Feed
-from lampyris.sim.sources import Source
 from lampyris.typing import Points
+
+if TYPE_CHECKING:
+    from lampyris.sim.feed import Feed
+    from lampyris.sim.sources import Source
 
 MAX_SEED = 2**63 - 1
 
@@ -99,8 +97,8 @@ def plan(
     _typed("scene", scene, Scene)
     _budget(budget)
     began = time.perf_counter()
-    session = chosen.open(scene, np.random.default_rng(_seed(seed)), record=record)
-    found = session.plan(None, budget)
+    # Nobody keeps the session: its memory is free for what comes after it.
+    found = chosen.open(scene, np.random.default_rng(_seed(seed)), record=record).plan(None, budget)
     planned = time.perf_counter()
     found = assess(found, scene)
     found = replace(found, detail=why(found, scene))
@@ -220,6 +218,8 @@ def _scheduled(
             allowed="a plan, the law physical or a variant, no smooth, spacing, movers or v0",
         )
     _path(way)
+    from lampyris.motion.scheduled import scheduled_profile
+
     made = scheduled_profile(way, scene, tick_seconds, law=chosen)
     creep = chosen.creep if chosen.clearance else 1.0
     referee.demand(referee.check_profile(made, None, scene, v0=0.0, creep=creep, slowest=LEAST))
@@ -289,6 +289,8 @@ def simulate(
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
     InternalFault : the referee refused the trace; a bug of ours.
     """
+    from lampyris.sim import loop
+
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
     scene = among(scene, traffic)
@@ -340,6 +342,10 @@ def drive(
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``.
     InternalFault : the referee refused the drive; a bug of ours.
     """
+    # Loaded here, and by simulate: who plans has no use for a simulator.
+    from lampyris.sim import drive as driving
+    from lampyris.sim.drive_settings import split_settings
+
     ours, rest = split_settings(settings)
     chosen = _planner(planner, rest)
     _typed("scene", scene, Scene)

@@ -23,8 +23,6 @@ from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.motion import laws
 from lampyris.planners import registry
-from lampyris.sim import loop
-from lampyris.sim.drive_settings import Settings
 
 
 class Planned(NamedTuple):
@@ -47,6 +45,8 @@ class _Names:
 
     def drive(self, settings: Mapping[str, Any]) -> object:
         """The settings themselves."""
+        from lampyris.sim.drive_settings import Settings
+
         return Settings.of(settings)
 
 
@@ -161,6 +161,8 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
     source = scenario.map
     if isinstance(source, Made):
         source = replace(source, settings=recipe_named(source.recipe).complete(source.settings))
+    from lampyris.sim.drive_settings import Settings
+
     done = replace(
         scenario,
         settings={key: getattr(planner, key) for key in registry.settings_of(type(planner))},
@@ -170,10 +172,10 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
     )
     if not scenario.simulated:
         return done
+    from lampyris.sim.loop import PATIENCE
+
     ticks = scenario.ticks if scenario.ticks is not None or trace is None else trace.last_tick
-    return replace(
-        done, ticks=ticks, patience=loop.PATIENCE if scenario.patience is None else scenario.patience
-    )
+    return replace(done, ticks=ticks, patience=PATIENCE if scenario.patience is None else scenario.patience)
 
 
 def speed_law(name: str, settings: Mapping[str, Any]) -> Any:

@@ -6,15 +6,20 @@ fault, 130 interrupted.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
+import warnings
 from typing import Any, NoReturn, TextIO
 
-from lampyris.errors import FileError, LampyrisError
+from lampyris.errors import FileError, LampyrisError, LimitError
 
 BAD_INPUT = 3
 INTERNAL_FAULT = 6
 INTERRUPTED = 130
+SELDOM = 50_000
+"""Objects made between two looks for rubbish, 700 being Python's own choice: what a start makes is kept, and
+looking at it again and again was a twelfth of a plan of a small map."""
 
 
 class Interrupted(SystemExit):
@@ -28,14 +33,29 @@ def main() -> None:
         sys.exit(BAD_INPUT)
     stdout = sys.stdout
     sys.stdout = _Pipe(stdout)
+    often, show = gc.get_threshold(), warnings.showwarning
+    warnings.showwarning = _note
+    gc.set_threshold(SELDOM)
     try:
         _run()
     finally:
+        gc.set_threshold(*often)
+        warnings.showwarning = show
         try:
             # Here, where a reader that has left can still be told from a fault; not at the interpreter's end.
             sys.stdout.flush()
         finally:
             sys.stdout = stdout
+
+
+def _note(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, *rest: Any, **more: Any
+) -> None:
+    """A warning; one that is meant for people comes as a note, without the line of code it was raised in."""
+    if getattr(category, "for_people", False):
+        print(f"note: {message}", file=sys.stderr)
+    else:
+        sys.stderr.write(warnings.formatwarning(message, category, filename, lineno))
 
 
 def _run() -> None:
@@ -60,6 +80,10 @@ def _run() -> None:
         name = error.filename if isinstance(error.filename, str) else ""
         print(FileError("FILE_WRITE", error.strerror or str(error), where=name), file=sys.stderr)
         sys.exit(BAD_INPUT)
+    except MemoryError as error:
+        what = str(error) or "memory ran out"
+        print(LimitError("MEMORY", what, todo="take a smaller map, or allow more memory"), file=sys.stderr)
+        sys.exit(LimitError.exit_code)
     except Exception as error:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise

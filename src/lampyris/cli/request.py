@@ -24,7 +24,6 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded, Traffic
 from lampyris.planners import registry
-from lampyris.sim.mobility import MOBILITIES, crowd
 from lampyris.typing import Cell, FloatGrid
 
 
@@ -187,6 +186,8 @@ class TrafficRequest:
 
     def traffic(self, grid: Grid, seed: int) -> tuple[Traffic, ...]:
         """The specifications."""
+        from lampyris.sim.mobility import MOBILITIES, crowd
+
         known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
             raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")

@@ -12,7 +12,8 @@ they are discs in continuous time, and every moment of it is judged.
 
 from __future__ import annotations
 
-from typing import TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lampyris.errors import UsageError
 from lampyris.model.drive import Drive
@@ -22,13 +23,15 @@ from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.referee.curve import check_curve
-from lampyris.referee.drive import check_drive
 from lampyris.referee.motion import check_motion
 from lampyris.referee.path import check_path, check_plan
 from lampyris.referee.profile import check_profile
 from lampyris.referee.to_go import sum_cost_to_go
-from lampyris.referee.trace import check_trace
 from lampyris.referee.verdict import Violation, demand
+
+if TYPE_CHECKING:
+    from lampyris.referee.drive import check_drive as check_drive
+    from lampyris.referee.trace import check_trace as check_trace
 
 __all__ = [
     "Violation",
@@ -43,6 +46,16 @@ __all__ = [
     "demand",
     "sum_cost_to_go",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Loaded when they are asked for: who plans drives nothing yet.
+    if name not in ("check_drive", "check_trace"):
+        raise AttributeError(f"module 'lampyris.referee' has no attribute {name!r}")
+    found = getattr(import_module(f"lampyris.referee.{name.removeprefix('check_')}"), name)
+    globals()[name] = found
+    return found
+
 
 _Judged = TypeVar("_Judged", Path, Plan, Profile, Trace, Drive)
 
@@ -61,9 +74,13 @@ def certify(result: _Judged, scene: Scene | None = None, path: Path | None = Non
     UsageError : what it is to be judged against is missing.
     """
     if isinstance(result, Trace):
+        from lampyris.referee.trace import check_trace
+
         demand(check_trace(result))
         return result
     if isinstance(result, Drive):
+        from lampyris.referee.drive import check_drive
+
         demand(check_drive(result))
         return result
     if scene is None or (isinstance(result, Profile) and path is None and result.xy is None):
