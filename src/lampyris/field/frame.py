@@ -22,6 +22,8 @@ AHEAD = 25
 WEIGHS_MOST = 5
 """A step over the heaviest terrain costs so many times what it costs over plain ground."""
 _NARROW, _WIDE = 2**30, 2**62
+MOST = 2**31
+"""Cells have numbers of 32 bits, the border's too."""
 SPARING = 2**23
 """Frames of so many cells or more are worked in as little memory as can be: lists lie in what the results
 will fill. That it takes longer shows on smaller maps only, and there 4 to 8 bytes a cell are nothing."""
@@ -50,6 +52,10 @@ class Frame:
         self.width: int = free.shape[1] + 2 * self.pad
         self.size: int = self.width * self.rows
         self.cells: int = free.size
+        if self.size >= MOST:
+            raise LimitError(
+                "LIMIT", f"{free.shape[1]:,} x {free.shape[0]:,} cells", allowed=f"fewer than {MOST:,} in all"
+            )
         most = max(moves.costs)
         if moves.unit == PELL_Q * moves.scale and free.size >= PELL_Q:
             raise LimitError("LIMIT", f"{free.size} cells", allowed=f"fewer than {PELL_Q} with octile moves")

@@ -108,8 +108,10 @@ def checked(
     SettingError, SceneError : see :func:`solve`.
     """
     _check(rho, gamma)
-    free = _own(free)
+    free = _cells(free)
     height, width = free.shape
+    Frame(free, moves, terrain=terrain is not None)  # before anything is made for it
+    free = _own(free)
     if not (0 <= goal[0] < width and 0 <= goal[1] < height):
         raise SceneError(
             "GOAL_OUTSIDE",
@@ -209,8 +211,8 @@ def _weights(terrain: ByteGrid, free: BoolGrid, moves: Moves) -> ByteGrid:
     return array
 
 
-def _own(free: BoolGrid) -> BoolGrid:
-    """The same cells as a read-only array that nobody else can write to."""
+def _cells(free: BoolGrid) -> BoolGrid:
+    """What is given, if it is cells."""
     array = np.asarray(free)
     if array.ndim != 2 or array.size == 0 or array.dtype != np.bool_:
         raise SettingError(
@@ -218,6 +220,11 @@ def _own(free: BoolGrid) -> BoolGrid:
             f"free has shape {array.shape} of {array.dtype}",
             allowed="bool, (height, width), not empty",
         )
+    return array
+
+
+def _own(array: BoolGrid) -> BoolGrid:
+    """The same cells as a read-only array that nobody else can write to."""
     if array.flags.writeable or not array.flags.c_contiguous:
         array = frozen(np.array(array, order="C"))
     return array
