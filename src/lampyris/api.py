@@ -33,6 +33,7 @@ from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.refine import refined
 from lampyris.motion.roomy import DRAWINGS, Drawing, drawn
+from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners import registry
 from lampyris.planners.assess import assess
 from lampyris.planners.base import Budget, Planner
@@ -218,8 +219,6 @@ def _scheduled(
             allowed="a plan, the law physical or a variant, no smooth, spacing, movers or v0",
         )
     _path(way)
-    from lampyris.motion.scheduled import scheduled_profile
-
     made = scheduled_profile(way, scene, tick_seconds, law=chosen)
     creep = chosen.creep if chosen.clearance else 1.0
     referee.demand(referee.check_profile(made, None, scene, v0=0.0, creep=creep, slowest=LEAST))
@@ -296,15 +295,9 @@ def simulate(
     scene = among(scene, traffic)
     _budget(budget)
     trace = loop.run(
-        scene,
-        chosen,
-        seed=_seed(seed),
-        ticks=ticks,
-        law=law,
-        patience=patience,
-        budget=budget,
+        scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, budget=budget,
         progress=progress,
-    )
+    )  # fmt: skip
     began = time.perf_counter()
     referee.demand(referee.check_trace(trace))
     timing = {**trace.timing, "referee_s": time.perf_counter() - began}
