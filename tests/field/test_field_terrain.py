@@ -10,6 +10,7 @@ import pytest
 
 from lampyris.errors import LimitError, SettingError
 from lampyris.field import solve as solve_module
+from lampyris.field import waves
 from lampyris.field.frame import Frame
 from lampyris.field.layers import moves_for, moves_on
 from lampyris.field.solve import solve, solve_field
@@ -360,3 +361,19 @@ def test_no_bucket_is_wider_than_the_least_step() -> None:
         assert 1 << shift <= 63 * price[0]
         assert (315 * price[-1] >> shift) + 2 <= mask + 1
     assert len(seen) == 4
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_unrolled_loops_and_the_table_of_steps_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Step sets of a caller's own go by a table; on ours both give the same bytes."""
+    rng = np.random.default_rng(29)
+    moves = MOVES[name].weighed()
+    for k in range(40):
+        free, terrain, goal = draw(rng, 30)
+        stop = (int(rng.integers(free.shape[1])), int(rng.integers(free.shape[0]))) if k % 2 else None
+        unrolled = solve(free, moves, goal, terrain=terrain, stop=stop)
+        monkeypatch.setattr(waves, "_UNROLLED", set())
+        by_table = solve(free, moves, goal, terrain=terrain, stop=stop)
+        monkeypatch.undo()
+        for what in ("exact", "step", "luciferin"):
+            np.testing.assert_array_equal(getattr(unrolled, what), getattr(by_table, what))

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.field.frame import AHEAD, SCRATCH, SPARING, WEIGHS_MOST, Frame, Wanted
-from lampyris.kernels import descent, heads, wavefront, weighted
+from lampyris.kernels import descent, heads, wavefront, weighted, weighted_descent
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
 from lampyris.typing import BoolGrid, ByteGrid, Floats
 
 _EIGHT = MOVES["octile"].offsets
+_UNROLLED = {MOVES[name].offsets for name in ("four", "octile", "sixteen")}
 _BY_HEADS = {
     (MOVES[name].offsets, MOVES[name].corner_cutting) for name in ("four", "dissertation", "sixteen")
 }
@@ -85,22 +86,22 @@ class Wave:
         room = (weight, self.cost, order, toll, load, links, firsts, bench)
         last = (self.goal, self.stop)
         rest = (shift, ring - 1, frame.never)
-        if self._two_prices:
-            a, b = moves.unit // TERRAIN_UNIT, moves.diagonal // TERRAIN_UNIT
-            guard = 0 if moves.corner_cutting else -1
-            count = weighted.eight(*room, frame.width, *last, a, b, guard, *rest)
+        a, b, c = (price // TERRAIN_UNIT for price in (moves.unit, moves.diagonal, moves.knight))
+        guard = 0 if moves.corner_cutting else -1
+        if moves.offsets in _UNROLLED and self._one_price_a_length and not (c and moves.corner_cutting):
+            count = weighted.settle(*room, frame.width, *last, a, b, c, guard, *rest)
         else:
             count = weighted.any_steps(*room, *self._by_price(prices), *last, *rest)
         if count == 0:
             return 0
         if self._two_prices:
-            weighted.parents8(
+            weighted_descent.parents8(
                 self.cost, weight, self.step, near, far, frame.width, frame.rows, a, b, guard, self._limit
             )
         else:
             each = np.array(moves.costs, dtype=np.int64) // TERRAIN_UNIT
             table = frame.table(moves)
-            weighted.parents(
+            weighted_descent.parents(
                 self.cost, weight, self.step, frame.width, frame.rows, frame.pad, *table, each, self._limit
             )
         self._glow(order, count)

@@ -192,6 +192,65 @@ def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop
     return levels
 
 
+@kernel(out=("order", "fresh"), inline=True)
+def _leaps(order, fresh, p, w, tail):
+    """Touch what knight's moves from ``p`` come to; the new end of the list."""
+    one = u64(1)
+    two = u64(2)
+    up = p - w
+    down = p + w
+    # What may be passed on the way: bit 1 of the two cells between the ends of a leap.
+    north = fresh[up] >> 1
+    south = fresh[down] >> 1
+    west = fresh[p - one] >> 1
+    east = fresh[p + one] >> 1
+    nw = fresh[up - one] >> 1
+    ne = fresh[up + one] >> 1
+    sw = fresh[down - one] >> 1
+    se = fresh[down + one] >> 1
+    n = up - two
+    order[tail] = n
+    ok = west & nw & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = up + two
+    order[tail] = n
+    ok = east & ne & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = down - two
+    order[tail] = n
+    ok = west & sw & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = down + two
+    order[tail] = n
+    ok = east & se & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = up - w - one
+    order[tail] = n
+    ok = north & nw & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = up - w + one
+    order[tail] = n
+    ok = north & ne & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = down + w - one
+    order[tail] = n
+    ok = south & sw & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    n = down + w + one
+    order[tail] = n
+    ok = south & se & fresh[n] & 1
+    tail += u64(ok)
+    fresh[n] -= ok
+    return tail
+
+
 @kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=4000)
 def three_heads(
     free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, knight, never
@@ -206,7 +265,6 @@ def three_heads(
     lay_out(free, fresh, width, 2, 3, 0)
     w = u64(width)
     one = u64(1)
-    two = u64(2)
     ahead = u64(24)
     order[0] = goal
     cost[goal] = 0
@@ -231,58 +289,7 @@ def three_heads(
         if by_knight == d:
             end = u64(level_end[leap_level])
             for i in range(leap, end):
-                p = order[i]
-                up = p - w
-                down = p + w
-                # What may be passed on the way: bit 1 of the two cells between the ends of a leap.
-                north = fresh[up] >> 1
-                south = fresh[down] >> 1
-                west = fresh[p - one] >> 1
-                east = fresh[p + one] >> 1
-                nw = fresh[up - one] >> 1
-                ne = fresh[up + one] >> 1
-                sw = fresh[down - one] >> 1
-                se = fresh[down + one] >> 1
-                n = up - two
-                order[tail] = n
-                ok = west & nw & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = up + two
-                order[tail] = n
-                ok = east & ne & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = down - two
-                order[tail] = n
-                ok = west & sw & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = down + two
-                order[tail] = n
-                ok = east & se & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = up - w - one
-                order[tail] = n
-                ok = north & nw & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = up - w + one
-                order[tail] = n
-                ok = north & ne & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = down + w - one
-                order[tail] = n
-                ok = south & sw & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
-                n = down + w + one
-                order[tail] = n
-                ok = south & se & fresh[n] & 1
-                tail += u64(ok)
-                fresh[n] -= ok
+                tail = _leaps(order, fresh, u64(order[i]), w, tail)
             leap = end
             leap_level += 1
         if by_diagonal == d:

@@ -19,8 +19,8 @@ by 0 or 1, and a border of walls spares all tests for the edge.
 Roads not taken, by how much longer costs alone took on maps of 512 x 512 and 1024 x 1024 cells, open, with a
 fifth of the cells blocked, and of rooms: cells (not departures) in doubly linked buckets, moved when a way
 gets cheaper (1.4 to 1.8 times); a binary heap (4 to 6 times); one table of steps for all sets, without
-:func:`eight` (2.5 to 4 times); buckets as arrays of cells and costs, each with room for the worst (1.0 to 1.9
-times); no early fetch of the rows above and below (1.2 to 1.4 times).
+:func:`settle` (2.5 to 4 times); buckets as arrays of cells and costs, each with room for the worst (1.0 to
+1.9 times); no early fetch of the rows above and below (1.2 to 1.4 times).
 """
 
 from __future__ import annotations
@@ -65,13 +65,113 @@ def lay_out(free, terrain, cost, weight, width, pad, never):
         weight[i] = 0
 
 
+@kernel(out=("cost", "order"), inline=True)
+def _diagonals(cost, order, p, c, w, guard, tail, never):
+    """Offer ``c`` to what diagonals into ``p`` come from; the new end of the list."""
+    one = u64(1)
+    up = cost[p - w]
+    left = cost[p - one]
+    right = cost[p + one]
+    down = cost[p + w]
+    # Behind a shut corner a cell looks like a wall.
+    n = p - w - one
+    old = cost[n]
+    seen = -1 if (old | ((up | left) & guard)) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p - w + one
+    old = cost[n]
+    seen = -1 if (old | ((up | right) & guard)) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p + w - one
+    old = cost[n]
+    seen = -1 if (old | ((down | left) & guard)) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p + w + one
+    old = cost[n]
+    seen = -1 if (old | ((down | right) & guard)) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    return tail
+
+
+@kernel(out=("cost", "order"), inline=True)
+def _leaps(cost, order, p, c, w, tail, never):
+    """Offer ``c`` to what knight's moves into ``p`` come from; the new end of the list."""
+    one = u64(1)
+    up = cost[p - w]
+    left = cost[p - one]
+    right = cost[p + one]
+    down = cost[p + w]
+    # The diagonal cell that a leap passes, and the straight one: shut if either is.
+    first = cost[p - w - one]
+    second = cost[p - w + one]
+    third = cost[p + w - one]
+    fourth = cost[p + w + one]
+    n = p - w - one - one
+    old = cost[n]
+    seen = -1 if (old | left | first) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p - w + one + one
+    old = cost[n]
+    seen = -1 if (old | right | second) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p + w - one - one
+    old = cost[n]
+    seen = -1 if (old | left | third) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p + w + one + one
+    old = cost[n]
+    seen = -1 if (old | right | fourth) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p - w - w - one
+    old = cost[n]
+    seen = -1 if (old | up | first) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p - w - w + one
+    old = cost[n]
+    seen = -1 if (old | up | second) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p + w + w - one
+    old = cost[n]
+    seen = -1 if (old | down | third) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    n = p + w + w + one
+    old = cost[n]
+    seen = -1 if (old | down | fourth) < 0 else old
+    order[tail] = n
+    tail = tail + one if seen == never else tail
+    cost[n] = old if seen < c else c
+    return tail
+
+
 @kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=1500)
-def eight(
-    weight, cost, order, toll, load, links, heads, bench, width, goal, stop, straight, diagonal, guard, shift,
-    mask, never,
+def settle(
+    weight, cost, order, toll, load, links, heads, bench, width, goal, stop, straight, diagonal, knight,
+    guard, shift, mask, never,
 ):  # fmt: skip
-    """Settle every cell that can reach the goal by the eight steps; return how many, 0 if costs outgrow
-    ``never``.
+    """Settle every cell that can reach the goal by four, eight or sixteen steps; return how many, 0 if costs
+    outgrow ``never``.
 
     Parameters
     ----------
@@ -80,13 +180,14 @@ def eight(
     order : uint32, (bench + 24,); the cells as they settled, bucket by bucket of rising cost.
     toll : as ``cost``, (bench,); the cost of each of them.
     load : uint8, (bench,); scratch, the terrain of each of them.
-    links : uint32, (2 bench,); scratch, the next departure in a bucket, straight ones first.
-    heads : uint32, (2 (mask + 1),); scratch, the first departure of each bucket.
+    links : uint32, (m bench,) for m prices; scratch, the next departure in a bucket, straight ones first.
+    heads : uint32, (m (mask + 1),); scratch, the first departure of each bucket.
     bench : one more than there are cells inside the border.
-    width : of a padded row; the border is one cell wide.
+    width : of a padded row; the border is one cell wide, with knight's moves two.
     goal, stop : cells; settling ends with the bucket of ``stop`` and the cells that cost no more than it; 0
         for never.
-    straight, diagonal : the two prices.
+    straight, diagonal, knight : the prices, 0 for those of the last two that there are not; knight's moves
+        go with diagonals.
     guard : -1 where the side cells of a diagonal must be free, 0 if not.
     shift, mask : costs ``c`` wait in bucket ``c >> shift & mask``; 1 << shift is at most the least step,
         mask one less than a power of two and with room for the dearest.
@@ -98,10 +199,11 @@ def eight(
     late = u64(bench)
     none = late - one
     ring = u64(mask) + one
-    for k in range(ring + ring):
+    kinds = u64(1 + (1 if diagonal > 0 else 0) + (1 if knight > 0 else 0))
+    for k in range(kinds * ring):
         heads[k] = none
     # Beyond it a departure could reach ``never``.
-    dearest = never - 315 * max(straight, diagonal)
+    dearest = never - 315 * max(straight, diagonal, knight)
     cost[goal] = 0
     order[0] = goal
     begin = zero
@@ -121,10 +223,15 @@ def eight(
             s = u64((d + straight * burden) >> shift) & u64(mask)
             links[i] = heads[s]
             heads[s] = i
-            s = (u64((d + diagonal * burden) >> shift) & u64(mask)) + ring
-            links[late + i] = heads[s]
-            heads[s] = i
-        waiting += tail - begin + tail - begin
+            if diagonal > 0:
+                s = (u64((d + diagonal * burden) >> shift) & u64(mask)) + ring
+                links[late + i] = heads[s]
+                heads[s] = i
+            if knight > 0:
+                s = (u64((d + knight * burden) >> shift) & u64(mask)) + ring + ring
+                links[late + late + i] = heads[s]
+                heads[s] = i
+        waiting += (tail - begin) * kinds
         if stop > 0 and cost[stop] < never:
             return _keep(order, toll, begin, tail, cost[stop])
         begin = tail
@@ -161,6 +268,8 @@ def eight(
             order[tail] = n
             tail = tail + one if old == never else tail
             cost[n] = old if old < c else c
+        if diagonal == 0:
+            continue
         s += ring
         i = u64(heads[s])
         heads[s] = none
@@ -169,35 +278,18 @@ def eight(
             c = toll[i] + diagonal * (TERRAIN_UNIT + load[i])
             i = u64(links[late + i])
             waiting -= one
-            up = cost[p - w]
-            left = cost[p - one]
-            right = cost[p + one]
-            down = cost[p + w]
-            # Behind a shut corner a cell looks like a wall.
-            n = p - w - one
-            old = cost[n]
-            seen = -1 if (old | ((up | left) & guard)) < 0 else old
-            order[tail] = n
-            tail = tail + one if seen == never else tail
-            cost[n] = old if seen < c else c
-            n = p - w + one
-            old = cost[n]
-            seen = -1 if (old | ((up | right) & guard)) < 0 else old
-            order[tail] = n
-            tail = tail + one if seen == never else tail
-            cost[n] = old if seen < c else c
-            n = p + w - one
-            old = cost[n]
-            seen = -1 if (old | ((down | left) & guard)) < 0 else old
-            order[tail] = n
-            tail = tail + one if seen == never else tail
-            cost[n] = old if seen < c else c
-            n = p + w + one
-            old = cost[n]
-            seen = -1 if (old | ((down | right) & guard)) < 0 else old
-            order[tail] = n
-            tail = tail + one if seen == never else tail
-            cost[n] = old if seen < c else c
+            tail = _diagonals(cost, order, p, c, w, guard, tail, never)
+        if knight == 0:
+            continue
+        s += ring
+        i = u64(heads[s])
+        heads[s] = none
+        while i != none:
+            p = u64(order[i])
+            c = toll[i] + knight * (TERRAIN_UNIT + load[i])
+            i = u64(links[late + late + i])
+            waiting -= one
+            tail = _leaps(cost, order, p, c, w, tail, never)
 
 
 @kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=2500)
@@ -210,7 +302,7 @@ def any_steps(
 
     Parameters
     ----------
-    weight, cost, order, toll, load, bench, goal, stop, shift, mask, never : as for :func:`eight`.
+    weight, cost, order, toll, load, bench, goal, stop, shift, mask, never : as for :func:`settle`.
     links, heads : uint32, (m bench,) and (m (mask + 1),) for m different prices.
     first : int64, (m + 1,); the steps of price j are those from ``first[j]`` to before ``first[j + 1]``.
     jump, side, other : int64; where each step comes from, and the two cells that must be free besides (the
@@ -280,91 +372,3 @@ def _keep(order, toll, begin, end, limit):
         toll[kept] = toll[i]
         kept = kept + one if toll[i] <= limit else kept
     return kept
-
-
-@kernel(out=("cost", "step", "near", "far"), each=1400)
-def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, guard, limit):
-    """The local parent rule for eight moves over terrain; costs above ``limit`` become -1.
-
-    For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at
-    which a neighbour's cost and the step into it make exactly the cell's own. What a departure from each cell
-    of three rows comes to is kept in ``near`` and ``far``, (3 width,) each, row y in place y % 3.
-    """
-    w = u64(width)
-    one = u64(1)
-    two = u64(2)
-    a = u64(0)
-    b = w
-    c = w + w
-    _departures(cost, weight, near, far, u64(0), a, w, straight, diagonal)
-    _departures(cost, weight, near, far, w, b, w, straight, diagonal)
-    for y in range(u64(rows - 2)):
-        begin = y * w
-        _departures(cost, weight, near, far, begin + w + w, c, w, straight, diagonal)
-        here = begin + w + one
-        if guard == 0:
-            for x in range(w - two):
-                d = cost[here + x]
-                k = 7 if near[c + x + one] == d else -1
-                k = 6 if near[a + x + one] == d else k
-                k = 5 if near[b + x + two] == d else k
-                k = 4 if near[b + x] == d else k
-                k = 3 if far[c + x + two] == d else k
-                k = 2 if far[c + x] == d else k
-                k = 1 if far[a + x + two] == d else k
-                k = 0 if far[a + x] == d else k
-                step[here + x] = k if (d <= limit) & (d > 0) else -1
-        else:
-            for x in range(w - two):
-                d = cost[here + x]
-                up = near[a + x + one]
-                left = near[b + x]
-                right = near[b + x + two]
-                down = near[c + x + one]
-                k = 7 if down == d else -1
-                k = 6 if up == d else k
-                k = 5 if right == d else k
-                k = 4 if left == d else k
-                k = 3 if (far[c + x + two] == d) & ((down | right) >= 0) else k
-                k = 2 if (far[c + x] == d) & ((down | left) >= 0) else k
-                k = 1 if (far[a + x + two] == d) & ((up | right) >= 0) else k
-                k = 0 if (far[a + x] == d) & ((up | left) >= 0) else k
-                step[here + x] = k if (d <= limit) & (d > 0) else -1
-        for i in range(begin, begin + w):
-            cost[i] = cost[i] if cost[i] <= limit else -1
-        a, b, c = b, c, a
-    for i in range(u64(rows - 2) * w, u64(rows) * w):
-        cost[i] = cost[i] if cost[i] <= limit else -1
-
-
-@kernel(out=("near", "far"))
-def _departures(cost, weight, near, far, row, place, width, straight, diagonal):
-    """What a straight and a diagonal departure from each cell of a row come to; -1 in walls."""
-    for x in range(u64(width)):
-        d = cost[row + x]
-        burden = TERRAIN_UNIT + weight[row + x]
-        near[place + x] = d + straight * burden if d >= 0 else -1
-        far[place + x] = d + diagonal * burden if d >= 0 else -1
-
-
-@kernel(out=("cost", "step"), each=2700)
-def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limit):
-    """The same for any step set (``price``: of each step, in the order of ``step``)."""
-    w = u64(width)
-    for y in range(u64(pad), u64(rows - pad)):
-        begin = y * w + u64(pad)
-        end = begin + w - u64(2 * pad)
-        for j in range(len(jump)):
-            k = len(jump) - 1 - j
-            ahead = u64(jump[k])
-            first = u64(side[k])
-            second = u64(other[k])
-            base = price[k]
-            for at in range(begin, end):
-                c = cost[at]
-                here = cost[at + ahead]
-                offered = here + base * (TERRAIN_UNIT + weight[at + ahead])
-                free = (here | cost[at + first] | cost[at + second]) >= 0
-                step[at] = k if (offered == c) & free & (c <= limit) else step[at]
-    for i in range(u64(len(cost))):
-        cost[i] = cost[i] if cost[i] <= limit else -1
