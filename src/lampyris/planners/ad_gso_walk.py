@@ -156,6 +156,8 @@ class Walker:
             )
             self._drawn = trip.at(w.DRAWN)
             self._read(trip, ground)
+            if trip.code == w.FULL and trip.at(w.LENGTH) + len(self._room[-1]) <= len(trip.path):
+                continue  # it was the log, and that has just been emptied
             if trip.code == w.FULL:
                 trip.path = np.concatenate((trip.path, np.zeros_like(trip.path)))
             elif trip.code != w.PAUSED or trip.at(w.JUMPS) >= jumps:
