@@ -22,7 +22,7 @@ from lampyris.typing import BoolGrid, FloatGrid
 _NEVER = 2**60
 """Squared half cells to the nearest wall of a map that has none."""
 
-_PART = 2**16
+_PART = 2**12
 """Cells that are converted at once."""
 FORGIVEN = 1e-9
 """Share of a length that decimal rounding may eat, so that 0.3 m of radius fits a corridor of 0.6 m."""

@@ -249,13 +249,14 @@ class TimedSearch:
 
     def still_good(self, table: Timetable, cells: Cells, ticks: Ticks) -> bool:
         """Whether a robot that is on ``cells[0]`` at ``ticks[0]`` may drive on as planned."""
-        for (a, b), (t, then) in zip(
-            zip(cells[:-1].tolist(), cells[1:].tolist(), strict=True),
-            zip(ticks[:-1].tolist(), ticks[1:].tolist(), strict=True),
-            strict=True,
-        ):
-            u, v = self.flat((a[0], a[1])), self.flat((b[0], b[1]))
-            kind = self._kinds[(b[0] - a[0], b[1] - a[1])]
+        x, y = cells.astype(np.int64).T
+        flat = (y + 1) * self._stride + x + 1
+        touched = table.slot[flat] >= 0
+        # Most of a long way lies where nobody ever comes.
+        for k in np.flatnonzero(touched[:-1] | touched[1:]).tolist():
+            u, v = int(flat[k]), int(flat[k + 1])
+            t, then = int(ticks[k]), int(ticks[k + 1])
+            kind = self._kinds[(int(x[k + 1] - x[k]), int(y[k + 1] - y[k]))]
             if table.safe_until(u, t) < then - 1 or table.bans(u, then * len(self._offset) + kind):
                 return False
             s = int(table.slot[v])
