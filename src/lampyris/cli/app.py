@@ -17,6 +17,7 @@ from lampyris.cli import (
     scen_verb,
     speed_verb,
     study_verb,
+    warm_verb,
 )
 from lampyris.cli.options import (
     AllowOutside,
@@ -257,3 +258,4 @@ app.command()(drive_verb.drive)
 app.command()(compare_verb.compare)
 app.command()(reproduce_verb.reproduce)
 app.command()(app_verb.app)
+app.command()(warm_verb.warm)

@@ -173,6 +173,7 @@ def _land(course: Course, grid: Grid, settings: BlindArea, limit: float) -> _Lan
         return None
     height, width = opaque.shape
     rows, columns = np.nonzero(_corners(opaque, dark, rho == 0.0))
+    columns = np.ascontiguousarray(columns)
     first = np.searchsorted(rows, np.arange(height + 2))
     roomy = ~_within(opaque & ~dark, math.ceil(rho / math.sqrt(2.0)) - 1)
     places = course.xy - low + 0.5
@@ -274,5 +275,5 @@ def visible_cells(grid: Grid, cell: Cell, reach: float, unknown: Literal["dark",
     seen = np.zeros(opaque.size, dtype=np.bool_)
     x, y = (int(v) * UNIT + _HALF for v in cell)
     steps = min(reach / grid.resolution, float(grid.width + grid.height)) * UNIT
-    cells_in_sight(opaque.ravel(), grid.width, grid.height, x, y, int(steps), seen)
+    cells_in_sight(frozen(opaque.ravel()), grid.width, grid.height, x, y, int(steps), seen)
     return frozen(seen.reshape(opaque.shape))

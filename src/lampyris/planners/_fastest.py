@@ -93,6 +93,7 @@ class FieldSearch:
         if len(shut):
             open_now = self._free.copy()
             open_now[shut[:, 1], shut[:, 0]] = False
+            frozen(open_now)  # to numba an array that can be written is of another type
         shares = (0.5, 0.5, float(self._moves.unit))  # Nobody looks at the luciferin.
         frame, (_, cost, step), count = fill(open_now, None, self._moves, goal, shares, stop=start)
         at = frame.index(start)

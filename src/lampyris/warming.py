@@ -1,0 +1,281 @@
+"""Compile every kernel before anybody waits for it, and keep the machine code on disk.
+
+Small jobs of every kind run once in plain form, and the types of the arguments that each kernel met are
+noted. That is what is compiled: no list of signatures has to be kept up by hand, and a test holds the jobs
+against every kernel there is and against what planning, simulating and driving ask for.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pkgutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lampyris import api, kernels
+from lampyris.errors import FileError, LampyrisError, UsageError
+from lampyris.field import waves
+from lampyris.field.layers import clearance
+from lampyris.field.solve import solve
+from lampyris.kernels import _jit
+from lampyris.model.edit import Edit
+from lampyris.model.grid import Grid, frozen
+from lampyris.model.movers import Movers, Track
+from lampyris.model.moves import MOVES
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
+from lampyris.motion import laws
+from lampyris.motion.blind import visible_cells
+from lampyris.motion.path_time import through_tracks
+from lampyris.planners import registry
+from lampyris.planners._fastest import FieldSearch
+from lampyris.planners._jps import JumpSearch
+from lampyris.planners.ad_gso import AdGso
+from lampyris.sim.fast import FastRuns
+from lampyris.study.tracks import Replay
+
+Wanted = tuple[_jit.Kernel, tuple[Any, ...]]
+"""A kernel and the numba types of its arguments."""
+
+
+@dataclass(frozen=True, slots=True)
+class Warmed:
+    """What was done.
+
+    Parameters
+    ----------
+    kernels : kernels that are called from outside of kernels; those that only kernels call are in them.
+    versions : for how many lists of argument types there is machine code.
+    made : how many of them were compiled now; the others had been kept.
+    folders : where machine code is kept.
+    size : bytes of ours in them.
+    """
+
+    kernels: int
+    versions: int
+    made: int
+    folders: tuple[Path, ...]
+    size: int
+
+
+def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
+    """Compile what there is not yet.
+
+    Parameters
+    ----------
+    progress : called with how many are done, of how many, and which kernel is next.
+
+    Raises
+    ------
+    UsageError : ``NUMBA_DISABLE_JIT`` is set: nothing would be compiled.
+    FileError : machine code cannot be kept on disk; everything works, but each process compiles anew.
+    """
+    if _jit.jit_disabled():
+        raise UsageError(
+            "JIT",
+            "NUMBA_DISABLE_JIT is set, so that kernels are never compiled",
+            todo="unset it, and ask again",
+        )
+    asked = wanted()
+    made = 0
+    folders: dict[Path, None] = {}
+    for done, (kernel, types) in enumerate(asked):
+        if progress:
+            progress(done, len(asked), kernel.__name__)
+        try:
+            made += kernel.prepare(types)
+        except OSError as error:
+            raise _nowhere(str(error)) from None
+        folder = kernel.kept_in()
+        if folder is None:
+            raise _nowhere("no folder for it can be written to")
+        folders[Path(folder)] = None
+    if progress:
+        progress(len(asked), len(asked), "")
+    return Warmed(len({k for k, _ in asked}), len(asked), made, tuple(folders), sum(map(_size, folders)))
+
+
+def _nowhere(why: str) -> FileError:
+    return FileError(
+        "FILE_WRITE",
+        f"compiled code cannot be kept on disk ({why})",
+        where=os.environ.get("NUMBA_CACHE_DIR", ""),
+        allowed="the folder of the package, the user's folder for caches, or NUMBA_CACHE_DIR",
+        todo="set NUMBA_CACHE_DIR to a folder that can be written to",
+    )
+
+
+def _size(folder: Path) -> int:
+    return sum(f.stat().st_size for f in folder.glob("*.nb[ic]"))
+
+
+def wanted() -> tuple[Wanted, ...]:
+    """Every kernel, with each list of argument types that it is called with."""
+    for module in pkgutil.iter_modules(kernels.__path__):
+        importlib.import_module(f"{kernels.__name__}.{module.name}")
+    with _jit.recorded() as found:
+        for job in jobs():
+            job()
+    return tuple(found)
+
+
+def jobs() -> Iterator[Callable[[], object]]:
+    """Small work of every kind."""
+    for moves in MOVES:
+        for terrain in (False, True):
+            yield partial(_fields, moves, terrain)
+            for name in registry.names():
+                if not registry.origin_of(name):
+                    yield partial(_cells, name, moves, terrain)
+        yield partial(_studied, moves)
+    yield _attributes
+    yield _crowded
+    for law in laws.names():
+        yield partial(_speeds, law)
+        yield partial(_driven, law)
+    yield _watched
+
+
+def _grid(terrain: bool = False) -> Grid:
+    """A small hall: a wall with two doors, a shelf, a gate, and a corner that nobody has seen."""
+    blocked = np.zeros((12, 18), dtype=bool)
+    blocked[:, 8] = True
+    blocked[[3, 9], 8] = False
+    blocked[5, 2:6] = True
+    unknown = np.zeros_like(blocked)
+    unknown[0, 14:] = True
+    ground = np.where(blocked | unknown, 0, np.arange(blocked.size).reshape(blocked.shape) % 60)
+    return Grid(blocked | unknown, unknown, terrain=ground.astype(np.uint8) if terrain else None)
+
+
+def _scene(moves: str = "octile", *, terrain: bool = False, **more: Any) -> Scene:
+    return Scene(_grid(terrain), start=(2, 2), goal=(15, 10), moves=MOVES[moves], **more)
+
+
+def _fields(moves: str, terrain: bool) -> None:
+    """Fields, to the end and with an early one; also by steps and prices of a caller's own."""
+    scene = _scene(moves, terrain=terrain)
+    kinds = [scene.moves]
+    if moves == "octile":
+        kinds.append(replace(scene.moves, name="own", costs=(141,) * 4 + (100,) * 4, unit=100))
+    if moves == "sixteen":
+        own = (23,) * 4 + scene.moves.costs[4:]
+        kinds.append(replace(scene.moves, name="own", costs=own))
+        kinds.append(replace(kinds[-1], costs=tuple(c << 28 for c in own), unit=10 << 28))
+    for kind in kinds:
+        paid = kind.weighed() if terrain else kind
+        for stop in (None, scene.start):
+            solve(~scene.grid.blocked, paid, scene.goal, terrain=scene.grid.terrain, stop=stop)
+        with _as_if_large():
+            solve(~scene.grid.blocked, paid, scene.goal, terrain=scene.grid.terrain)
+
+
+@contextmanager
+def _as_if_large() -> Iterator[None]:
+    """Fields are laid out as those of large maps are."""
+    was = waves.SPARING  # type: ignore[attr-defined]
+    waves.SPARING = 0  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        waves.SPARING = was  # type: ignore[attr-defined]
+
+
+def _cells(planner: str, moves: str, terrain: bool) -> None:
+    """A plan, and a simulation among moving obstacles and walls that come and go."""
+    edits = (Edit(2, blocked=((8, 3), (4, 8))), Edit(5, freed=((8, 3), (5, 5))))
+    scene = _scene(moves, terrain=terrain, edits=edits, traffic=(RandomWalk(3), Crossing(1)))
+    known = registry.settings_of(registry.planner_class(planner))
+    if "swarm" in known and moves != "octile":
+        return  # these call the same kernels by any step set
+    few: dict[str, Any] = {
+        name: 2 for name in ("swarm", "iterations", "particles", "rounds") if name in known
+    }
+    with suppress(LampyrisError):  # not every planner serves every step set and ground
+        api.plan(scene, planner, **few)
+        api.simulate(scene, planner, ticks=12, **few)
+        if planner == "ad-gso":
+            api.plan(scene, planner, gates="replan", choice="exact")
+
+
+def _attributes() -> None:
+    """Room to walls, and AD-GSO that minds more than length."""
+    scene = _scene()
+    clearance(scene.grid)
+    api.plan(scene, "ad-gso", crowding=1.0, keep_away=1)
+    api.plan(_scene(robot=Robot(radius=0.6)), "astar")
+
+
+def _crowded() -> None:
+    """The planner ``fastest`` where it walks down a field, and what is seen from a cell."""
+    scene = _scene()
+    free = frozen(~scene.grid.blocked)
+    for moves in MOVES.values():
+        search = FieldSearch(free, moves, JumpSearch(free, MOVES["octile"]))
+        for closed in ((), ((8, 3),)):
+            search.way(scene.start, scene.goal, closed=closed)
+    visible_cells(scene.grid, scene.start, 5.0)
+
+
+def _studied(moves: str) -> None:
+    """Runs as studies make them: a whole simulation in one kernel, and tracks to be replayed."""
+    scene = _scene(moves, traffic=(RandomWalk(3),))
+    if scene.moves.reach == 1:
+        for choice in ("greedy", "exact"):
+            FastRuns(scene, AdGso(choice=choice)).run(1, 30)
+    Replay(scene, 1).upto(10)
+
+
+def _speeds(law: str) -> None:
+    """Profiles, of the path and of a curve, with zones, obstacles and a limit of the jerk."""
+    zones = np.full((12, 18), 0.5)
+    for robot in (Robot(), Robot(radius=0.3, turn_radius=0.5), Robot(jerk_max=1.0)):
+        scene = _scene(robot=robot, zones=zones)
+        path = api.plan(scene, "astar").path
+        assert path is not None
+        around = Movers(np.array([[5.0, 5.0], [12.0, 4.0]]), np.full(2, 0.3), np.full(2, 0.5))
+        with suppress(LampyrisError):
+            laws.profile(path, scene, law=law, v0=0.9, on_infeasible="brake")
+            api.profile(path, scene, law)
+            api.profile(path, scene, law, movers=around)
+        for smooth in ("taut", "arcs"):
+            with suppress(LampyrisError):
+                api.profile(path, scene, law, smooth=smooth, movers=around)
+
+
+def _driven(law: str) -> None:
+    """Drives; by our own law also with corners, and where it knows whole tracks."""
+    track = Recorded(tuple((12, y) for y in (2, 3, 4, 5, 6, 7, 8)))
+    walkers = (RandomWalk(2), Patrol(((12, 3), (12, 9))))
+    ways: list[tuple[Any, float, dict[str, Any]]] = [(walkers, 3.0, {})]
+    if law == "physical":
+        ways += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"know": "tracks"})]
+    for traffic, limit, more in ways:
+        with suppress(LampyrisError):
+            api.drive(_scene(traffic=traffic), "ad-gso", law=law, time_limit=limit, **more)
+
+
+def _watched() -> None:
+    """Speeds through tracks that are known, and a plan with a schedule."""
+    scene = _scene()
+    path = api.plan(scene, "astar").path
+    assert path is not None
+    course = api.course(path, scene)
+    cap = np.full(len(course), 1.0)
+    cap[-1] = 0.0
+    # It stands in the way for half a minute, and then clears off.
+    places = np.stack((course.xy[len(course) // 2],) * 2 + (np.array([17.0, 0.0]),))
+    track = Track(np.array([0.0, 30.0, 60.0]), places, 0.3, 1.0)
+    through_tracks(course, cap, scene.robot, [track])
+    waiting = _scene(traffic=(Patrol(((8, 3), (12, 3))), RandomWalk(2)))
+    for planner in ("sipp", "space-time-astar"):
+        plan = api.plan(waiting, planner)
+        api.profile(plan, waiting, tick_seconds=1.0)
