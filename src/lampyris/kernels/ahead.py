@@ -81,7 +81,7 @@ def extent(at, chosen, lower, width, cost, luc, step, far):
 
 @kernel(
     out=("tally", "path", "wall", "toll", "mark", "dist", "queue", "queued", "way", "known"),
-    each=30_000,
+    each=24_000,
     of=WAY,
 )
 def walk_known(

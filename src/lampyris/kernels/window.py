@@ -286,7 +286,7 @@ def note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at,
 
 @kernel(
     out=("tally", "path", "log", "wall", "toll", "mark", "dist", "queue", "queued", "way"),
-    each=40_000,
+    each=12_000,
     of=WAY,
 )
 def walk(

@@ -1,0 +1,223 @@
+"""What a start loads and compiles: everything that start-up time is made of, without a clock."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lampyris
+
+HEAVY = [
+    "numba",
+    "llvmlite",
+    "scipy",
+    "matplotlib",
+    "PIL",
+    "joblib",
+    "yaml",
+    "starlette",
+    "uvicorn",
+    "asyncio",
+    "multiprocessing",
+]
+IDLE = [
+    "sim.loop",
+    "sim.drive",
+    "referee.drive",
+    "referee.trace",
+    "study",
+    "app",
+    "reproduce",
+    "warming",
+    "maps.scenario_file",
+]
+
+CLI = """
+import sys
+sys.argv = ["lampyris", *WORDS]
+from lampyris.cli import main
+try:
+    main()
+except SystemExit as done:
+    assert not done.code, done.code
+"""
+PRETEND = """
+import sys, types
+from lampyris.kernels import _jit
+compiled = []
+def pretend(self):
+    # As if it had been compiled, for what decides next is whether numba is there.
+    sys.modules.setdefault("numba", types.ModuleType("numba"))
+    if self._compiled is None:
+        compiled.append(self.__name__)
+        self._compiled = self.run_plain
+    return self._compiled
+_jit.Kernel.compiled = pretend
+"""
+COUNT = """
+from lampyris.kernels import _jit
+_jit.prefer_compiled()
+made = []
+_jit.on_compile(made.append)
+"""
+
+
+def run(code: str, *words: object, **env: str) -> subprocess.CompletedProcess[str]:
+    """Python code in a process of its own; ``WORDS`` are the words of a command line."""
+    given = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")} | env
+    full = f"WORDS = {[str(w) for w in words]!r}\n{textwrap.dedent(code)}"
+    return subprocess.run(
+        [sys.executable, "-c", full], capture_output=True, text=True, check=False, env=given
+    )
+
+
+def last(done: subprocess.CompletedProcess[str]) -> Any:
+    """What the last line it printed says."""
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def square(folder: Path, size: int) -> list[str]:
+    """The words for a plan on a map of so many cells squared, a tenth of it blocked."""
+    blocked = np.random.default_rng(size).random((size, size)) < 0.1
+    blocked[:3, :3] = blocked[-3:, -3:] = False
+    np.save(folder / f"{size}.npy", blocked.astype(np.uint8))
+    return ["plan", str(folder / f"{size}.npy"), "--start", "0,0", "--goal", f"{size - 1},{size - 1}"]
+
+
+def test_a_small_plan_loads_what_a_plan_needs() -> None:
+    asked = HEAVY + [f"lampyris.{m}" for m in IDLE]
+    show = f"print(__import__('json').dumps([m for m in {asked!r} if m in sys.modules]))"
+    assert last(run(CLI + show, "plan", "env-1")) == []
+    assert last(run(CLI + show, "plan", "env-1", "--json")) == []
+
+
+def test_nothing_is_compiled_when_kernels_are_imported() -> None:
+    code = """
+    import importlib, pkgutil, sys, lampyris.kernels as kernels
+    for module in pkgutil.iter_modules(kernels.__path__):
+        importlib.import_module(f"lampyris.kernels.{module.name}")
+    from lampyris.kernels._jit import KERNELS
+    assert len(KERNELS) > 100
+    assert all(k._compiled is None for k in KERNELS)
+    assert "numba" not in sys.modules
+    """
+    assert run(code).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("size", "planner", "want"),
+    [
+        (50, "ad-gso", []),
+        (316, "ad-gso", []),
+        (316, "astar", []),
+        (316, "jps", []),
+        (512, "ad-gso", ["windows", "parents8", "glow"]),
+        (512, "astar", ["search"]),
+    ],
+)
+def test_kernels_that_a_plan_compiles(size: int, planner: str, want: list[str], tmp_path: Path) -> None:
+    """100,000 cells need no numba; of large maps the whole is compiled, and what follows one way is not."""
+    code = PRETEND + CLI + "print(__import__('json').dumps(compiled))"
+    assert last(run(code, *square(tmp_path, size), "--json", "--planner", planner)) == want
+
+
+def test_the_second_process_compiles_nothing(tmp_path: Path) -> None:
+    code = COUNT + CLI + "print(__import__('json').dumps(sum(made)))"
+    words = ("plan", "guide", "--planner", "dijkstra", "--json")
+    env = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert last(run(code, *words, **env)) > 0
+    assert list(tmp_path.rglob("*.nbc"))
+    assert last(run(code, *words, **env)) == 0
+
+
+SMALL = """
+import json, sys, warnings, numpy as np
+warnings.simplefilter("always")
+from lampyris.kernels import _jit
+from lampyris.kernels.speed import clock, sweep
+_jit.prefer_compiled()
+t = np.zeros(4)
+clock(np.array([1.0, 2.0, 3.0]), t)
+again = np.zeros(3)
+clock(np.array([1.0, 2.0]), again)
+assert (t.tolist(), again.tolist()) == ([0, 1, 3, 6], [0, 1, 3])
+print(json.dumps(clock.kept_in()))
+"""
+
+
+@pytest.fixture
+def sealed(tmp_path: Path) -> Path:
+    """A copy of the kernels beside which nobody can write: a file is where a folder would be."""
+    home = Path(lampyris.__file__).parent
+    for part in ("__init__.py", "kernels"):
+        copy = shutil.copytree if (home / part).is_dir() else shutil.copy
+        (tmp_path / "lampyris").mkdir(exist_ok=True)
+        copy(home / part, tmp_path / "lampyris" / part)
+    beside = tmp_path / "lampyris" / "kernels" / "__pycache__"
+    shutil.rmtree(beside, ignore_errors=True)
+    beside.touch()
+    return tmp_path
+
+
+def test_a_read_only_installation_keeps_code_in_the_users_folder(sealed: Path) -> None:
+    mine = sealed / "mine"
+    done = run(SMALL, PYTHONPATH=str(sealed), XDG_CACHE_HOME=str(mine), HOME=str(mine))
+    assert Path(last(done)).is_relative_to(mine)
+    assert list(mine.rglob("*.nbc"))
+    assert not done.stderr
+
+
+def test_where_nothing_can_be_kept_it_works_and_says_so_once(sealed: Path) -> None:
+    nowhere = {"XDG_CACHE_HOME": os.devnull, "HOME": os.devnull, "NUMBA_CACHE_DIR": os.devnull + "/x"}
+    done = run(SMALL, PYTHONPATH=str(sealed), **nowhere)
+    assert last(done) is None
+    assert done.stderr.count("NothingKept: compiled code cannot be kept on disk") == 1, done.stderr
+    assert "NUMBA_CACHE_DIR" in done.stderr
+
+
+def test_a_full_disk_does_not_stop_a_kernel(tmp_path: Path) -> None:
+    full = """
+    from numba.core import caching
+    def save(self, *args):
+        raise OSError(28, "No space left on device")
+    caching.IndexDataCacheFile.save = save
+    """
+    done = run(textwrap.dedent(full) + SMALL, NUMBA_CACHE_DIR=str(tmp_path))
+    assert last(done) is None
+    assert done.stderr.count("NothingKept") == 1, done.stderr
+    assert "No space left on device" in done.stderr
+
+
+def test_damaged_machine_code_does_not_stop_a_kernel(tmp_path: Path) -> None:
+    assert last(run(SMALL, NUMBA_CACHE_DIR=str(tmp_path)))
+    for file in tmp_path.rglob("*.nb[ic]"):
+        file.write_bytes(file.read_bytes()[:20])
+    done = run(SMALL, NUMBA_CACHE_DIR=str(tmp_path))
+    assert last(done) is None
+    assert done.stderr.count("NothingKept") == 1, done.stderr
+
+
+def test_the_command_line_says_it_as_a_note(tmp_path: Path) -> None:
+    warn = """
+    import warnings
+    from lampyris.kernels import _jit
+    from lampyris.planners import registry
+    make = registry.make
+    def loud(*args, **more):
+        warnings.warn(_jit.NothingKept("nothing is kept"), stacklevel=2)
+        return make(*args, **more)
+    registry.make = loud
+    """
+    done = run(textwrap.dedent(warn) + CLI, "plan", "guide")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines() == ["note: nothing is kept"]

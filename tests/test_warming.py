@@ -1,0 +1,207 @@
+"""``lampyris warm`` leaves out no kernel, and none of the argument types that work asks for."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris import api
+from lampyris.errors import LampyrisError
+from lampyris.kernels import _jit
+from lampyris.model.edit import Edit
+from lampyris.model.grid import Grid
+from lampyris.model.movers import Movers
+from lampyris.model.moves import MOVES
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
+from lampyris.model.traffic import Patrol, RandomWalk
+from lampyris.motion import laws
+from lampyris.planners import registry
+from lampyris.planners.ad_gso import AdGso
+from lampyris.sim.fast import FastRuns
+from lampyris.warming import wanted, warm
+
+
+@pytest.fixture(scope="module")
+def ready() -> set[Any]:
+    """What is compiled."""
+    return set(wanted())
+
+
+def ours() -> set[_jit.Kernel]:
+    """Kernels of the package; tests may have made others."""
+    return {k for k in _jit.KERNELS if k.plain.__module__.startswith("lampyris.kernels.")}
+
+
+def test_no_kernel_is_left_out(ready: set[Any]) -> None:
+    called = {k for k, _ in ready}
+    inside = {callee for k in called for callee in _jit._callees(k)}
+    assert len(called) > 50
+    assert {k.__name__ for k in ours() - called - inside} == set()
+
+
+def hall(terrain: bool, unknown: bool, seed: int) -> Grid:
+    """A map unlike those that the jobs of `warm` run on."""
+    rng = np.random.default_rng(seed)
+    blocked = rng.random((26, 33)) < 0.2
+    blocked[:3, :3] = blocked[-3:, -3:] = False
+    ground = np.where(blocked, 0, rng.integers(0, 250, blocked.shape)).astype(np.uint8)
+    hidden = (rng.random(blocked.shape) < 0.05) & ~blocked if unknown else None
+    if hidden is not None:
+        hidden[:3, :3] = hidden[-3:, -3:] = False
+        blocked = blocked | hidden
+    ground = np.where(blocked, 0, ground).astype(np.uint8)
+    return Grid(blocked, hidden, 0.5, terrain=ground if terrain else None)
+
+
+def simulations(moves: str, terrain: bool, seed: int) -> int:
+    """Every planner: runs among moving obstacles, and walls; how many there were."""
+    ran = 0
+    edits = (Edit(3, blocked=((10, 10), (11, 10))), Edit(6, freed=((10, 10), (12, 12))))
+    walkers = (RandomWalk(4), Patrol(((0, 2), (2, 0))))
+    for name in registry.names():
+        if registry.origin_of(name):
+            continue
+        few = {"iterations": 2} if "iterations" in registry.settings_of(registry.planner_class(name)) else {}
+        for more in ({"traffic": walkers}, {"traffic": walkers, "edits": edits, "robot": Robot(0.1)}):
+            scene = Scene(hall(terrain, False, seed), (0, 0), (32, 25), moves=MOVES[moves], **more)
+            try:
+                api.simulate(scene, name, ticks=10, **few)
+            except LampyrisError:  # a planner that does not serve such moves or such ground
+                continue
+            ran += 1
+    return ran
+
+
+def speeds(seed: int) -> int:
+    """Every law: profiles of a path and of a curve, and a drive; how many laws."""
+    scene = Scene(
+        hall(False, bool(seed % 2), seed), (0, 0), (32, 25), robot=Robot(0.1), traffic=(RandomWalk(3),)
+    )
+    path = api.plan(scene, "astar").path
+    assert path is not None
+    around = Movers(np.array([[8.0, 8.0]]), np.ones(1), np.ones(1), np.array([[0.1, 0.2]]))
+    for law in laws.names():
+        api.profile(path, scene, law)
+        try:
+            api.profile(path, scene, law, smooth="taut", movers=around)
+        except LampyrisError:
+            pass
+        api.drive(scene, "ad-gso", law=law, time_limit=2.0)
+    return len(laws.names())
+
+
+WORK = {
+    "octile": lambda: simulations("octile", False, 1),
+    "dissertation": lambda: simulations("dissertation", False, 2),
+    "four": lambda: simulations("four", False, 3),
+    "sixteen": lambda: simulations("sixteen", False, 4),
+    "terrain, octile": lambda: simulations("octile", True, 5),
+    "terrain, sixteen": lambda: simulations("sixteen", True, 6),
+    "speeds": lambda: speeds(7),
+    "speeds past the unknown": lambda: speeds(8),
+    "fast runs": lambda: FastRuns(
+        Scene(hall(False, False, 9), (0, 0), (32, 25), moves=MOVES["dissertation"], traffic=(RandomWalk(5),)),
+        AdGso(),
+    ).run(3, 40),
+}
+
+
+LEAST = {
+    "octile": 30, "dissertation": 30, "four": 20, "sixteen": 20, "terrain, octile": 20, "terrain, sixteen": 10,
+    "speeds": 5, "speeds past the unknown": 5,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", WORK)
+def test_work_asks_for_nothing_else(what: str, ready: set[Any]) -> None:
+    with _jit.recorded() as asked:
+        done = WORK[what]()
+    assert isinstance(done, Trace) or done >= LEAST[what]
+    missing = {f"{k.plain.__module__}.{k.__name__}{types}" for k, types in asked.keys() - ready}
+    assert missing == set()
+
+
+def test_one_version_each_but_for_wide_costs(ready: set[Any]) -> None:
+    """A second version may only differ in the width of costs, which is 32 or 64 bits as the step set needs."""
+    versions: dict[_jit.Kernel, list[Any]] = {}
+    for k, types in ready:
+        versions.setdefault(k, []).append(types)
+    for k, several in versions.items():
+        assert len(several) <= 2, k.__name__
+        for pair in zip(*several, strict=True):
+            widths = {str(t).replace("int32", "int64") for t in pair}
+            assert len(widths) == 1, (k.__name__, pair)
+
+
+def test_asked_again_there_is_nothing_to_do(tmp_path: Path) -> None:
+    """Progress is told, and the folder and its bytes are right."""
+    code = """
+import json, lampyris.warming as w
+short = w.wanted
+w.wanted = lambda: tuple(p for p in short() if p[0].__name__ in ('clock', 'trail'))
+told = []
+first = w.warm(lambda *now: told.append(now))
+second = w.warm()
+print(json.dumps([first.made, second.made, first.size, [str(f) for f in first.folders], told[-1][:2]]))
+"""
+    env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | {
+        "NUMBA_CACHE_DIR": str(tmp_path)
+    }
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    made, again, size, folders, told = json.loads(done.stdout)
+    assert (made, again, told) == (2, 0, [2, 2])
+    assert all(Path(f).is_relative_to(tmp_path) for f in folders)
+    assert size == sum(f.stat().st_size for f in tmp_path.rglob("*.nb[ic]"))
+
+
+def test_without_a_compiler_there_is_nothing_to_warm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    with pytest.raises(LampyrisError, match="NUMBA_DISABLE_JIT") as refused:
+        warm()
+    assert refused.value.exit_code == 2
+
+
+def test_where_nothing_can_be_kept_warm_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    monkeypatch.setattr("lampyris.warming.wanted", lambda: ((next(iter(ours())), ()),))
+    monkeypatch.setattr(_jit.Kernel, "prepare", lambda self, types: False)
+    monkeypatch.setattr(_jit.Kernel, "kept_in", lambda self: None)
+    with pytest.raises(LampyrisError, match="cannot be kept") as refused:
+        warm()
+    assert refused.value.exit_code == 3
+
+
+@pytest.mark.nightly
+def test_after_warm_nothing_is_compiled(tmp_path: Path) -> None:
+    """The real thing: all is compiled, and then every kind of work in another process compiles nothing."""
+    env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
+    env |= {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    first = "from lampyris.cli import main; import sys; sys.argv = ['lampyris', 'warm', '--json']; main()"
+    done = subprocess.run([sys.executable, "-c", first], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["made"] > 60
+    then = """
+import json
+from lampyris.kernels import _jit
+_jit.prefer_compiled()
+made = []
+_jit.on_compile(made.append)
+import test_warming
+for work in test_warming.WORK.values():
+    work()
+print(json.dumps(sum(made)))
+"""
+    env["PYTHONPATH"] += os.pathsep + str(Path(__file__).parent)
+    done = subprocess.run([sys.executable, "-c", then], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == 0
