@@ -35,6 +35,7 @@ Rules for kernel source
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import math
 import os
@@ -150,8 +151,14 @@ class Kernel:
         KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
-        if self._compiled is None and self._plain_is_quicker(args):
-            return self.run_plain(*args)
+        if self._compiled is None:
+            if self._plain_is_quicker(args):
+                return self.run_plain(*args)
+            with _uncollected():
+                return self._in_machine_code(args)
+        return self._in_machine_code(args)
+
+    def _in_machine_code(self, args: tuple[Any, ...]) -> Any:
         try:
             return self.compiled()(*args)
         except (OSError, EOFError, UnpicklingError) as error:
@@ -246,6 +253,20 @@ def prefer_compiled() -> None:
     """From here on compile every kernel at its first call, for timings of compiled code."""
     global PLAIN_NS, OWN_NS
     PLAIN_NS = OWN_NS = -1
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """No look for rubbish meanwhile: importing numba makes half a million objects that stay, and looking at
+    them over and over is a quarter of the time that it takes.
+    """
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
 
 
 @contextmanager

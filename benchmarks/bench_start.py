@@ -1,0 +1,171 @@
+"""What a person waits for before anything happens: starting, importing, compiling.
+
+Every call is a process of its own, by the clock, in turns with a bare interpreter. Byte code of Python is
+kept as an installation keeps it; machine code of kernels lies in a folder of this benchmark's own.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from benchmarks.about import versions
+from benchmarks.figures import Figure, Section, Spread, Table, Verdict
+from benchmarks.maps import random_map
+
+TITLE = "Start-up"
+HOW = """Seconds by the clock, each in a process of its own, in turns. Python's byte code is kept (it is after
+the first start of an installation); machine code of kernels is not yet there where it says "nothing kept",
+and is from then on. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file; the whole
+command line with its printed answer. "Bare" is `python -c pass`, "numpy" is `python -c "import numpy"`: no
+planner in Python starts quicker than the second."""
+
+PLAIN = "from lampyris.cli import main; main()"
+FIRST_CALL = """
+import lampyris
+scene = lampyris.Scene(lampyris.load_grid({map!r}), (0, 0), ({last}, {last}))
+assert lampyris.plan(scene).path is not None
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """One thing that somebody waits for.
+
+    Parameters
+    ----------
+    task : what it is called.
+    words : of Python's command line, after the interpreter.
+    most : seconds that are allowed, or None.
+    fresh : whether nothing has been kept from earlier runs.
+    """
+
+    task: str
+    words: tuple[str, ...]
+    most: float | None = None
+    fresh: bool = False
+
+
+def bench(quick: bool) -> Section:
+    """All of it; quick takes fewer rounds and leaves out what compiles for long."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "kept").mkdir()
+        maps = {size: _map(folder, size) for size in (316, 512, 1024)}
+        waits = _waits(maps, quick)
+        for wait in waits:  # code of both kinds is kept from here on
+            if not wait.fresh:
+                _seconds(wait, folder)
+        times: dict[str, list[float]] = {w.task: [] for w in waits}
+        for _ in range(3 if quick else 11):
+            for wait in waits:
+                if not wait.fresh:
+                    times[wait.task].append(_seconds(wait, folder))
+        for k in range(11):
+            for wait in waits:
+                # What compiles nothing is as short as the others; the rest is seconds long.
+                most = 11 if wait.most == 0.5 else 3
+                if wait.fresh and k < (most // 3 if quick else most):
+                    times[wait.task].append(_seconds(wait, folder))
+        if not quick:
+            warm = Wait("`lampyris warm`, nothing kept", ("-c", PLAIN, "warm"), fresh=True)
+            waits.append(warm)
+            times[warm.task] = [_seconds(warm, folder)]
+    spreads = {task: Spread.of(values) for task, values in times.items()}
+    figures = _figures(waits, spreads)
+    return Section(
+        "start", TITLE, HOW, (_table(waits, spreads),), tuple(figures), tuple(_verdicts(waits, spreads)),
+        versions(["numpy", "numba", "typer", "rich"]),
+    )  # fmt: skip
+
+
+def _waits(maps: Mapping[int, Path], quick: bool) -> list[Wait]:
+    def plan(size: int, *more: str) -> tuple[str, ...]:
+        ends = "--start", "0,0", "--goal", f"{size - 1},{size - 1}"
+        return ("-c", PLAIN, "plan", str(maps[size]), *ends, *more)
+
+    def first(size: int) -> tuple[str, ...]:
+        return ("-c", FIRST_CALL.format(map=str(maps[size]), last=size - 1))
+
+    waits = [
+        Wait("bare", ("-c", "pass")),
+        Wait("numpy", ("-c", "import numpy")),
+        Wait("`lampyris --version`", ("-c", PLAIN, "--version"), 0.25),
+        Wait("`lampyris --help`", ("-c", PLAIN, "--help"), 0.25),
+        Wait("`lampyris plan env-1`, nothing kept", ("-c", PLAIN, "plan", "env-1"), 0.5, True),
+        Wait("`lampyris plan`, 316 x 316, nothing kept", plan(316), 0.5, True),
+        Wait("`lampyris plan`, 512 x 512, nothing kept", plan(512), 5.0, True),
+        Wait("`lampyris plan`, 512 x 512", plan(512), 1.0),
+        Wait("`lampyris plan`, 1024 x 1024", plan(1024), 1.0),
+        Wait("first `lampyris.plan` in Python, 316 x 316", first(316), 0.7),
+        Wait("first `lampyris.plan` in Python, 512 x 512", first(512), 0.7),
+    ]
+    if not quick:
+        waits.append(Wait("`lampyris plan`, 1024 x 1024, nothing kept", plan(1024), 5.0, True))
+        for planner in ("astar", "jps", "fastest", "dstar-lite", "theta-star", "sipp"):
+            name = f"`lampyris plan --planner {planner}`, 512 x 512"
+            waits.append(Wait(f"{name}, nothing kept", plan(512, "--planner", planner), 5.0, True))
+            waits.append(Wait(name, plan(512, "--planner", planner), 1.0))
+    return waits
+
+
+def _map(folder: Path, size: int) -> Path:
+    blocked = ~random_map(size, 0.1)
+    blocked[:3, :3] = blocked[-3:, -3:] = False
+    np.save(folder / f"{size}.npy", blocked.astype(np.uint8))
+    return folder / f"{size}.npy"
+
+
+def _seconds(wait: Wait, folder: Path) -> float:
+    """How long the process ran."""
+    drop = ("PYTHONDONTWRITEBYTECODE", "NUMBA_DISABLE_JIT")
+    env = {k: v for k, v in os.environ.items() if k not in drop}
+    env["PYTHONPYCACHEPREFIX"] = str(folder / "bytes")
+    with tempfile.TemporaryDirectory(dir=folder) as fresh:
+        env["NUMBA_CACHE_DIR"] = fresh if wait.fresh else str(folder / "kept")
+        began = time.perf_counter()
+        done = subprocess.run([sys.executable, *wait.words], env=env, capture_output=True, check=False)
+        took = time.perf_counter() - began
+    if done.returncode:
+        raise RuntimeError(f"{wait.task}: {done.stderr.decode(errors='replace')}")
+    return took
+
+
+def _figures(waits: Sequence[Wait], spreads: Mapping[str, Spread]) -> list[Figure]:
+    return [
+        Figure(wait.task, "s", spreads[wait.task], rival, spreads[rival])
+        for wait in waits[1:]
+        for rival in ("bare", "numpy")
+        if wait.task != rival
+    ]
+
+
+def _table(waits: Sequence[Wait], spreads: Mapping[str, Spread]) -> Table:
+    rows = []
+    bare, numpy = spreads["bare"].middle, spreads["numpy"].middle
+    for wait in waits:
+        s = spreads[wait.task]
+        rows.append(
+            (
+                wait.task, f"{s.middle:.3f} ({s.low:.3f} to {s.high:.3f})", f"{s.middle / bare:.1f}",
+                f"{s.middle / numpy:.1f}", "" if wait.most is None else f"{wait.most:g}",
+            )
+        )  # fmt: skip
+    heads = ("what", "seconds", "bare interpreters", "imports of NumPy", "seconds asked for")
+    return Table(heads, tuple(rows))
+
+
+def _verdicts(waits: Sequence[Wait], spreads: Mapping[str, Spread]) -> list[Verdict]:
+    out = []
+    for wait in waits:
+        if wait.most is not None:
+            s = spreads[wait.task].middle
+            out.append(Verdict(s < wait.most, f"{wait.task}: {s:.2f} s ({wait.most:g} s allowed)"))
+    return out
