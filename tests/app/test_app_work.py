@@ -184,6 +184,48 @@ def test_the_same_map_is_the_same_noun_so_that_a_drag_unpacks_it_once() -> None:
 # ---- plans --------------------
 
 
+def test_walls_that_are_painted_are_read_once_and_not_at_each_step_of_a_drag(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nor is the map made anew with them: whoever keeps a field by its map finds it again."""
+    from lampyris.app import said
+
+    monkeypatch.setattr(said, "_walls", {})
+    read: list[bool] = []
+    usual = said.scenario_of
+
+    def spied(data: Any, **more: Any) -> Any:
+        read.append("edits" in data)
+        return usual(data, **more)
+
+    monkeypatch.setattr(said, "scenario_of", spied)
+    walls = [{"tick": 0, "blocked": [[12, 12], [13, 12]], "freed": []}]
+    other = [{"tick": 0, "blocked": [[12, 12]], "freed": []}]
+    later = [*walls, {"tick": 5, "blocked": [[20, 20]]}]
+
+    def at(k: int, edits: Any, verb: str = "plan") -> Any:
+        return said_scenario({"verb": verb, "scenario": state(start=[k, 2], edits=edits)})
+
+    found = [at(k, walls) for k in (2, 3, 4)]
+    assert read == [True, False, False]
+    assert all(one.scene.grid is found[0].scene.grid for one in found)
+    assert [one.scene.start for one in found] == [(2, 2), (3, 2), (4, 2)]
+    plain = usual(state(start=[4, 2], edits=walls))
+    assert np.array_equal(found[2].scene.grid.blocked, plain.scene.grid.blocked)
+    assert found[2].scene.grid.blocked[12, 12]
+    read.clear()
+    assert not at(2, other).scene.grid.blocked[12, 13]
+    at(2, later)
+    assert len(at(2, later).scene.edits) == 1
+    # A run and a file say where the walls came from.
+    assert at(2, walls, "simulate").edits
+    with pytest.raises(LampyrisError):
+        at(2, [*walls, *walls])
+    with pytest.raises(LampyrisError):
+        at(2, [*walls, *walls])
+    assert read == [True] * 6
+
+
 @pytest.mark.parametrize("planner", ["ad-gso", "astar"])
 def test_a_plan_is_that_of_the_library(planner: str) -> None:
     told = only(ask("plan", state(planner={"name": planner, "settings": {}})), "Z")
@@ -471,6 +513,12 @@ def test_a_comparison_is_runs_in_one_world_and_what_studies_say_of_them() -> Non
     costs = [end["metrics"]["cost"] for end in ends if end["label"] == "A*" and end["metrics"]["cost"]]
     assert entry["runs"] == 3
     assert entry["own"]["cost"]["value"] == pytest.approx(np.mean(costs))
+    # Of three seeds nobody is said to be better; who has the best number is.
+    means = {
+        w: np.mean([end["metrics"]["iterations"] for end in ends if end["label"] == w])
+        for w in ("ad-gso", "A*")
+    }
+    assert summary["best"]["iterations"] == {"who": [min(means, key=lambda w: means[w])], "sure": False}
 
 
 def test_who_refuses_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
