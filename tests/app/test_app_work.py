@@ -354,6 +354,21 @@ def test_the_command_line_replays_the_saved_scenario_to_the_same_bytes(tmp_path:
     assert hashlib.sha256(text[:-1].encode()).hexdigest() == digest
 
 
+def test_a_scenario_that_is_too_large_for_yaml_is_saved_as_json_and_read_again(tmp_path: Path) -> None:
+    cells = [[x, y] for y in range(2, 30) for x in range(30)]
+    small = state(edits=[{"tick": 0, "blocked": cells[:20], "freed": []}])
+    large = state(
+        map="random-512", edits=[{"tick": 3, "blocked": [[x, y] for y in range(80) for x in range(50)]}]
+    )
+    for name, scenario, start in (("a.yaml", small, b"#"), ("a.json", large, b"{")):
+        said = {**scenario, "simulate": {"ticks": 5}}
+        data = b"".join(value for kind, value in ask("export", said, what="scenario") if kind == "B")
+        assert data[:1] == start
+        (tmp_path / name).write_bytes(data)
+        again = scenarios.load_scenario(tmp_path / name)
+        assert again.edits == said_scenario({"scenario": said}).edits
+
+
 def test_an_uploaded_map_goes_into_the_saved_scenario(tmp_path: Path) -> None:
     ground = {**pack(library.load("guide").grid), "name": "my map (1).png"}
     scenario = state(map="up-1", start=[0, 9], goal=[7, 0], obstacles=[{"kind": "random-walk", "count": 2}])
@@ -519,6 +534,47 @@ def test_a_comparison_is_runs_in_one_world_and_what_studies_say_of_them() -> Non
         for w in ("ad-gso", "A*")
     }
     assert summary["best"]["iterations"] == {"who": [min(means, key=lambda w: means[w])], "sure": False}
+
+
+def test_a_comparison_tells_the_walls_that_each_run_has_met() -> None:
+    """A wall comes where the first robot stands: in that run it does not, in the others it does."""
+    alone = [ask("simulate", state(planner=name)) for name in ("ad-gso", "astar")]
+    first, other = (robot_of(frames) for frames in alone)
+    tick = next(t for t in range(3, 40) if first[t] not in other and other[t] not in first)
+    cells = [list(first[tick]), [0, 0]]
+    edits = [{"tick": tick + 1, "blocked": cells, "freed": []}]
+    frames = ask("compare", state(edits=edits), planners=["ad-gso", "astar"], seeds=2)
+    ends = [value for kind, value in frames if kind == "Z"]
+    met = [end.get("edits") and end["edits"][0]["blocked"] for end in ends]
+    assert met == [[[0, 0]], cells, None, None]
+
+
+def robot_of(frames: list[tuple[str, Any]]) -> list[tuple[int, int]]:
+    """The robot's cells of a stream."""
+    cells = []
+    for kind, value in frames:
+        if kind == "T":
+            (n,) = struct.unpack_from("<H", value, 4)
+            cells += list(struct.iter_unpack("<hh", value[8 : 8 + 4 * n]))
+    return cells
+
+
+def test_everybody_plans_once_for_nobody_before_his_first_time_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from lampyris.app import compared
+
+    plans: list[tuple[str, int]] = []
+
+    def spied(scenario: Any) -> Any:
+        plans.append((scenario.planner, scenario.seed))
+        return begin(scenario)
+
+    monkeypatch.setattr(compared, "begin", spied)
+    frames = ask("compare", state(), planners=["ad-gso", "astar"], seeds=2)
+    first = [("ad-gso", 0), ("ad-gso", 0), ("astar", 0), ("astar", 0)]
+    assert plans == [*first, ("ad-gso", 1), ("astar", 1)]
+    assert len([kind for kind, _ in frames if kind == "Z"]) == 4
 
 
 def test_who_refuses_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,6 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Final, Protocol, cast
 
 from starlette.applications import Starlette
@@ -32,8 +31,6 @@ from lampyris.maps.yaml_text import read_yaml
 
 STREAMS: Final = 16
 TICKETS: Final = 16
-MOST_VALUES: Final = 100_000
-"""Values of a scenario file that is read here; PyYAML reads some 20,000 a second."""
 TICKET_SECONDS: Final = 30.0
 LOOKS: Final = 16
 """Threads that look things up."""
@@ -316,12 +313,12 @@ class Desk:
         return told({"cancelled": job})
 
     async def scenario(self, request: Request) -> Response:
-        """A scenario file as plain data: the page reads what the command line reads."""
+        """A scenario file as plain data: the page reads what the command line reads, with the same limits."""
         body = await said(request, ("name", "text"))
         name, text = (str(body.get(key, "")) for key in ("name", "text"))
         read: Callable[..., Any] = read_json if name.lower().endswith(".json") else read_yaml
         data = text.encode("utf-8", "surrogatepass")
-        found = await self._all.read(partial(read, data, name[:80], max_values=MOST_VALUES))
+        found = await self._all.read(read, data, name[:80])
         return told({"scenario": found.data})
 
     async def study(self, request: Request) -> Response:

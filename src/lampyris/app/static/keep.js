@@ -98,8 +98,10 @@ class Keep {
       if (what === "compared") body.settings = meeting(page);
       if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
       const file = await this._made({ ...body, progress: true }, ending, asked.signal);
-      save(file, name);
-      this._tell(`Saved ${name}, ${bytes(file.size)}.`);
+      // A scenario too large for YAML comes as JSON.
+      const said = what === "scenario" && (await file.slice(0, 1).text()) === "{" ? name.replace(/yaml$/, "json") : name;
+      save(file, said);
+      this._tell(`Saved ${said}, ${bytes(file.size)}.`);
     } catch (error) {
       this._tell(asked.signal.aborted ? "Stopped." : sentence(error), !asked.signal.aborted);
       if (!asked.signal.aborted) page.fault(error);
