@@ -86,7 +86,7 @@ class Status {
     if (!plan) {
       const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
       this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
-      set(this.next, missing && !this.page.ground ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
+      set(this.next, !this.page.ground && !this._busy ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
       this._show([]);
       return;
     }
@@ -161,9 +161,9 @@ class Status {
       if (Number.isFinite(m.gap)) rows.push(["Gap", percent(m.gap)]);
       if (Number.isFinite(m.iterations)) rows.push(["Iterations", whole(m.iterations)]);
       if (Number.isFinite(m.expansions)) rows.push(["Expansions", whole(m.expansions)]);
-      if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed", `${brief(m.speed_mean)} ${run.units}`]);
+      if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed moving", `${brief(m.speed_mean)} ${run.units}`]);
       if (Number.isFinite(m.near_m)) rows.push(["Nearest of all", `${brief(m.near_m)} m`]);
-      if (Number.isFinite(m.collisions)) rows.push(["Collisions", whole(m.collisions)]);
+      for (const [name, value] of [["Collisions", m.collisions], ["Hits", m.hits], ["Near misses", m.near_misses]]) if (Number.isFinite(value)) rows.push([name, whole(value)]);
       // By it somebody can see that `lampyris run` made the same: the sha256 of what it prints.
       if (end.digest) rows.push(["Digest", String(end.digest).slice(0, 16)]);
     } else {
