@@ -83,6 +83,10 @@ class Library:
         self._known(id)
         self.changes.append(("delete", id))
 
+    def bring_back(self, id: str) -> None:
+        self._known(id)
+        self.changes.append(("back", id))
+
     def packed(self, id: str) -> dict[str, Any]:
         self._known(id)
         return {"id": id}

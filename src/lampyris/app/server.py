@@ -115,7 +115,10 @@ class LibraryLike(Protocol):
         """Keep an uploaded map."""
 
     def delete(self, id: str) -> None:
-        """Forget it."""
+        """Put it away."""
+
+    def bring_back(self, id: str) -> None:
+        """Have it again."""
 
     def packed(self, id: str) -> dict[str, Any]:
         """A map as a question to an engine holds it."""
@@ -254,10 +257,11 @@ class Desk:
         return Response(found, media_type="image/png")
 
     async def delete_map(self, request: Request) -> Response:
-        """Forget an uploaded map."""
-        await said(request, ())
-        await self._all.look(self._all.library.delete, request.path_params["id"])
-        return told({"deleted": request.path_params["id"]})
+        """Put an uploaded map away; ``back``: have it again."""
+        back = (await said(request, ("back",))).get("back") is True
+        library, id = self._all.library, request.path_params["id"]
+        await self._all.look(library.bring_back if back else library.delete, id)
+        return told({"back" if back else "deleted": id})
 
     async def ask(self, request: Request) -> Any:
         """A question to an engine; its frames."""
