@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import re
+import zlib
 from typing import Any
 
 import pytest
 from tests.app.page_browser import needs_chromium
+from tests.app.page_person import aim, in_address
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -92,6 +96,48 @@ def test_layers_have_their_ends_told(page: Any) -> None:
     run_to_its_end(page)
     page.wait_for_selector(".ly-ends >> text=0 ticks, soon")
     assert fact(page, "Obstacles") == "9"
+
+
+def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
+    legend = page.locator("#layers .ly-legend")
+    page.get_by_label("Reach", exact=True).check()
+    page.wait_for_selector("#layers >> text=Nothing moves.")
+    assert legend.is_hidden()
+    # Of another map's numbers there is nothing left while its own are on their way.
+    page.get_by_label("Cost", exact=True).check()
+    legend.wait_for()
+    page.route("**/api/layer", lambda route: None)
+    page.locator('.map-card[title^="guide"]').click()
+    page.wait_for_selector("#where >> text=guide")
+    legend.wait_for(state="hidden")
+
+
+def test_without_a_goal_no_layer_is_asked_for(page: Any) -> None:
+    legend, layers = page.locator("#layers .ly-legend"), page.locator("#layers")
+    page.get_by_label("Cost", exact=True).check()
+    legend.wait_for()
+    asked: list[str] = []
+    page.on("request", lambda one: asked.append(one.url) if one.url.endswith("/api/layer") else None)
+    made = {**in_address(page), "map": {"rows": ["....", "...."]}, "start": None, "goal": None}
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    text = base64.urlsafe_b64encode(packer.compress(json.dumps(made).encode()) + packer.flush()).decode()
+    page.evaluate("(s) => { location.hash = location.hash.split('&')[0] + '&s=' + s; }", text.rstrip("="))
+    layers.locator("text=Set a start and a goal first.").wait_for()
+    page.get_by_label("Clearance", exact=True).check()
+    page.mouse.move(*aim(page, (1, 1), (4, 2)))
+    page.wait_for_timeout(500)
+    assert not asked
+    assert legend.is_hidden()
+
+
+def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: Any) -> None:
+    page.click("#tab-traffic")
+    page.get_by_label("Random walkers").fill("20")
+    page.keyboard.press("Tab")
+    run_to_its_end(page)
+    assert fact(page, "Hits") == "0"
+    assert fact(page, "Near misses").isdigit()
+    assert fact(page, "Mean speed moving").endswith("m/s")
 
 
 def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:

@@ -64,6 +64,11 @@ export class Source {
     this._state++;
   }
 
+  /** It is another map. */
+  forget() {
+    this._have.clear();
+  }
+
   /** @param {string} name */
   _key(name) {
     // Only reach moves from tick to tick; cost and luciferin change when walls do, and then the state does.
@@ -83,6 +88,7 @@ export class Source {
     const { start, goal } = this.page.store.scenario;
     if (!start || !goal) {
       // Where nothing can be asked nothing is shown, and nothing of before comes back.
+      this._wanted.clear();
       if (this._have.delete(name) || name === this.shown) this.onLayer(name, null, "Set a start and a goal first.");
       return;
     }
@@ -204,6 +210,7 @@ class Layers {
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;
     this._gatesOf = "";
+    this._ground = page.ground;
 
     source.onLayer = (name, layer, fault) => {
       page.tell("layer-came", name);
@@ -219,7 +226,13 @@ class Layers {
       this._gates(false);
     };
     page.on("plan", renew);
-    page.on("ground", renew);
+    page.on("ground", () => {
+      // Of another map nothing is worth keeping.
+      if (page.ground !== this._ground) source.forget();
+      this._ground = page.ground;
+      if (!this._held()) this._put();
+      renew();
+    });
     page.on("run", () => source.want(source.shown));
     page.on("tick", () => {
       if (source.shown === "reach") source.want("reach");

@@ -18,7 +18,7 @@ const MEASURES = [
   ["cost_to_go", "sum of cost-to-go", "", 1],
   ["ticks", "ticks", "less", 1],
   ["time_s", "arrival (s)", "less", 1],
-  ["speed_mean", "mean speed", "more", 1],
+  ["speed_mean", "mean speed moving", "more", 1],
   ["waits", "waits", "less", 1],
   ["turn_deg", "turning (deg)", "less", 1],
   ["clearance_least_m", "least clearance (m)", "more", 1],
