@@ -250,6 +250,22 @@ def test_a_plan_has_its_jumps_and_gates_if_they_are_asked_for() -> None:
     assert len(told["gates"]["in_map"]) == told["gates"]["count"] > 0
 
 
+def test_obstacles_stand_in_the_plan_where_the_run_will_have_them_at_first() -> None:
+    scenario = state(obstacles=CROWD, seed=3)
+    told = only(ask("plan", scenario), "Z")["bodies"]
+    trace: Any = scenarios.run(said_scenario({"scenario": {**scenario, "simulate": {"ticks": 2}}}))
+    there = [k for k, came in enumerate(trace.appears) if came == 0]
+    assert [tuple(one["at"]) for one in told] == [tuple(trace.tracks[k][0]) for k in there]
+    assert [one["kind"] for one in told] == [trace.bodies[k].kind for k in there]
+    assert told
+    assert "bodies" not in only(ask("plan", state()), "Z")
+    # A start in a wall is an answer still.
+    walled = state(
+        map={"rows": ["#..G"]}, start=[0, 0], goal=[3, 0], obstacles=[{"kind": "random-walk", "count": 1}]
+    )
+    assert only(ask("plan", walled), "Z")["status"] == "start-occupied"
+
+
 def test_no_way_is_an_answer_and_no_error() -> None:
     told = only(ask("plan", state(map={"rows": ["S#G"]})), "Z")
     assert (told["status"], told["cells"], told["speed"]) == ("no-path", None, None)
