@@ -242,3 +242,16 @@ def test_escape_leaves_a_field(page: Any) -> None:
     assert page.evaluate("document.activeElement === document.body")
     page.keyboard.press("b")
     assert page.get_by_role("button", name="Paint walls").get_attribute("aria-pressed") == "true"
+
+
+def test_the_focus_is_on_stop_while_it_compares_and_comes_back(page: Any) -> None:
+    page.get_by_role("tab", name="Compare").click()
+    held: list[Any] = []
+    page.route("**/api/compare", lambda route: held.append(route))
+    page.get_by_role("button", name="Compare", exact=True).focus()
+    page.keyboard.press("Enter")
+    until(page, lambda: (here(page) or {}).get("name") == "Stop")
+    until(page, lambda: bool(held))
+    held[0].continue_()
+    page.locator("#compare table").first.wait_for()
+    assert (here(page) or {})["name"] == "Compare"

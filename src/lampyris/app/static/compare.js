@@ -188,10 +188,13 @@ class Comparison {
 
   /** @param {boolean} busy */
   _busy(busy) {
+    // A button that cannot be pressed loses the focus: the one in its place gets it.
+    const held = document.activeElement === (busy ? this.go : this.end);
     if (this.end) this.end.hidden = !busy;
     if (this.old && busy) this.old.hidden = true;
     this._list();
-    this.page.tell("busy", busy);
+    if (held) (busy ? this.end : this.go)?.focus();
+    this.page.busy("compare", busy);
   }
 
   /** @param {string} words @param {boolean} [bad] */
