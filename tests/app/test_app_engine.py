@@ -96,6 +96,8 @@ def test_more_than_two_and_eight_are_refused() -> None:
         return refused.value.code, done
 
     assert run(ask()) == ("BUSY", list(range(8)))
+    told = Busy(2, 8)
+    assert ("busy" in told.what, "try again" in told.todo) == (True, True)
 
 
 def test_plans_and_layers_never_wait_for_what_takes_long() -> None:

@@ -58,3 +58,16 @@ def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_sh
     assert [one["settings"]["layer"] for one in asked] == ["none", "luciferin", "cost", "none"]
     assert "with luciferin beneath" in pictures[1]
     assert "not clearance" in pictures[3]
+
+
+def test_a_deleted_map_can_be_brought_back(page: Any, tmp_path: Path) -> None:
+    Image.new("L", (9, 7), 255).save(tmp_path / "hall.png")
+    page.locator("input[type=file]").first.set_input_files(str(tmp_path / "hall.png"))
+    card = page.locator(".map-card", has_text="hall")
+    card.wait_for()
+    page.get_by_role("button", name="Delete the map hall.png").click()
+    page.get_by_role("button", name="Bring back hall.png").wait_for()
+    assert card.count() == 0
+    page.get_by_role("button", name="Bring back hall.png").click()
+    card.wait_for()
+    assert page.get_by_role("button", name="Bring back hall.png").count() == 0

@@ -45,9 +45,9 @@ class Busy(LimitError):
     def __init__(self, running: int, waiting: int) -> None:
         super().__init__(
             "BUSY",
-            f"{running} jobs run and {waiting} wait",
+            f"the app is busy: {running} jobs run and {waiting} wait",
             allowed=f"{running} running and {waiting} waiting",
-            todo="wait for one to end, or cancel one",
+            todo="try again in a moment, or stop what runs",
         )
 
     def __reduce__(self) -> tuple[object, ...]:
