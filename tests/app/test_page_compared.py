@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 import pytest
 from tests.app.page_browser import needs_chromium
-from tests.app.page_person import in_address
+from tests.app.page_person import aim, in_address
 from tests.app.test_app_work import ask, robot_of, state
 from tests.app.test_page_gaps import opened
 
@@ -127,6 +128,33 @@ def test_a_stopped_comparison_leaves_nothing_to_show_and_another_law_makes_it_ol
 
 
 # ---- the walls of each run --------------------
+
+
+def test_the_obstacles_of_the_overlay_are_those_of_the_longest_run(page: Any) -> None:
+    opened(page, {**in_address(page), "obstacles": [{"kind": "random-walk", "count": 25}]})
+    frames = ask("compare", in_address(page), planners=["ad-gso", "astar", "dstar-lite"])
+    runs: list[list[tuple[int, int]]] = []
+    ticks: list[int] = []
+    last: list[tuple[int, int]] = []
+    for kind, value in frames:
+        if kind == "Z":
+            ticks.append(value["ticks"])
+            runs.append(last)
+        elif kind == "T":
+            n, bodies = struct.unpack_from("<HH", value, 4)
+            at = 8 + 9 * n
+            last = [*struct.iter_unpack("<hh", value[at : at + 4 * n * bodies])][-bodies:]
+    longest = ticks.index(max(ticks))
+    others = {cell for k, run in enumerate(runs) if k != longest for cell in run}
+    cell = next(cell for cell in runs[longest] if cell not in others)
+    compare(page)
+    page.wait_for_selector(
+        f"#compare >> text=The obstacles are those of {('ad-gso', 'astar', 'dstar-lite')[longest]}"
+    )
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("End")
+    page.mouse.move(*aim(page, cell))
+    page.wait_for_selector("#hover dt >> text=Obstacle")
 
 
 def test_where_a_run_s_robot_stands_its_small_map_has_no_wall(page: Any) -> None:

@@ -8,9 +8,13 @@ import re
 import zlib
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.app.page_browser import needs_chromium
 from tests.app.page_person import aim, in_address
+
+from lampyris.app.layered import layer_of
+from lampyris.app.said import said_scenario
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -134,10 +138,44 @@ def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: A
     page.click("#tab-traffic")
     page.get_by_label("Random walkers").fill("20")
     page.keyboard.press("Tab")
+    assert fact(page, "Mean speed moving").endswith("m/s")
     run_to_its_end(page)
     assert fact(page, "Hits") == "0"
     assert fact(page, "Near misses").isdigit()
     assert fact(page, "Mean speed moving").endswith("m/s")
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("End")
+    names = page.locator("#status dt").all_inner_texts()
+    assert (
+        names.index("Outcome") < names.index("Iterations") < names.index("Collisions") < names.index("Hits")
+    )
+    # The line of the moment does not cross the words at the foot of the second chart.
+    line, plot = (
+        page.locator(f"#charts {one}").nth(1).bounding_box() for one in (".ch-head-line", ".u-over")
+    )
+    assert line["y"] + line["height"] <= plot["y"] + plot["height"] - 13
+
+
+def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
+    """To a 255th of the layer's range, as they are sent, and three figures, as they are told."""
+    made = in_address(page)
+    for name in ("Cost", "Clearance", "Luciferin"):
+        page.get_by_label(name, exact=True).check()
+        page.wait_for_selector("#layers .ly-legend", state="visible")
+        page.wait_for_timeout(400)
+        values = layer_of(name.lower(), said_scenario({"scenario": made}), 0, None)
+        there = values[np.isfinite(values)]
+        cells = np.argwhere(np.isfinite(values))[200::500, ::-1].tolist()
+        assert len(cells) > 3
+        for x, y in cells:
+            page.mouse.move(*aim(page, (x, y)))
+            page.wait_for_timeout(120)
+            head = "Cost to the goal" if name == "Cost" else name
+            words = page.locator(f'#hover dt:text-is("{head}") + dd').inner_text()
+            told = float(words.removeprefix("about ").split()[0].replace("\u202f", ""))
+            near = (there.max() - there.min()) / 254 + 0.005 * abs(values[y, x])
+            assert abs(told - values[y, x]) <= near, (name, x, y)
 
 
 def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:

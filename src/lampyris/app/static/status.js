@@ -114,7 +114,7 @@ class Status {
     const speed = /** @type {any} */ (plan.speed);
     if (speed?.v?.length) {
       const metric = speed.units === "m/s";
-      add("Mean speed", speed.mean === undefined ? null : `${brief(speed.mean)} ${speed.units}`);
+      add("Mean speed moving", speed.mean === undefined ? null : `${brief(speed.mean)} ${speed.units}`);
       add("Time", `${brief(speed.t[speed.t.length - 1])} ${metric ? "s" : "transfers"}`);
     }
     const seconds = plan.seconds ?? /** @type {any} */ (plan).timing?.total;
@@ -241,13 +241,16 @@ class Status {
       row.dd.remove();
       this._rows.delete(name);
     }
+    let moved = false;
     for (const [name, value] of rows) {
       let row = this._rows.get(name);
       if (!row) {
         row = { dt: el("dt", { title: ABOUT[name.replace(" (plan)", "")] }, name), dd: el("dd", {}) };
         this._rows.set(name, row);
-        this.facts.append(row.dt, row.dd);
+        moved = true;
       }
+      // Whoever follows a new one stands after it again.
+      if (moved) this.facts.append(row.dt, row.dd);
       set(row.dd, value);
     }
   }
@@ -260,6 +263,7 @@ const ABOUT = {
   Iterations: "Times the planner chose a next cell", Expansions: "Cells that the planner looked at",
   Gates: "Openings one cell wide", Time: "How long the robot takes for the way", "Planned in": "Time of computing",
   "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
+  "Mean speed moving": "Over the cells at which it moves, each counted once: starting, stopping and waiting take time besides",
   Nearest: "Distance from the robot to the nearest obstacle",
 };
 

@@ -142,7 +142,7 @@ class Study {
     }
     const left = now.left_s ?? now.left;
     const time = typeof left === "number" ? `, about ${duration(left)} left` : "";
-    this._tell(all ? `${done.toLocaleString("en")} of ${all.toLocaleString("en")} runs${time}.` : state === "waiting" ? "It waits for its turn." : "It is being made ready.");
+    this._tell(all ? `${done.toLocaleString("en")} of ${all.toLocaleString("en")} runs${time}.` : "It begins soon.");
     return false;
   }
 
