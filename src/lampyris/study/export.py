@@ -133,9 +133,8 @@ def _cell(value: Any) -> str:
         return "true" if value else "false"
     if not isinstance(value, str):
         return repr(value)
-    if _FORMULA.match(value):
-        value = f"'{value}"
-    return '"' + value.replace('"', '""') + '"' if _QUOTED.search(value) else value
+    text: str = f"'{value}" if _FORMULA.match(value) else value
+    return '"' + text.replace('"', '""') + '"' if _QUOTED.search(text) else text
 
 
 def _chunks(lines: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
