@@ -84,7 +84,10 @@ export class Player {
     }
     if (page.run.done && this.tick >= this.last) {
       // The rest could not be made: perhaps it can be now.
-      if (page.run.cut) return void page.simulate({ tick: this.tick, play: true, cut: true });
+      if (page.run.cut) {
+        void page.simulate({ tick: this.tick, play: true, cut: true });
+        return;
+      }
       this.tick = 0;
     }
     this.playing = true;
