@@ -81,7 +81,7 @@ export function tableOf(some, note, bests) {
   const rows = MEASURES.map(([name, title]) => {
     const numbers = some.map((one) => one.told.get(name));
     if (numbers.every((one) => one === undefined)) return null;
-    const { who = [], sure = false } = bests[name] ?? {};
+    const { who, sure } = bests[name] ?? { who: [], sure: false };
     const star = sure ? "★" : "☆";
     return el("tr", null, el("th", { scope: "row" }, title), ...numbers.map((one, k) => el("td", sure && who.includes(some[k].label) ? { class: "best" } : null,
       told(one?.value), who.includes(some[k].label) ? el("span", { class: "star", title: STARS[star] }, ` ${star}`, el("span", { class: "unseen" }, ` ${STARS[star]}`)) : null,
