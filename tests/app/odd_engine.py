@@ -61,7 +61,15 @@ def fork(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     if question["then"] == "end":
         yield json_frame("Z", {})
         return
-    yield from {"crash": crash, "spin": spin, "sleep": sleep, "wait": wait}[question["then"]](question, look)
+    yield from {"crash": crash, "spin": spin, "sleep": sleep, "wait": wait, "tell": tell}[question["then"]](
+        question, look
+    )
+
+
+def tell(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Never stop answering."""
+    while True:
+        yield json_frame("P", {"job": question["job"]})
 
 
 def crash(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:

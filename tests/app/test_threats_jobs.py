@@ -61,14 +61,16 @@ def test_what_a_job_started_ends_with_its_engine(then: str, close: bool) -> None
 
 
 @LINUX
+@pytest.mark.parametrize("then", ["sleep", "tell"])
 @pytest.mark.parametrize("word", [signal.SIGKILL, signal.SIGTERM])
-def test_when_the_server_goes_nobody_is_left(word: int) -> None:
+def test_when_the_server_goes_nobody_is_left(word: int, then: str) -> None:
+    """Also where the engine finds out by an answer that nobody takes, before it hears that questions end."""
     code = textwrap.dedent(f"""
         import asyncio, json
         from lampyris.app.engines import Engines
         async def main():
             engines = Engines(1, command={ODD!r})
-            answer = engines.ask({{"verb": "fork", "then": "sleep", "close": True}})
+            answer = engines.ask({{"verb": "fork", "then": {then!r}, "close": True}})
             head = json.loads((await anext(answer))[5:])
             print(head["pid"], *head["some"], flush=True)
             await asyncio.sleep(1000)
