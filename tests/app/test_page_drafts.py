@@ -128,3 +128,16 @@ def test_a_damaged_drawing_is_a_sentence(context: Any, address: str, rows: list[
     edit = {"tick": 0, "blocked": {"rows": rows}, "freed": []}
     page.goto(with_scenario(address, {"version": 1, "map": "env-3", "edits": [edit]}))
     page.locator("#notes").get_by_text("The link is damaged").wait_for()
+
+
+def test_who_comes_for_the_first_time_sees_something_move_and_another_map_is_empty(
+    context: Any, address: str
+) -> None:
+    page = opened(context, re.sub("&m=.*", "", address))
+    assert [one["count"] for one in in_address(page)["obstacles"]] == [30]
+    page.get_by_role("button", name="env-5").click()
+    page.locator("#where").get_by_text("env-5").wait_for()
+    assert in_address(page)["obstacles"] == []
+    page.close()
+    # Who asks for a map has it as it is.
+    assert in_address(opened(context.browser.new_context(), address))["obstacles"] == []

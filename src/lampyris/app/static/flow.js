@@ -198,11 +198,15 @@ export function mount(page) {
 
 /** The scenario of the link, the draft, or a first one. @param {Page} page */
 export async function begin(page) {
-  page.store.replace((await first(page)) ?? blank(), false);
+  page.store.replace((await first(page)) ?? { ...blank(), obstacles: [WELCOME] }, false);
 }
+
+/** Who walks about on the first map, so that there is something to see; nobody asked for them on another. */
+const WELCOME = { kind: "random-walk", count: 30, rate: null };
 
 /** Obstacles that are a number, not places of another map. @param {Array<Record<string, any>>} obstacles */
 function placeless(obstacles) {
+  if (JSON.stringify(obstacles) === JSON.stringify([WELCOME])) return [];
   return obstacles.filter((one) => one.kind === "random-walk" || one.kind === "crossing");
 }
 
