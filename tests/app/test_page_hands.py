@@ -326,3 +326,25 @@ def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> Non
         assert in_address(tab)["edits"] == drawn
         tab.wait_for_timeout(300)
         assert address.split("#")[1] in tab.url, "the address has the new token"
+
+
+def test_what_was_told_of_a_run_is_forgotten_with_what_is_cut_off_it(page: Any) -> None:
+    """Back to the start and a wall undone within a frame: there are fewer events than were counted."""
+    page.keyboard.press("r")
+    page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
+    page.keyboard.press("b")
+    page.mouse.move(*at(page, (24, 22)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (24, 24)), steps=3)
+    page.mouse.up()
+    page.wait_for_selector("#status dt >> text=Outcome")
+    page.evaluate(
+        """() => {
+          for (const init of [{ key: "Home" }, { key: "." }, { key: "." }, { key: "z", ctrlKey: true }]) {
+            const pressed = new KeyboardEvent("keydown", { ...init, bubbles: true, cancelable: true });
+            document.body.dispatchEvent(pressed);
+          }
+        }"""
+    )
+    page.wait_for_timeout(300)
+    assert in_address(page)["edits"] == []

@@ -186,6 +186,7 @@ def test_the_focus_goes_round_and_is_seen_everywhere(page: Any) -> None:
     for left, right in [("1", "4"), ("2", "5"), ("3", "6"), ("1", "7")]:
         page.keyboard.press(left)
         page.keyboard.press(right)
+        page.wait_for_selector('body:not(:has([aria-busy="true"]))')
         page.wait_for_load_state("networkidle")
         circle(page, "Tab")
         there, back = circle(page, "Tab"), circle(page, "Shift+Tab")

@@ -146,6 +146,7 @@ def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: A
     page.get_by_role("slider", name="Moment").focus()
     page.keyboard.press("Home")
     page.keyboard.press("End")
+    page.locator("#status dt").get_by_text("Outcome").wait_for()
     names = page.locator("#status dt").all_inner_texts()
     assert (
         names.index("Outcome") < names.index("Iterations") < names.index("Collisions") < names.index("Hits")

@@ -177,13 +177,14 @@ class Status {
 
   /** Events up to a tick, counted on or back from where the count was. @param {Run} run @param {number} tick */
   _count(run, tick) {
-    if (run !== this._of) {
+    const { events } = run;
+    // A run that is cut has fewer events than were counted.
+    if (run !== this._of || this._passed > events.length) {
       this._of = run;
       this._passed = 0;
       this._counts = {};
       this._listed = -1;
     }
-    const { events } = run;
     while (this._passed < events.length && events[this._passed].tick <= tick) {
       const { word } = events[this._passed++];
       this._counts[word] = (this._counts[word] ?? 0) + 1;
