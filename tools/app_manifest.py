@@ -1,7 +1,7 @@
 """Write down what the app ships: `python tools/app_manifest.py`, after any change to src/lampyris/app/static.
 
-One line a file, as `sha256sum --check` reads it from that folder. A test compares them: what is not in the list
-was not meant to be shipped, and a file of other bytes was changed by nobody who said so.
+One line a file, as `sha256sum --check` reads it from that folder. A test compares them: what is not in the
+list was not meant to be shipped, and a file of other bytes was changed by nobody who said so.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from lampyris.app import listening
 from lampyris.app.frames import frame, json_frame
 from lampyris.app.guard import SAFE, Guard, Way, door
 from lampyris.app.server import WAYS, Services, application
+from lampyris.app.shipped import PART_CSP
 from lampyris.errors import FileError, UsageError
 
 TOKEN = "5ec7e7" * 10 + "abcd"
@@ -82,6 +83,10 @@ class Library:
     def delete(self, id: str) -> None:
         self._known(id)
         self.changes.append(("delete", id))
+
+    def bring_back(self, id: str) -> None:
+        self._known(id)
+        self.changes.append(("back", id))
 
     def packed(self, id: str) -> dict[str, Any]:
         self._known(id)
@@ -213,6 +218,8 @@ def run(work: Awaitable[Any]) -> Any:
 
 def check_safe(told: Told, policy: bytes | None = None) -> None:
     """Every answer has the headers of every answer, each once, and nothing that opens it to others."""
+    if policy is None and told.header("content-type").startswith(("text/javascript", "text/css")):
+        policy = PART_CSP.encode()
     for name, value in SAFE.items():
         expected = policy if policy and name == b"content-security-policy" else value
         assert [v for k, v in told.headers if k.lower() == name] == [expected], (name, told.headers)

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from tests.app.page_browser import CHROMIUM, SOON, app
+
+
+@pytest.fixture(autouse=True)
+def log() -> Iterator[None]:
+    """Whoever starts an app in this process has its log written where a later test cannot write."""
+    log = logging.getLogger("lampyris.app")
+    handlers, propagate, level = log.handlers[:], log.propagate, log.level
+    yield
+    log.handlers[:], log.propagate = handlers, propagate
+    log.setLevel(level)
 
 
 @pytest.fixture(scope="module")

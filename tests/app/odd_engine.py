@@ -61,7 +61,15 @@ def fork(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     if question["then"] == "end":
         yield json_frame("Z", {})
         return
-    yield from {"crash": crash, "spin": spin, "sleep": sleep, "wait": wait}[question["then"]](question, look)
+    yield from {"crash": crash, "spin": spin, "sleep": sleep, "wait": wait, "tell": tell}[question["then"]](
+        question, look
+    )
+
+
+def tell(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Never stop answering."""
+    while True:
+        yield json_frame("P", {"job": question["job"]})
 
 
 def crash(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
@@ -109,10 +117,19 @@ def quick(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     yield json_frame("Z", {"pid": os.getpid(), "said": question.get("said")})
 
 
+def flood(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """More than anybody reads."""
+    while True:
+        look()
+        yield frame("B", bytes(2**20))
+
+
 if __name__ == "__main__":
     os.environ["ODD_OUT"] = str(os.dup(1))
     kinds = (spin, wait, sleep, mute, grow, fork, crash, pour, forge, fault, late, place, quick)
     verbs = {kind.__name__: kind for kind in kinds}
+    # As the server calls them, which asks for nothing else.
+    verbs |= {"plan": quick, "layer": wait, "simulate": flood, "compare": wait, "make": quick}
     # In the place of the real work, whose import takes most of a second.
     odd = types.ModuleType("lampyris.app.work")
     odd.answer = lambda question, look: verbs[question["verb"]](question, look)  # type: ignore[attr-defined]

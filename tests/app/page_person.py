@@ -65,6 +65,22 @@ def in_address(page: Any) -> dict[str, Any]:
     packed = said["s"][0]
     text = zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -15)
     found: dict[str, Any] = json.loads(text)
+    for edit in found["edits"]:
+        edit.update({key: unpacked(edit[key]) for key in ("blocked", "freed")})
+    return found
+
+
+def unpacked(cells: Any) -> list[list[int]]:
+    """Cells of a list, or of runs within rows, as the app's page says of links."""
+    if isinstance(cells, list):
+        return cells
+    rows = cells["rows"]
+    found: list[list[int]] = []
+    y = end = 0
+    for down, on, n in zip(rows[::3], rows[1::3], rows[2::3], strict=True):
+        y, first = y + down, (0 if down else end) + on
+        end = first + n
+        found += [[x, y] for x in range(first, end)]
     return found
 
 

@@ -96,6 +96,90 @@ def test_more_than_two_and_eight_are_refused() -> None:
         return refused.value.code, done
 
     assert run(ask()) == ("BUSY", list(range(8)))
+    told = Busy(2, 8)
+    assert ("busy" in told.what, "try again" in told.todo) == (True, True)
+
+
+def test_plans_and_layers_never_wait_for_what_takes_long() -> None:
+    """All that may run and wait of the long ones does; plans are answered, also while a layer is made."""
+
+    async def ask() -> tuple[list[str], list[str], list[str], Any]:
+        engines = Engines(2, 2, command=ODD)
+        running = [engines.ask({"verb": "wait"}) for _ in range(2)]
+        heads = [await first(answer) for answer in running]
+        waiting = [asyncio.ensure_future(whole(engines, verb="quick")) for _ in range(2)]
+        await asyncio.sleep(0)
+        plans = [(await whole(engines, verb="plan"))[-1][0] for _ in range(5)]
+        layer = engines.ask({"verb": "layer"})
+        job = (await first(layer))["job"]
+        late = [asyncio.ensure_future(whole(engines, verb="plan")) for _ in range(2)]
+        await asyncio.sleep(0)
+        with pytest.raises(Busy):
+            await whole(engines, verb="plan")
+        await engines.cancel(job)
+        left = [unframed(piece)[1]["code"] async for piece in layer]
+        plans += [frames[-1][0] for frames in await asyncio.gather(*late)]
+        still = [one.done() for one in waiting]
+        # An engine for short questions takes no long one, though it has nothing to do.
+        pids = {(await whole(engines, verb="plan"))[-1][1]["pid"] for _ in range(3)}
+        assert not pids & {head["pid"] for head in heads}
+        for head in heads:
+            await engines.cancel(head["job"])
+        codes = [unframed(await anext(answer))[1]["code"] for answer in running]
+        for answer in running:
+            assert [piece async for piece in answer] == []
+        await asyncio.gather(*waiting)
+        done = {one.result()[-1][1]["pid"] for one in waiting}
+        await engines.close()
+        return plans, left + codes, [str(any(still))], done & pids
+
+    plans, codes, still, both = run(ask())
+    assert plans == ["Z"] * 7
+    assert codes == ["CANCELLED"] * 3
+    assert still == ["False"]
+    assert not both
+
+
+def test_plans_use_the_others_while_these_are_idle() -> None:
+    async def ask() -> int:
+        engines = Engines(2, command=ODD)
+        layers = [engines.ask({"verb": "layer"}) for _ in range(2)]
+        pids = {(await first(layer))["pid"] for layer in layers}
+        pids.add((await whole(engines, verb="plan"))[-1][1]["pid"])
+        for layer in layers:
+            await layer.aclose()  # type: ignore[attr-defined]
+        await engines.close()
+        return len(pids)
+
+    assert run(ask()) == 3
+
+
+@LINUX
+@pytest.mark.parametrize("wanted", [False, True])
+def test_a_kill_is_want_of_memory_only_if_the_system_says_so(
+    wanted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = tmp_path / "vmstat"
+    told.write_text("nr_free_pages 7\noom_kill 3\n")
+    monkeypatch.setattr("lampyris.app.engines._KILLS", ((str(told), "oom_kill"), ("/nowhere", "oom_kill")))
+
+    async def ask() -> Any:
+        engines = Engines(1, command=ODD)
+        answer = engines.ask({"verb": "sleep"})
+        head = await first(answer)
+        if wanted:
+            told.write_text("nr_free_pages 7\noom_kill 4\n")
+        os.kill(head["pid"], signal.SIGKILL)
+        kind, error = unframed(await anext(answer))
+        assert [piece async for piece in answer] == []
+        after = await whole(engines, verb="quick")
+        await engines.close()
+        return kind, error, after[-1][0]
+
+    kind, error, after = run(ask())
+    assert (kind, after) == ("X", "Z")
+    assert error["code"] == ("MEMORY" if wanted else "ENGINE")
+    assert ("memory" in error["what"]) == wanted
 
 
 def test_who_waits_can_be_cancelled_and_can_leave() -> None:

@@ -101,7 +101,7 @@ def test_a_hostile_name_opens_nothing_anywhere(
     WATCHING[0] = True
     before = sorted(tmp_path.rglob("*"))
     try:
-        for way in (library.ground, library.thumb, library.packed, library.delete):
+        for way in (library.ground, library.thumb, library.packed, library.delete, library.bring_back):
             with pytest.raises(FileError) as found:
                 way(name)
             assert found.value.code == "MAP"
@@ -221,7 +221,50 @@ def test_an_upload_outlives_the_server_and_is_an_engines_map(
     assert (spool.stat().st_mode & 0o777, next(spool.iterdir()).stat().st_mode & 0o777) == (0o700, 0o600)
     later.delete(row["id"])
     assert ids(library, "upload") == []
-    assert list(spool.iterdir()) == []
+    assert [path.name for path in spool.iterdir()] == [f"gone-{row['id']}.json"]
+
+
+def test_what_is_deleted_can_be_had_again(tmp_path: Path) -> None:
+    library = Library(None, tmp_path / "spool")
+    row = library.add(container({"a.png": SMALL}))
+    before = library.ground(row["id"])
+    uploads = lambda: [one["id"] for one in library.listing() if one["kind"] == "upload"]  # noqa: E731
+    library.delete(row["id"])
+    assert uploads() == []
+    with pytest.raises(FileError):
+        library.ground(row["id"])
+    # A server that is started later has it still.
+    library = Library(None, tmp_path / "spool")
+    library.bring_back(row["id"])
+    assert uploads() == [row["id"]]
+    assert library.ground(row["id"]) == before
+    library.bring_back(row["id"])
+    library.delete(row["id"])
+    assert library.add(container({"a.png": SMALL}))["id"] == row["id"]
+    library.bring_back(row["id"])
+    assert len(os.listdir(tmp_path / "spool")) == 1
+    for id in ("up-none", "gone-" + row["id"], "env-3", "../a"):
+        with pytest.raises(FileError):
+            library.bring_back(id)
+
+
+def test_what_is_deleted_goes_for_good_after_a_day_or_where_room_is_needed(tmp_path: Path) -> None:
+    spool = tmp_path / "spool"
+    library = Library(None, spool, most_files=2)
+    one, two = (library.add(container({"a.png": data}))["id"] for data in (SMALL, OTHER))
+    library.delete(one)
+    os.utime(spool / f"gone-{one}.json", (0, 0))
+    library.delete(two)
+    with pytest.raises(FileError):
+        library.bring_back(one)
+    library.bring_back(two)
+    library.delete(two)
+    library.add(container({"a.png": SMALL}))
+    three = png(2, 3, 8, 0, rows([0, 255], [255, 255], [255, 255]))
+    library.add(container({"a.png": three}))
+    with pytest.raises(FileError):
+        library.bring_back(two)
+    assert len(os.listdir(spool)) == 2
 
 
 def test_only_uploads_are_deleted(library: Library, folder: Path) -> None:

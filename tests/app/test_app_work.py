@@ -184,6 +184,48 @@ def test_the_same_map_is_the_same_noun_so_that_a_drag_unpacks_it_once() -> None:
 # ---- plans --------------------
 
 
+def test_walls_that_are_painted_are_read_once_and_not_at_each_step_of_a_drag(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nor is the map made anew with them: whoever keeps a field by its map finds it again."""
+    from lampyris.app import said
+
+    monkeypatch.setattr(said, "_walls", {})
+    read: list[bool] = []
+    usual = said.scenario_of
+
+    def spied(data: Any, **more: Any) -> Any:
+        read.append("edits" in data)
+        return usual(data, **more)
+
+    monkeypatch.setattr(said, "scenario_of", spied)
+    walls = [{"tick": 0, "blocked": [[12, 12], [13, 12]], "freed": []}]
+    other = [{"tick": 0, "blocked": [[12, 12]], "freed": []}]
+    later = [*walls, {"tick": 5, "blocked": [[20, 20]]}]
+
+    def at(k: int, edits: Any, verb: str = "plan") -> Any:
+        return said_scenario({"verb": verb, "scenario": state(start=[k, 2], edits=edits)})
+
+    found = [at(k, walls) for k in (2, 3, 4)]
+    assert read == [True, False, False]
+    assert all(one.scene.grid is found[0].scene.grid for one in found)
+    assert [one.scene.start for one in found] == [(2, 2), (3, 2), (4, 2)]
+    plain = usual(state(start=[4, 2], edits=walls))
+    assert np.array_equal(found[2].scene.grid.blocked, plain.scene.grid.blocked)
+    assert found[2].scene.grid.blocked[12, 12]
+    read.clear()
+    assert not at(2, other).scene.grid.blocked[12, 13]
+    at(2, later)
+    assert len(at(2, later).scene.edits) == 1
+    # A run and a file say where the walls came from.
+    assert at(2, walls, "simulate").edits
+    with pytest.raises(LampyrisError):
+        at(2, [*walls, *walls])
+    with pytest.raises(LampyrisError):
+        at(2, [*walls, *walls])
+    assert read == [True] * 6
+
+
 @pytest.mark.parametrize("planner", ["ad-gso", "astar"])
 def test_a_plan_is_that_of_the_library(planner: str) -> None:
     told = only(ask("plan", state(planner={"name": planner, "settings": {}})), "Z")
@@ -206,6 +248,22 @@ def test_a_plan_has_its_jumps_and_gates_if_they_are_asked_for() -> None:
     told = only(ask("plan", record=True, layers=["gates"]), "Z")
     assert len(told["jumps"]) == told["iterations"]
     assert len(told["gates"]["in_map"]) == told["gates"]["count"] > 0
+
+
+def test_obstacles_stand_in_the_plan_where_the_run_will_have_them_at_first() -> None:
+    scenario = state(obstacles=CROWD, seed=3)
+    told = only(ask("plan", scenario), "Z")["bodies"]
+    trace: Any = scenarios.run(said_scenario({"scenario": {**scenario, "simulate": {"ticks": 2}}}))
+    there = [k for k, came in enumerate(trace.appears) if came == 0]
+    assert [tuple(one["at"]) for one in told] == [tuple(trace.tracks[k][0]) for k in there]
+    assert [one["kind"] for one in told] == [trace.bodies[k].kind for k in there]
+    assert told
+    assert "bodies" not in only(ask("plan", state()), "Z")
+    # A start in a wall is an answer still.
+    walled = state(
+        map={"rows": ["#..G"]}, start=[0, 0], goal=[3, 0], obstacles=[{"kind": "random-walk", "count": 1}]
+    )
+    assert only(ask("plan", walled), "Z")["status"] == "start-occupied"
 
 
 def test_no_way_is_an_answer_and_no_error() -> None:
@@ -310,6 +368,21 @@ def test_the_command_line_replays_the_saved_scenario_to_the_same_bytes(tmp_path:
     text = out.getvalue()
     assert text.endswith("}\n")
     assert hashlib.sha256(text[:-1].encode()).hexdigest() == digest
+
+
+def test_a_scenario_that_is_too_large_for_yaml_is_saved_as_json_and_read_again(tmp_path: Path) -> None:
+    cells = [[x, y] for y in range(2, 30) for x in range(30)]
+    small = state(edits=[{"tick": 0, "blocked": cells[:20], "freed": []}])
+    large = state(
+        map="random-512", edits=[{"tick": 3, "blocked": [[x, y] for y in range(80) for x in range(50)]}]
+    )
+    for name, scenario, start in (("a.yaml", small, b"#"), ("a.json", large, b"{")):
+        said = {**scenario, "simulate": {"ticks": 5}}
+        data = b"".join(value for kind, value in ask("export", said, what="scenario") if kind == "B")
+        assert data[:1] == start
+        (tmp_path / name).write_bytes(data)
+        again = scenarios.load_scenario(tmp_path / name)
+        assert again.edits == said_scenario({"scenario": said}).edits
 
 
 def test_an_uploaded_map_goes_into_the_saved_scenario(tmp_path: Path) -> None:
@@ -471,6 +544,53 @@ def test_a_comparison_is_runs_in_one_world_and_what_studies_say_of_them() -> Non
     costs = [end["metrics"]["cost"] for end in ends if end["label"] == "A*" and end["metrics"]["cost"]]
     assert entry["runs"] == 3
     assert entry["own"]["cost"]["value"] == pytest.approx(np.mean(costs))
+    # Of three seeds nobody is said to be better; who has the best number is.
+    means = {
+        w: np.mean([end["metrics"]["iterations"] for end in ends if end["label"] == w])
+        for w in ("ad-gso", "A*")
+    }
+    assert summary["best"]["iterations"] == {"who": [min(means, key=lambda w: means[w])], "sure": False}
+
+
+def test_a_comparison_tells_the_walls_that_each_run_has_met() -> None:
+    """A wall comes where the first robot stands: in that run it does not, in the others it does."""
+    alone = [ask("simulate", state(planner=name)) for name in ("ad-gso", "astar")]
+    first, other = (robot_of(frames) for frames in alone)
+    tick = next(t for t in range(3, 40) if first[t] not in other and other[t] not in first)
+    cells = [list(first[tick]), [0, 0]]
+    edits = [{"tick": tick + 1, "blocked": cells, "freed": []}]
+    frames = ask("compare", state(edits=edits), planners=["ad-gso", "astar"], seeds=2)
+    ends = [value for kind, value in frames if kind == "Z"]
+    met = [end.get("edits") and end["edits"][0]["blocked"] for end in ends]
+    assert met == [[[0, 0]], cells, None, None]
+
+
+def robot_of(frames: list[tuple[str, Any]]) -> list[tuple[int, int]]:
+    """The robot's cells of a stream."""
+    cells = []
+    for kind, value in frames:
+        if kind == "T":
+            (n,) = struct.unpack_from("<H", value, 4)
+            cells += list(struct.iter_unpack("<hh", value[8 : 8 + 4 * n]))
+    return cells
+
+
+def test_everybody_plans_once_for_nobody_before_his_first_time_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from lampyris.app import compared
+
+    plans: list[tuple[str, int]] = []
+
+    def spied(scenario: Any) -> Any:
+        plans.append((scenario.planner, scenario.seed))
+        return begin(scenario)
+
+    monkeypatch.setattr(compared, "begin", spied)
+    frames = ask("compare", state(), planners=["ad-gso", "astar"], seeds=2)
+    first = [("ad-gso", 0), ("ad-gso", 0), ("astar", 0), ("astar", 0)]
+    assert plans == [*first, ("ad-gso", 1), ("astar", 1)]
+    assert len([kind for kind, _ in frames if kind == "Z"]) == 4
 
 
 def test_who_refuses_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:

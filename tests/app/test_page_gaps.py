@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from tests.app.page_browser import SOON, needs_chromium
+from tests.app.page_person import in_address
 
 from lampyris import scenarios
 
@@ -40,13 +41,6 @@ def page(browser: Any, address: str, wrong: list[str]) -> Iterator[Any]:
     assert not wrong
 
 
-def scenario(page: Any) -> dict[str, Any]:
-    """What the browser keeps as its draft, once it keeps it."""
-    page.wait_for_timeout(400)
-    found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
-    return found
-
-
 def opened(page: Any, made: dict[str, Any]) -> None:
     """Open the link of a scenario."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
@@ -73,12 +67,12 @@ def test_a_map_is_made_looked_at_opened_linked_and_saved(page: Any, tmp_path: Pa
     box.get_by_role("button", name="Open this map").click()
     page.wait_for_selector("#where >> text=random, seed 7")
     page.wait_for_selector("#status >> text=found")
-    kept = scenario(page)
+    kept = in_address(page)
     assert kept["map"] == {"recipe": "random", "size": [40, 30], "seed": 7, "settings": {"density": 0.1}}
     page.reload()
     page.wait_for_selector("#where >> text=random, seed 7")
     page.wait_for_selector("#status >> text=found")
-    assert scenario(page) == kept
+    assert in_address(page) == kept
     page.click("#tab-keep")
     with page.expect_download() as waiting:
         page.get_by_role("button", name="Scenario", exact=True).click()
@@ -219,7 +213,7 @@ def test_a_layer_that_takes_long_says_so_and_the_old_one_stays(page: Any) -> Non
 
 
 def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page: Any) -> None:
-    made = {**scenario(page), "edits": [{"tick": 4, "blocked": [[20, 12], [21, 12]], "freed": []}]}
+    made = {**in_address(page), "edits": [{"tick": 4, "blocked": [[20, 12], [21, 12]], "freed": []}]}
     opened(page, made)
     page.click("#tab-compare")
     page.wait_for_selector("#compare .cannot >> text=A study draws its obstacles anew")
@@ -229,7 +223,7 @@ def test_walls_that_come_later_are_in_no_study_and_the_page_says_what_to_do(page
     page.wait_for_selector("#compare table.measures")
     page.get_by_role("button", name="Leave", exact=True).click()
     page.get_by_role("button", name="Walls from the start").click()
-    assert scenario(page)["edits"] == [{"tick": 0, "blocked": [[20, 12], [21, 12]], "freed": []}]
+    assert in_address(page)["edits"] == [{"tick": 0, "blocked": [[20, 12], [21, 12]], "freed": []}]
     assert page.locator("#compare .cannot").is_hidden()
     assert send.is_enabled()
 
@@ -242,7 +236,9 @@ def test_side_by_side_each_map_has_its_own_run_and_the_walls_of_the_moment(
 ) -> None:
     wall = [[k, 2] for k in range(2, 9)]
     crowd = [{"kind": "random-walk", "count": 25}]
-    opened(page, {**scenario(page), "obstacles": crowd, "edits": [{"tick": 6, "blocked": wall, "freed": []}]})
+    opened(
+        page, {**in_address(page), "obstacles": crowd, "edits": [{"tick": 6, "blocked": wall, "freed": []}]}
+    )
     page.click("#tab-compare")
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_selector("#compare table.measures")

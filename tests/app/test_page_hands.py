@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from tests.app.page_browser import SOON, app, needs_chromium
+from tests.app.page_person import in_address
 
 from lampyris.maps.scenario_file import ScenarioFile
 
@@ -62,13 +63,6 @@ def arrive(tab: Any, address: str) -> None:
     tab.wait_for_selector("#status >> text=found")
 
 
-def scenario(page: Any) -> dict[str, Any]:
-    """What the browser keeps as its draft, once it keeps it."""
-    page.wait_for_timeout(450)
-    found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
-    return found
-
-
 def at(page: Any, cell: tuple[int, int], size: int = 50) -> tuple[float, float]:
     """Where a cell of a fitted map of that many cells a side is on the screen."""
     box = page.locator("#map").bounding_box()
@@ -81,16 +75,16 @@ def at(page: Any, cell: tuple[int, int], size: int = 50) -> tuple[float, float]:
 def test_clicks_set_the_ends_in_turn_and_a_drag_keeps_off_walls(page: Any) -> None:
     page.mouse.click(*at(page, (8, 3)))
     page.mouse.click(*at(page, (45, 46)))
-    now = scenario(page)
+    now = in_address(page)
     assert (now["start"], now["goal"]) == ([8, 3], [45, 46])
     page.mouse.move(*at(page, (8, 3)))
     page.mouse.down()
     page.mouse.move(*at(page, (11, 2)), steps=8)
     page.mouse.move(*at(page, (12, 2)), steps=4)  # a wall
     page.mouse.up()
-    assert scenario(page)["start"] == [11, 2]
+    assert in_address(page)["start"] == [11, 2]
     page.keyboard.press("Control+z")
-    assert scenario(page)["start"] == [8, 3], "a drag is undone at once"
+    assert in_address(page)["start"] == [8, 3], "a drag is undone at once"
 
 
 def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> None:
@@ -99,7 +93,7 @@ def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> 
     page.mouse.down()
     page.mouse.move(*at(page, (30, 48)))  # one event, many cells
     page.mouse.up()
-    (edit,) = scenario(page)["edits"]
+    (edit,) = in_address(page)["edits"]
     assert edit["tick"] == 0
     assert edit["freed"] == []
     page.keyboard.press("b")
@@ -109,14 +103,14 @@ def test_the_brush_leaves_no_holes_and_a_stroke_is_undone_at_once(page: Any) -> 
     page.mouse.move(*at(page, (30, 48)))
     page.mouse.up()
     # Painted and erased in the same places: what was painted is gone, what were walls before are free.
-    left = scenario(page)["edits"]
+    left = in_address(page)["edits"]
     assert all(one["blocked"] == [] for one in left)
     page.keyboard.press("Control+z")
-    assert scenario(page)["edits"] == [edit]
+    assert in_address(page)["edits"] == [edit]
     page.keyboard.press("Control+z")
-    assert scenario(page)["edits"] == []
+    assert in_address(page)["edits"] == []
     page.keyboard.press("Control+Shift+z")
-    assert scenario(page)["edits"] == [edit]
+    assert in_address(page)["edits"] == [edit]
 
 
 def test_lines_and_strokes_are_what_they_say(page: Any) -> None:
@@ -189,19 +183,19 @@ def test_everything_by_keyboard(page: Any) -> None:
     press("ArrowRight")
     assert "free" in page.inner_text("#live")
     press("Enter")
-    assert scenario(page)["start"] == [2, 0]
+    assert in_address(page)["start"] == [2, 0]
     press("w")  # the start's own cell stays free
-    assert scenario(page)["edits"] == []
+    assert in_address(page)["edits"] == []
     press("ArrowRight")
     press("w")
-    assert scenario(page)["edits"] == [{"tick": 0, "blocked": [[3, 0]], "freed": []}]
+    assert in_address(page)["edits"] == [{"tick": 0, "blocked": [[3, 0]], "freed": []}]
     press("Control+z")
     press("p")
     press("Enter")
     press("ArrowRight")
     press("Enter")
     press("Enter")
-    assert scenario(page)["obstacles"] == [{"kind": "patrol", "waypoints": [[3, 0], [4, 0]]}]
+    assert in_address(page)["obstacles"] == [{"kind": "patrol", "waypoints": [[3, 0], [4, 0]]}]
     press("r")
     page.wait_for_selector("#timeline >> text=/ \\d+/")
     press("?")
@@ -215,12 +209,12 @@ def test_a_link_is_the_state(page: Any, browser: Any) -> None:
     page.get_by_role("tab", name="Traffic").click()
     page.get_by_label("Random walkers").fill("7")
     page.keyboard.press("Tab")
-    now = scenario(page)
+    now = in_address(page)
     page.wait_for_timeout(300)
     link = page.url
     page.reload()
     page.wait_for_selector("#status >> text=found")
-    assert scenario(page) == now
+    assert in_address(page) == now
     other = browser.new_context()
     try:
         fresh = other.new_page()
@@ -256,12 +250,12 @@ def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any
     page.mouse.down()
     page.mouse.move(*at(page, (24, 24)), steps=3)
     page.mouse.up()
-    (edit,) = scenario(page)["edits"]
+    (edit,) = in_address(page)["edits"]
     assert edit["tick"] > 4, "what was driven stays"
     page.wait_for_selector("#timeline >> text=/ \\d+/")
     page.keyboard.press("Home")
     page.keyboard.press("Control+z")
-    assert scenario(page)["edits"] == []
+    assert in_address(page)["edits"] == []
 
 
 def test_files_become_maps_or_a_sentence(page: Any, wrong: list[str], tmp_path: Path) -> None:
@@ -282,7 +276,7 @@ def test_files_become_maps_or_a_sentence(page: Any, wrong: list[str], tmp_path: 
     assert "20 × 12" in page.inner_text("#where"), "what was there stays"
     files.set_input_files([tmp_path / "case.yaml"])
     page.wait_for_selector("#where >> text=guide")
-    now = scenario(page)
+    now = in_address(page)
     assert (now["map"], now["seed"], now["planner"]) == ("guide", 5, {"name": "a-star", "settings": {}})
     assert all("400 (Bad Request)" in fault for fault in wrong)
     wrong.clear()
@@ -324,11 +318,33 @@ def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> Non
     tab.mouse.move(*at(tab, (9, 40)))
     tab.mouse.up()
     tab.wait_for_selector("#gone >> text=kept")
-    drawn = scenario(tab)["edits"]
+    drawn = in_address(tab)["edits"]
     assert drawn
     with app(tmp_path, port=port) as address:
         tab.goto(address)
         tab.wait_for_selector("#gone", state="hidden")
-        assert scenario(tab)["edits"] == drawn
+        assert in_address(tab)["edits"] == drawn
         tab.wait_for_timeout(300)
         assert address.split("#")[1] in tab.url, "the address has the new token"
+
+
+def test_what_was_told_of_a_run_is_forgotten_with_what_is_cut_off_it(page: Any) -> None:
+    """Back to the start and a wall undone within a frame: there are fewer events than were counted."""
+    page.keyboard.press("r")
+    page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
+    page.keyboard.press("b")
+    page.mouse.move(*at(page, (24, 22)))
+    page.mouse.down()
+    page.mouse.move(*at(page, (24, 24)), steps=3)
+    page.mouse.up()
+    page.wait_for_selector("#status dt >> text=Outcome")
+    page.evaluate(
+        """() => {
+          for (const init of [{ key: "Home" }, { key: "." }, { key: "." }, { key: "z", ctrlKey: true }]) {
+            const pressed = new KeyboardEvent("keydown", { ...init, bubbles: true, cancelable: true });
+            document.body.dispatchEvent(pressed);
+          }
+        }"""
+    )
+    page.wait_for_timeout(300)
+    assert in_address(page)["edits"] == []

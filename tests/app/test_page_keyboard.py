@@ -186,6 +186,7 @@ def test_the_focus_goes_round_and_is_seen_everywhere(page: Any) -> None:
     for left, right in [("1", "4"), ("2", "5"), ("3", "6"), ("1", "7")]:
         page.keyboard.press(left)
         page.keyboard.press(right)
+        page.wait_for_selector('body:not(:has([aria-busy="true"]))')
         page.wait_for_load_state("networkidle")
         circle(page, "Tab")
         there, back = circle(page, "Tab"), circle(page, "Shift+Tab")
@@ -209,3 +210,49 @@ def test_the_help_lists_the_keys_and_gives_the_focus_back(page: Any) -> None:
     at = here(page)
     assert at
     assert at["name"] == "Map"
+
+
+def test_all_maps_are_one_stop_of_tab_and_arrows_go_among_them(page: Any) -> None:
+    tab_to(page, "Find a map")
+    page.keyboard.press("Tab")
+    assert (here(page) or {})["name"].startswith("env-3"), "the open one"
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("ArrowUp")
+    assert (here(page) or {})["name"].startswith("guide") or (here(page) or {})["name"].startswith("env-")
+    page.keyboard.press("Home")
+    first = (here(page) or {})["name"]
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("ArrowUp")
+    assert (here(page) or {})["name"] == first
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    page.locator("#where").get_by_text("env-1").wait_for()
+    page.keyboard.press("Tab")
+    assert not (here(page) or {})["name"].startswith("env-")
+    # A search leaves a way in, wherever the stop was.
+    page.get_by_label("Find a map").fill("env-6")
+    page.keyboard.press("Tab")
+    assert (here(page) or {})["name"].startswith("env-6")
+
+
+def test_escape_leaves_a_field(page: Any) -> None:
+    page.get_by_role("tab", name="Traffic").click()
+    field = page.get_by_label("Random walkers")
+    field.fill("4")
+    page.keyboard.press("Escape")
+    assert page.evaluate("document.activeElement === document.body")
+    page.keyboard.press("b")
+    assert page.get_by_role("button", name="Paint walls").get_attribute("aria-pressed") == "true"
+
+
+def test_the_focus_is_on_stop_while_it_compares_and_comes_back(page: Any) -> None:
+    page.get_by_role("tab", name="Compare").click()
+    held: list[Any] = []
+    page.route("**/api/compare", lambda route: held.append(route))
+    page.get_by_role("button", name="Compare", exact=True).focus()
+    page.keyboard.press("Enter")
+    until(page, lambda: (here(page) or {}).get("name") == "Stop")
+    until(page, lambda: bool(held))
+    held[0].continue_()
+    page.locator("#compare table").first.wait_for()
+    assert (here(page) or {})["name"] == "Compare"

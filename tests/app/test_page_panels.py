@@ -7,16 +7,10 @@ from typing import Any
 
 import pytest
 from tests.app.page_browser import needs_chromium
+from tests.app.page_person import in_address
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
-
-
-def scenario(page: Any) -> dict[str, Any]:
-    """What the browser keeps as its draft, once it keeps it."""
-    page.wait_for_timeout(400)
-    found: dict[str, Any] = page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft'))")
-    return found
 
 
 def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
@@ -25,19 +19,19 @@ def test_a_setting_is_stored_undone_and_never_wrong(page: Any) -> None:
     nt = page.get_by_label("nt", exact=True)
     nt.fill("12")
     nt.press("Tab")
-    assert scenario(page)["planner"] == {"name": "ad-gso", "settings": {"nt": 12}}
+    assert in_address(page)["planner"] == {"name": "ad-gso", "settings": {"nt": 12}}
     nt.fill("0")
     nt.press("Tab")
     assert nt.get_attribute("aria-invalid") == "true"
     assert "1 to 10000" in page.inner_text("#settings .planner .settings")
-    assert scenario(page)["planner"]["settings"] == {"nt": 12}
+    assert in_address(page)["planner"]["settings"] == {"nt": 12}
     nt.fill("10")
     nt.press("Tab")
-    assert scenario(page)["planner"]["settings"] == {}, "defaults are not written down"
+    assert in_address(page)["planner"]["settings"] == {}, "defaults are not written down"
     page.locator("#settings .planner select").first.select_option("gso")
-    assert scenario(page)["planner"] == {"name": "gso", "settings": {}}
+    assert in_address(page)["planner"] == {"name": "gso", "settings": {}}
     page.get_by_role("button", name="Undo").click()
-    assert scenario(page)["planner"]["name"] == "ad-gso"
+    assert in_address(page)["planner"]["name"] == "ad-gso"
     assert page.get_by_label("nt", exact=True).input_value() == "10"
 
 
@@ -47,10 +41,10 @@ def test_a_rule_of_a_law_opens_its_own_settings(page: Any) -> None:
     page.get_by_label("approach", exact=True).check()
     page.get_by_label("distance", exact=True).fill("2.5")
     page.keyboard.press("Tab")
-    law = scenario(page)["law"]
+    law = in_address(page)["law"]
     assert law == {"name": "physical", "settings": {"approach": "on", "approach.distance": 2.5}}
     page.get_by_label("approach", exact=True).uncheck()
-    assert scenario(page)["law"] == {"name": "physical", "settings": {}}
+    assert in_address(page)["law"] == {"name": "physical", "settings": {}}
 
 
 def test_three_planners_meet_and_the_clock_is_the_longest_run_s(page: Any) -> None:
@@ -86,7 +80,7 @@ TALLIES = {
 
 
 def test_the_tour_reproduces_the_tables_and_gives_back_what_was_there(page: Any) -> None:
-    before = scenario(page)
+    before = in_address(page)
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
     for step in range(1, 11):
@@ -96,22 +90,22 @@ def test_the_tour_reproduces_the_tables_and_gives_back_what_was_there(page: Any)
         if step < 10:
             page.keyboard.press("ArrowRight") if step > 1 else page.get_by_role("button", name="Next").click()
     assert "4 + 6 × 1.4 = 12.4" in page.inner_text(".tour")
-    assert scenario(page)["map"] == "guide"
+    assert in_address(page)["map"] == "guide"
     page.get_by_role("button", name="Leave the tour").click()
     page.wait_for_selector("#where >> text=env-3")
-    assert scenario(page) == before
+    assert in_address(page) == before
 
 
 def test_a_tour_that_is_cut_short_gives_it_back_too(page: Any, address: str) -> None:
-    before = scenario(page)
+    before = in_address(page)
     page.click("#tab-learn")
     page.get_by_role("button", name="Begin the tour").click()
     page.wait_for_selector("text=Step 1 of 10")
-    assert scenario(page)["map"] == "guide"
+    assert in_address(page)["map"] == "guide"
     page.reload()
     page.wait_for_selector("#where >> text=env-3")
     page.wait_for_selector("#status >> text=found")
-    assert {**scenario(page), "edits": []} == {**before, "edits": []}
+    assert {**in_address(page), "edits": []} == {**before, "edits": []}
 
 
 def test_steps_are_the_record_of_the_plan(page: Any) -> None:

@@ -386,6 +386,7 @@ const layer = (v) => {
   view.setUint32(2, 1, true);
   view.setUint32(6, 1, true);
   view.setFloat32(10, v, true);
+  bytes[18] = 1;
   return bytes;
 };
 const page = pageOf(runOf(30));
@@ -393,6 +394,8 @@ let flying = 0, most = 0;
 const asked = [];
 let answer = () => {};
 page.asked = () => ({});
+globalThis.window = globalThis;
+page.store = { scenario: { start: [0, 0], goal: [1, 0] } };
 page.api = { async *frames(path, body) {
   most = Math.max(most, ++flying);
   asked.push([body.layer, body.tick, body.bodies]);

@@ -67,7 +67,7 @@ def test_printed_tables_are_the_packaged_ones() -> None:
 
 
 def test_measures_are_those_of_studies() -> None:
-    table = re.search(r"export const MEASURES = \[(.*?)\n\];", source("measures.js"), re.DOTALL)
+    table = re.search(r"const MEASURES = \[(.*?)\n\];", source("measures.js"), re.DOTALL)
     assert table
     rows = re.findall(r'\["(\w+)", "([^"]+)", "(\w*)", (\d+)\]', table[1])
     assert len(rows) == len(table[1].strip().splitlines()) > 15

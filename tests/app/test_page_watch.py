@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import re
+import zlib
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.app.page_browser import needs_chromium
+from tests.app.page_person import aim, in_address
+
+from lampyris.app.layered import layer_of
+from lampyris.app.said import said_scenario
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -92,6 +100,83 @@ def test_layers_have_their_ends_told(page: Any) -> None:
     run_to_its_end(page)
     page.wait_for_selector(".ly-ends >> text=0 ticks, soon")
     assert fact(page, "Obstacles") == "9"
+
+
+def test_where_a_layer_says_nothing_no_scale_says_anything(page: Any) -> None:
+    legend = page.locator("#layers .ly-legend")
+    page.get_by_label("Reach", exact=True).check()
+    page.wait_for_selector("#layers >> text=Nothing moves.")
+    assert legend.is_hidden()
+    # Of another map's numbers there is nothing left while its own are on their way.
+    page.get_by_label("Cost", exact=True).check()
+    legend.wait_for()
+    page.route("**/api/layer", lambda route: None)
+    page.locator('.map-card[title^="guide"]').click()
+    page.wait_for_selector("#where >> text=guide")
+    legend.wait_for(state="hidden")
+
+
+def test_without_a_goal_no_layer_is_asked_for(page: Any) -> None:
+    legend, layers = page.locator("#layers .ly-legend"), page.locator("#layers")
+    page.get_by_label("Cost", exact=True).check()
+    legend.wait_for()
+    asked: list[str] = []
+    page.on("request", lambda one: asked.append(one.url) if one.url.endswith("/api/layer") else None)
+    made = {**in_address(page), "map": {"rows": ["....", "...."]}, "start": None, "goal": None}
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    text = base64.urlsafe_b64encode(packer.compress(json.dumps(made).encode()) + packer.flush()).decode()
+    page.evaluate("(s) => { location.hash = location.hash.split('&')[0] + '&s=' + s; }", text.rstrip("="))
+    layers.locator("text=Set a start and a goal first.").wait_for()
+    page.get_by_label("Clearance", exact=True).check()
+    page.mouse.move(*aim(page, (1, 1), (4, 2)))
+    page.wait_for_timeout(500)
+    assert not asked
+    assert legend.is_hidden()
+
+
+def test_the_end_of_a_run_tells_hits_near_misses_and_what_its_mean_is_of(page: Any) -> None:
+    page.click("#tab-traffic")
+    page.get_by_label("Random walkers").fill("20")
+    page.keyboard.press("Tab")
+    assert fact(page, "Mean speed moving").endswith("m/s")
+    run_to_its_end(page)
+    assert fact(page, "Hits") == "0"
+    assert fact(page, "Near misses").isdigit()
+    assert fact(page, "Mean speed moving").endswith("m/s")
+    page.get_by_role("slider", name="Moment").focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("End")
+    page.locator("#status dt").get_by_text("Outcome").wait_for()
+    names = page.locator("#status dt").all_inner_texts()
+    assert (
+        names.index("Outcome") < names.index("Iterations") < names.index("Collisions") < names.index("Hits")
+    )
+    # The line of the moment does not cross the words at the foot of the second chart.
+    line, plot = (
+        page.locator(f"#charts {one}").nth(1).bounding_box() for one in (".ch-head-line", ".u-over")
+    )
+    assert line["y"] + line["height"] <= plot["y"] + plot["height"] - 13
+
+
+def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
+    """To a 255th of the layer's range, as they are sent, and three figures, as they are told."""
+    made = in_address(page)
+    for name in ("Cost", "Clearance", "Luciferin"):
+        page.get_by_label(name, exact=True).check()
+        page.wait_for_selector("#layers .ly-legend", state="visible")
+        page.wait_for_timeout(400)
+        values = layer_of(name.lower(), said_scenario({"scenario": made}), 0, None)
+        there = values[np.isfinite(values)]
+        cells = np.argwhere(np.isfinite(values))[200::500, ::-1].tolist()
+        assert len(cells) > 3
+        for x, y in cells:
+            page.mouse.move(*aim(page, (x, y)))
+            page.wait_for_timeout(120)
+            head = "Cost to the goal" if name == "Cost" else name
+            words = page.locator(f'#hover dt:text-is("{head}") + dd').inner_text()
+            told = float(words.removeprefix("about ").split()[0].replace("\u202f", ""))
+            near = (there.max() - there.min()) / 254 + 0.005 * abs(values[y, x])
+            assert abs(told - values[y, x]) <= near, (name, x, y)
 
 
 def test_a_cell_says_what_it_costs_and_a_node_why_it_is_so_fast(page: Any) -> None:

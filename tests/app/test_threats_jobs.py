@@ -12,10 +12,12 @@ import sys
 import textwrap
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
+from app_server import World, asks
 from test_app_engine import LINUX, ODD, alive, first, gone, run, unframed, whole
+from test_threats_bombs import ask_for_more, impatient, until
 
 from lampyris.app.engines import GRACE, Engines
 from lampyris.app.frames import frame, json_frame
@@ -59,14 +61,16 @@ def test_what_a_job_started_ends_with_its_engine(then: str, close: bool) -> None
 
 
 @LINUX
+@pytest.mark.parametrize("then", ["sleep", "tell"])
 @pytest.mark.parametrize("word", [signal.SIGKILL, signal.SIGTERM])
-def test_when_the_server_goes_nobody_is_left(word: int) -> None:
+def test_when_the_server_goes_nobody_is_left(word: int, then: str) -> None:
+    """Also where the engine finds out by an answer that nobody takes, before it hears that questions end."""
     code = textwrap.dedent(f"""
         import asyncio, json
         from lampyris.app.engines import Engines
         async def main():
             engines = Engines(1, command={ODD!r})
-            answer = engines.ask({{"verb": "fork", "then": "sleep", "close": True}})
+            answer = engines.ask({{"verb": "fork", "then": {then!r}, "close": True}})
             head = json.loads((await anext(answer))[5:])
             print(head["pid"], *head["some"], flush=True)
             await asyncio.sleep(1000)
@@ -230,3 +234,25 @@ def test_the_engines_have_no_port() -> None:
     assert engines == 2
     assert not sockets & known
     assert json_frame("Z", {})
+
+
+def test_who_does_not_read_keeps_nobody_from_planning() -> None:
+    """Two who read nothing hold both engines; plans are answered, runs once these are let go."""
+    world = World(engines=cast(Any, Engines(2, command=ODD)))
+    scenario: dict[str, Any] = {"scenario": {}}
+    with impatient(world, 600.0) as port:
+        held = [ask_for_more(port) for _ in range(2)]
+        assert until(lambda: world.services.streams == 2)
+        for _ in range(5):
+            assert asks(port, "POST", "/api/plan", scenario)[0] == 200
+        assert world.services.streams == 2
+        for wire in held:
+            wire.close()
+        assert until(lambda: world.services.streams == 0)
+    world = World(engines=cast(Any, Engines(2, command=ODD)))
+    with impatient(world, 0.5) as port:
+        held = [ask_for_more(port) for _ in range(2)]
+        # What waits behind them has its turn when their half a second is over.
+        assert asks(port, "POST", "/api/make", {"map": {}})[0] == 200
+        for wire in held:
+            wire.close()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from lampyris.app.frames import json_frame
@@ -15,6 +15,7 @@ from lampyris.maps.scenario import Scenario
 from lampyris.model.trace import Trace
 from lampyris.report.measure import trace_metrics
 from lampyris.report.plain import robot_record
+from lampyris.study.best import FEWEST, best
 from lampyris.study.design import Crowd, Ground, Study, Who, World
 from lampyris.study.runs import Runs, entrants_of, runs_of
 from lampyris.study.summary import summarise
@@ -143,15 +144,20 @@ class Told:
 
 
 def compare(compared: Comparison, look: Callable[[], None], job: Any, told: Told) -> Iterator[bytes]:
-    """Of the first seed ``H T* E* Z`` for each entrant, of the others ``Z`` alone; then ``S``.
+    """Of the first seed ``H T* E* Z`` for each entrant, of the others ``Z`` alone; then ``S``:
+    a study's summary, with who is ``best`` by each measure.
 
+    Before its first run each entrant plans once for nobody, so that no time holds the loading of code.
     An entrant that refuses the question has the outcome ``refused``, and the others go on.
     """
     for s, seed in enumerate(compared.study.seeds):
         for k, (label, planner, law) in enumerate(compared.entrants):
             head = {"job": job, "label": label, "planner": planner.name, "law": law.name, "seed": seed}
             yield from _one(compared.scenario, (planner, law), head, look, told, (s, k))
-    yield json_frame("S", summarise(told.runs(), timing=True).as_json())
+    runs = told.runs()
+    tops = {name: one._asdict() for name, one in best(runs).items()}
+    said = summarise(runs, timing=True).as_json()
+    yield json_frame("S", {**said, "best": tops, "fewest": FEWEST})
 
 
 def _one(
@@ -172,6 +178,9 @@ def _one(
     first = at[0] == 0
     begun = False
     try:
+        if first:
+            begin(scenario)
+            look()
         run = begin(scenario)
         if first:
             begun = True
@@ -192,7 +201,10 @@ def _one(
         return
     numbers = {**_metrics(trace), "plan_s": trace.timing.get("planning_s")}
     told.add(*at, "done", "", numbers)
-    yield json_frame("Z", ending(trace, head))
+    end = ending(trace, head)
+    if first:
+        end["edits"] = [asdict(edit) for edit in trace.edits]
+    yield json_frame("Z", end)
 
 
 def _metrics(trace: Trace) -> dict[str, Any]:

@@ -20,7 +20,7 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from io import RawIOBase
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO, NoReturn, cast
 
 MEMORY = 2 * 2**30
 """Bytes of address space beyond what the libraries map."""
@@ -38,12 +38,12 @@ class Asked:
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
-        self._questions: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        self._questions: queue.Queue[dict[str, Any]] = queue.Queue()
         self._cancelled: set[int] = set()
         threading.Thread(target=self._read, daemon=True).start()
 
-    def next(self) -> dict[str, Any] | None:
-        """The next question; None: there will be no more."""
+    def next(self) -> dict[str, Any]:
+        """The next question. Where there will be no more, the process ends instead."""
         return self._questions.get()
 
     @property
@@ -74,7 +74,6 @@ class Asked:
             body = self._stream.read(size) if 0 < size <= MAX_QUESTION else b""
             if len(body) != size or not size:
                 # The server is gone, or speaks another language: whatever is running is for nobody.
-                self._questions.put(None)
                 _leave()
             try:
                 said = json.loads(body)
@@ -88,14 +87,14 @@ class Asked:
                 self._cancelled.add(cancelled)
 
 
-def _leave() -> None:
+def _leave() -> NoReturn:
     """End now, and with us whatever a job has started, if we lead a group of our own."""
     if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)
     os._exit(0)
 
 
-def main() -> None:
+def main() -> NoReturn:
     """Answer until the standard input ends. ``sys.argv``: CPU seconds of a question, bytes of memory."""
     from lampyris.app import work
     from lampyris.app.telling import heard, tell
@@ -112,7 +111,8 @@ def main() -> None:
     on_compile(lambda on: tell("compiling" if on else "working"))
     with heard(lambda piece: _beside(out, asked.first, piece)):
         _warm(asked)
-    while (question := asked.next()) is not None:
+    while True:
+        question = asked.next()
         job = int(question["job"])
         limit_seconds(seconds)
         with heard(partial(_beside, out, job)):
@@ -130,8 +130,12 @@ def _beside(out: RawIOBase, job: int | None, piece: bytes) -> None:
 def _write(out: RawIOBase, data: bytes) -> None:
     """All of it: a pipe takes what it has room for."""
     rest = memoryview(data)
-    while rest:
-        rest = rest[out.write(rest) or 0 :]
+    try:
+        while rest:
+            rest = rest[out.write(rest) or 0 :]
+    except BrokenPipeError:
+        # The server is gone, and this was noticed before the questions ended.
+        _leave()
 
 
 def _warm(asked: Asked) -> None:

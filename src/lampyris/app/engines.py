@@ -1,6 +1,7 @@
 """Engines: the processes that do the work, as the server has them.
 
 At most so many questions are answered at a time, one by each engine; some more wait, and others are refused.
+One engine more answers plans and layers alone, so that what follows the hand never waits for what takes long.
 An engine that dies (it used up its processor time, or crashed) is started anew, and whoever asked is told so.
 Nobody reads: nobody writes. What is not taken from an answer stays in the pipe, and the engine stands still.
 """
@@ -18,13 +19,16 @@ from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from lampyris.app.engine import MAX_QUESTION, MEMORY, SECONDS
 from lampyris.app.frames import error_frame
 from lampyris.errors import InputError, InternalFault, LampyrisError, LimitError
 
 WORKERS: Final = 2
+QUICK: Final = 1
+"""Engines for short questions alone. Keeping one of the two above would have runs wait for comparisons."""
+SHORT: Final = ("plan", "layer")
 QUEUE: Final = 8
 GRACE: Final = 0.5
 """Seconds that a cancelled job has to stop by itself."""
@@ -41,13 +45,21 @@ class Busy(LimitError):
     def __init__(self, running: int, waiting: int) -> None:
         super().__init__(
             "BUSY",
-            f"{running} jobs run and {waiting} wait",
+            f"the app is busy: {running} jobs run and {waiting} wait",
             allowed=f"{running} running and {waiting} waiting",
-            todo="wait for one to end, or cancel one",
+            todo="try again in a moment, or stop what runs",
         )
 
     def __reduce__(self) -> tuple[object, ...]:
         return (Exception, (str(self),))
+
+
+class _Turn(NamedTuple):
+    """Somebody who waits."""
+
+    job: int
+    short: bool
+    turn: asyncio.Future[_Engine | None]
 
 
 class Engines:
@@ -55,8 +67,9 @@ class Engines:
 
     Parameters
     ----------
-    workers : engines, and questions answered at a time.
-    queue : questions that may wait besides.
+    workers : engines for whatever is asked.
+    queue : questions that may wait besides; as many short ones.
+    quick : engines more, for short questions (:data:`SHORT`) alone.
     command : an engine; it is given its limits as two more words.
     seconds, memory : CPU seconds of a question, and bytes of memory beyond what the libraries take.
     silence : seconds that an engine may say nothing.
@@ -68,6 +81,7 @@ class Engines:
         workers: int = WORKERS,
         queue: int = QUEUE,
         *,
+        quick: int = QUICK,
         command: Sequence[str] = COMMAND,
         seconds: int = SECONDS,
         memory: int = MEMORY,
@@ -78,10 +92,13 @@ class Engines:
         self._seconds = seconds
         self._command = (*command, str(seconds), str(memory))
         self._numbers = count(1)
-        self._idle: list[_Engine] = [_Engine(self._command, folder) for _ in range(workers)]
+        # The last is taken first: a short question goes where others of its kind have left their fields.
+        self._idle: list[_Engine] = [
+            _Engine(self._command, folder, k >= workers) for k in range(workers + quick)
+        ]
         self._all = tuple(self._idle)
         self._running: dict[int, _Engine] = {}
-        self._waiting: deque[tuple[int, asyncio.Future[_Engine | None]]] = deque()
+        self._waiting: deque[_Turn] = deque()
         self._cancelled: set[int] = set()
         self._tasks: set[asyncio.Task[None]] = set()
         self._closed = False
@@ -102,12 +119,13 @@ class Engines:
         data = json.dumps({**question, "job": job}, separators=(",", ":")).encode()
         if len(data) > MAX_QUESTION:
             raise LimitError("QUESTION_SIZE", f"{len(data):,} bytes", allowed=f"at most {MAX_QUESTION:,}")
-        engine = await self._free(job)
+        engine = await self._free(job, question.get("verb") in SHORT)
         if engine is None:
             yield error_frame(_CANCELLED)
             return
         self._running[job] = engine
         whole = faulty = False
+        before = _out_of_memory()
         try:
             await engine.tell(data)
             while True:
@@ -132,11 +150,11 @@ class Engines:
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
         if not faulty:
-            yield error_frame(_CANCELLED if stopped else self._why(died, engine))
+            yield error_frame(_CANCELLED if stopped else self._why(died, engine, before))
 
     async def cancel(self, job: int) -> None:
         """Stop a job: it is asked to, and ended if it has not after half a second. Unknown jobs are none."""
-        for number, turn in self._waiting:
+        for number, _, turn in self._waiting:
             if number == job and not turn.done():
                 turn.set_result(None)
                 return
@@ -154,7 +172,7 @@ class Engines:
     async def close(self) -> None:
         """End all of them."""
         self._closed = True
-        for _, turn in self._waiting:
+        for *_, turn in self._waiting:
             if not turn.done():
                 turn.set_result(None)
         for task in tuple(self._tasks):
@@ -163,38 +181,42 @@ class Engines:
 
     # ---- turns --------------------
 
-    async def _free(self, job: int) -> _Engine | None:
+    async def _free(self, job: int, short: bool) -> _Engine | None:
         """An engine that has nothing to do; None: cancelled while waiting."""
         if self._closed:
             return None
-        if self._idle:
-            return self._idle.pop()
-        if len(self._waiting) >= self._queue:
+        for engine in reversed(self._idle):
+            if short or not engine.quick:
+                self._idle.remove(engine)
+                return engine
+        if sum(one.short == short for one in self._waiting) >= self._queue:
             raise Busy(self._workers, self._queue)
-        turn: asyncio.Future[_Engine | None] = asyncio.get_running_loop().create_future()
-        self._waiting.append((job, turn))
+        mine = _Turn(job, short, asyncio.get_running_loop().create_future())
+        self._waiting.append(mine)
         try:
-            return await turn
+            return await mine.turn
         except asyncio.CancelledError:
-            if turn.done() and not turn.cancelled() and (engine := turn.result()) is not None:
-                self._pass_on(engine)
+            if mine.turn.done() and not mine.turn.cancelled() and (given := mine.turn.result()) is not None:
+                self._pass_on(given)
             raise
         finally:
             with suppress(ValueError):
-                self._waiting.remove((job, turn))
+                self._waiting.remove(mine)
 
     def _give_back(self, job: int, engine: _Engine) -> None:
         self._running.pop(job, None)
         self._pass_on(engine)
 
     def _pass_on(self, engine: _Engine) -> None:
-        """To the next who waits."""
-        while self._waiting:
-            _, turn = self._waiting.popleft()
-            if not turn.done():
-                turn.set_result(engine)
-                return
+        """To the next who waits for one of its kind."""
+        for one in tuple(self._waiting):
+            if one.turn.done() or (engine.quick and not one.short):
+                continue
+            self._waiting.remove(one)
+            one.turn.set_result(engine)
+            return
         self._idle.append(engine)
+        self._idle.sort(key=lambda one: one.quick)
 
     async def _settle(self, job: int, engine: _Engine) -> None:
         """An answer that nobody reads: let it end, or end it."""
@@ -209,8 +231,8 @@ class Engines:
         finally:
             self._give_back(job, engine)
 
-    def _why(self, code: int, engine: _Engine) -> LampyrisError:
-        """Why an engine ended in the middle of a job."""
+    def _why(self, code: int, engine: _Engine, before: int) -> LampyrisError:
+        """Why an engine ended in the middle of a job; ``before``: :func:`_out_of_memory` at its beginning."""
         if engine.silent:
             return InternalFault("ENGINE", f"nothing came of this for {self._silence:g} seconds")
         if engine.nonsense:
@@ -222,8 +244,11 @@ class Engines:
                 allowed=f"{self._seconds} seconds a job",
                 todo="take a smaller map or fewer ticks, or use the command line, which has no such limit",
             )
-        if code == -getattr(signal, "SIGKILL", 9):
-            return LimitError("MEMORY", "the system ended this job, most likely for want of memory")
+        if code == -getattr(signal, "SIGKILL", 9) and _out_of_memory() > before:
+            return LimitError(
+                "MEMORY", "the system ended this job for want of memory",
+                todo="end other programs, or take a smaller map",
+            )  # fmt: skip
         told = f"signal {-code}" if code < 0 else f"exit code {code}"
         fault = InternalFault("ENGINE", f"the process that worked on this ended unexpectedly ({told})")
         fault.todo = "another one has been started; please report this"
@@ -240,14 +265,27 @@ def _end_group(leader: int) -> None:
             os.killpg(leader, signal.SIGKILL)
 
 
+def _out_of_memory() -> int:
+    """How many processes the system has ended for want of memory, where it says so (Linux); otherwise 0."""
+    told = 0
+    for name, word in _KILLS:
+        with suppress(OSError, ValueError):
+            rows = dict(row.split(" ", 1) for row in Path(name).read_text().splitlines() if " " in row)
+            told += int(rows.get(word, 0))
+    return told
+
+
+_KILLS: Final = (("/proc/vmstat", "oom_kill"), ("/sys/fs/cgroup/memory.events", "oom_kill"))
+"""Files that count them, and under which word; a kill may be in both."""
+
 _CANCELLED: Final = InputError("CANCELLED", "stopped")
 
 
 class _Engine:
     """One process; started when it is needed, and anew after its end."""
 
-    def __init__(self, command: Sequence[str], folder: Path | None = None) -> None:
-        self._command = command
+    def __init__(self, command: Sequence[str], folder: Path | None = None, quick: bool = False) -> None:
+        self._command, self.quick = command, quick
         self._env = {**os.environ, **({} if folder is None else dict.fromkeys(_TEMPORARY, str(folder)))}
         self._process: asyncio.subprocess.Process | None = None
         self._killed = False

@@ -17,7 +17,8 @@ from lampyris.app.watched import begin, finish
 from lampyris.errors import UsageError
 from lampyris.field.solve import solve_field
 from lampyris.maps.scenario import Scenario
-from lampyris.maps.scenario_save import plain, yaml_of
+from lampyris.maps.scenario_save import json_of, plain, yaml_of
+from lampyris.maps.yaml_text import MAX_BYTES, MAX_VALUES
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
@@ -155,8 +156,18 @@ def _csv(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
 
 
 def _scenario(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
-    """The scenario's file with everything decided, as ``lampyris ... --save`` writes it."""
-    return yaml_of(plain(scenarios.completed(scenario), Path("."))).encode()
+    """The scenario's file with everything decided, as ``lampyris ... --save`` writes it: YAML, or JSON where
+    that would be more YAML than is read again (a map drawn by hand, say)."""
+    data = plain(scenarios.completed(scenario), Path("."))
+    text = yaml_of(data).encode()
+    return text if len(text) <= MAX_BYTES and _values(data) < MAX_VALUES else json_of(data).encode()
+
+
+def _values(data: Any) -> int:
+    """How many values some plain data has, keys among them."""
+    if isinstance(data, Mapping):
+        return 1 + sum(1 + _values(one) for one in data.values())
+    return 1 + (sum(map(_values, data)) if isinstance(data, list | tuple) else 0)
 
 
 def _report(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:

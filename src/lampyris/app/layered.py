@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.app.known import keep
-from lampyris.app.watched import begin
+from lampyris.app.watched import standing
 from lampyris.errors import FileError, SceneError, UsageError
 from lampyris.field.layers import clearance, moves_on
 from lampyris.field.solve import solve_field
@@ -120,8 +120,7 @@ def _expanded(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
 
 def _reach(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
     if bodies is None:
-        run = begin(scenario)
-        cells = [run.world.space.cell(number) for number in run.world.where]
+        cells = [cell for _, cell in standing(scenario)]
     else:
         cells = _cells(bodies, scene.grid)
     cutting = moves_on(scene.grid, scene.moves).corner_cutting

@@ -13,6 +13,7 @@ import stat
 import struct
 import sys
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -37,6 +38,9 @@ ENDINGS: Final = (
     ".png", ".bmp", ".dib", ".pgm", ".pbm", ".ppm", ".pnm", ".npy", ".csv", ".map", ".txt", ".yaml", ".yml",
 )  # fmt: skip
 PICTURES: Final = ENDINGS[:7]
+AWAY: Final = "gone-"
+"""How the names of deleted maps begin. Links and drafts name maps; one click must not end them all."""
+AWAY_SECONDS: Final = 86_400.0
 KEPT: Final = 64
 """Decoded maps that are kept in memory, packed."""
 
@@ -157,7 +161,7 @@ class Library:
         return {**_row(id, "upload", known, str(known["name"])), "notes": known["notes"]}
 
     def delete(self, id: str) -> None:
-        """Forget an uploaded map.
+        """Put an uploaded map away; :meth:`bring_back` has it again for a day, or until room is needed.
 
         Raises
         ------
@@ -167,11 +171,34 @@ class Library:
         with self._lock:
             there = self._uploads()
             if name in there:
-                os.unlink(there[name].path)
+                self._forget(time.time() - AWAY_SECONDS)
+                os.replace(there[name].path, self._spool / f"{AWAY}{name}")
+                os.utime(self._spool / f"{AWAY}{name}")
                 return
         if id in bundled.names() or id in self._files():
             raise FileError("MAP_FIXED", "only uploaded maps can be deleted", where=id[:64])
         raise _missing(id)
+
+    def bring_back(self, id: str) -> None:
+        """Have a deleted map again.
+
+        Raises
+        ------
+        FileError : MAP: there is none, or not any more. LimitError : LIBRARY_FULL.
+        """
+        name = f"{id}.json"
+        with self._lock:
+            away = self._away()
+            if f"{AWAY}{name}" not in away:
+                if name in self._uploads():
+                    return
+                raise _missing(id)
+            entry = away[f"{AWAY}{name}"]
+            if name in self._uploads():
+                os.unlink(entry.path)
+                return
+            self._room(entry.stat(follow_symlinks=False).st_size, keep=entry.name)
+            os.replace(entry.path, self._spool / name)
 
     # ---- where they are --------------------
 
@@ -234,22 +261,40 @@ class Library:
     def _keep(self, name: str, data: bytes) -> None:
         """Store an upload, whole or not at all."""
         self._spool.mkdir(mode=0o700, parents=True, exist_ok=True)
-        there = self._uploads()
-        if name in there:
+        if name in self._uploads():
             return
+        self._room(len(data))
+        fresh = self._spool / f".{name}.{os.getpid()}"
+        handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        with os.fdopen(handle, "wb") as out:
+            out.write(data)
+        os.replace(fresh, self._spool / name)
+
+    def _room(self, size: int, keep: str = "") -> None:
+        """Make room for so many bytes more: what was deleted goes for good when there is none beside it."""
+        there = self._uploads()
         held = sum(entry.stat(follow_symlinks=False).st_size for entry in there.values())
-        if len(there) >= self._most_files or held + len(data) > self._most_bytes:
+        if len(there) >= self._most_files or held + size > self._most_bytes:
             raise LimitError(
                 "LIBRARY_FULL",
                 f"{len(there):,} maps, {held:,} bytes",
                 allowed=f"{self._most_files:,} maps, {self._most_bytes:,} bytes",
                 todo="delete some uploaded maps",
             )
-        fresh = self._spool / f".{name}.{os.getpid()}"
-        handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        with os.fdopen(handle, "wb") as out:
-            out.write(data)
-        os.replace(fresh, self._spool / name)
+        away = self._away()
+        held += sum(entry.stat(follow_symlinks=False).st_size for entry in away.values())
+        if len(there) + len(away) >= self._most_files or held + size > self._most_bytes:
+            self._forget(keep=keep)
+
+    def _away(self) -> dict[str, os.DirEntry[str]]:
+        """Deleted maps that can be had again."""
+        return _regular(self._spool, lambda name: name.startswith(f"{AWAY}up-") and name.endswith(".json"))
+
+    def _forget(self, before: float = float("inf"), keep: str = "") -> None:
+        """Remove what was deleted before that time for good."""
+        for name, entry in self._away().items():
+            if name != keep and entry.stat(follow_symlinks=False).st_mtime < before:
+                os.unlink(entry.path)
 
 
 def container(files: Mapping[str, bytes]) -> bytes:

@@ -10,6 +10,7 @@ import os
 import re
 import secrets
 import signal
+import socket
 import sys
 import tempfile
 import webbrowser
@@ -25,6 +26,9 @@ from lampyris.errors import UsageError
 
 _HOSTNAME = re.compile(r"(?=.{1,253}\Z)[a-z0-9]([a-z0-9-]{0,62})(\.[a-z0-9]([a-z0-9-]{0,62}))*", re.ASCII)
 
+USUAL = 8770
+"""A browser keeps what a page stores by its port: another at each start would hide the drafts of the last."""
+
 REMOTE = """\
 warning: this listens for other machines, as {name}. Whoever has the address below can use this machine's time
 and memory and read its map library; the connection is not encrypted. Use it in a network you trust."""
@@ -33,7 +37,7 @@ and memory and read its map library; the connection is not encrypted. Use it in 
 def run_app(
     map_: str | None = None,
     *,
-    port: int = 0,
+    port: int | None = 0,
     folder: Path | None = None,
     browser: bool = True,
     allow_remote: str | None = None,
@@ -44,7 +48,8 @@ def run_app(
     Parameters
     ----------
     map_ : shown at first: a bundled map or one of the folder; None: what the page had last.
-    port : 0: a free one. The port of a server that has just ended may be had at once.
+    port : 0: a free one; None: :data:`USUAL`, or a free one if it is taken. The port of a server that has
+        just ended may be had at once.
     folder : the user's maps; None: none.
     browser : open one.
     allow_remote : a name of this machine, under which others may reach it.
@@ -60,7 +65,7 @@ def run_app(
         )
     if folder is not None and not folder.is_dir():
         raise UsageError("FOLDER", "no such folder", where=str(folder), todo="name a folder of maps")
-    sockets = listening.open_sockets(port, remote=allow_remote is not None)
+    sockets = _sockets(port, allow_remote is not None)
     _log_to_stderr()
     # Whatever is written from here on is the user's alone.
     before = os.umask(0o077)
@@ -82,6 +87,16 @@ def run_app(
         for each in sockets:
             each.close()
     return 0
+
+
+def _sockets(port: int | None, remote: bool) -> list[socket.socket]:
+    """Sockets of a port; without one those of the usual, so that the page finds its drafts again."""
+    try:
+        return listening.open_sockets(USUAL if port is None else port, remote=remote)
+    except UsageError:
+        if port is not None:
+            raise
+    return listening.open_sockets(0, remote=remote)
 
 
 async def _serve(app: Any, sockets: list[Any], services: Services) -> None:

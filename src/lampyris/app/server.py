@@ -13,7 +13,6 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Final, Protocol, cast
 
 from starlette.applications import Starlette
@@ -32,8 +31,6 @@ from lampyris.maps.yaml_text import read_yaml
 
 STREAMS: Final = 16
 TICKETS: Final = 16
-MOST_VALUES: Final = 100_000
-"""Values of a scenario file that is read here; PyYAML reads some 20,000 a second."""
 TICKET_SECONDS: Final = 30.0
 LOOKS: Final = 16
 """Threads that look things up."""
@@ -118,7 +115,10 @@ class LibraryLike(Protocol):
         """Keep an uploaded map."""
 
     def delete(self, id: str) -> None:
-        """Forget it."""
+        """Put it away."""
+
+    def bring_back(self, id: str) -> None:
+        """Have it again."""
 
     def packed(self, id: str) -> dict[str, Any]:
         """A map as a question to an engine holds it."""
@@ -257,10 +257,11 @@ class Desk:
         return Response(found, media_type="image/png")
 
     async def delete_map(self, request: Request) -> Response:
-        """Forget an uploaded map."""
-        await said(request, ())
-        await self._all.look(self._all.library.delete, request.path_params["id"])
-        return told({"deleted": request.path_params["id"]})
+        """Put an uploaded map away; ``back``: have it again."""
+        back = (await said(request, ("back",))).get("back") is True
+        library, id = self._all.library, request.path_params["id"]
+        await self._all.look(library.bring_back if back else library.delete, id)
+        return told({"back" if back else "deleted": id})
 
     async def ask(self, request: Request) -> Any:
         """A question to an engine; its frames."""
@@ -316,12 +317,12 @@ class Desk:
         return told({"cancelled": job})
 
     async def scenario(self, request: Request) -> Response:
-        """A scenario file as plain data: the page reads what the command line reads."""
+        """A scenario file as plain data: the page reads what the command line reads, with the same limits."""
         body = await said(request, ("name", "text"))
         name, text = (str(body.get(key, "")) for key in ("name", "text"))
         read: Callable[..., Any] = read_json if name.lower().endswith(".json") else read_yaml
         data = text.encode("utf-8", "surrogatepass")
-        found = await self._all.read(partial(read, data, name[:80], max_values=MOST_VALUES))
+        found = await self._all.read(read, data, name[:80])
         return told({"scenario": found.data})
 
     async def study(self, request: Request) -> Response:

@@ -23,6 +23,9 @@ TYPES: Final[Mapping[str, str]] = {
 """What is served of the page's folder."""
 
 
+PART_CSP: Final = "default-src 'none'; frame-ancestors 'none'"
+"""Of what is a part of a page and no document: what applies is the page's. Shorter, sixty times over."""
+
 Shipped = tuple[str, bytes, bytes]
 """Type, bytes and bytes in gzip."""
 
@@ -48,6 +51,8 @@ def shipped(request: Request, kind: str, plain: bytes, packed: bytes) -> Respons
     Only of what is the same for everybody, the files and what there is to choose from: what is compressed
     with a secret beside something that a stranger chose can leak the secret.
     """
+    part = kind.startswith(("text/javascript", "text/css"))
+    heads = {"Content-Security-Policy": PART_CSP} if part else {}
     if "gzip" in request.headers.get("accept-encoding", ""):
-        return Response(packed, media_type=kind, headers={"Content-Encoding": "gzip"})
-    return Response(plain, media_type=kind)
+        return Response(packed, media_type=kind, headers={**heads, "Content-Encoding": "gzip"})
+    return Response(plain, media_type=kind, headers=heads)

@@ -24,6 +24,10 @@ from lampyris.scenarios import speed_law
 from lampyris.sim.endings import why
 from lampyris.sim.loop import Simulation
 from lampyris.sim.since import events_since, since
+from lampyris.sim.space import Space, robot_shape
+from lampyris.sim.traffic import open_traffic
+from lampyris.sim.world import World
+from lampyris.typing import Cell
 
 CHUNK_S: Final = 0.03
 """Seconds of work between two frames of ticks."""
@@ -55,6 +59,20 @@ def begin(scenario: Scenario) -> Simulation:
         law=speed_law(scenario.law, scenario.law_settings),
         patience=scenario.patience,
     )
+
+
+def standing(scenario: Scenario) -> list[tuple[Body, Cell]]:
+    """The moving obstacles and the cells where they begin: those of :func:`begin`, without the plan it makes.
+
+    Raises
+    ------
+    LampyrisError : as :func:`begin`, for obstacles that have no place.
+    """
+    scene = api.among(scenario.scene, None)
+    space = Space(scene.grid)
+    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    crowd = open_traffic(scene, world, scenario.seed)
+    return [(body, space.cell(number)) for body, number in zip(crowd.bodies, world.where, strict=True)]
 
 
 def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 from lampyris import api
@@ -16,8 +17,8 @@ from lampyris.app.known import known
 from lampyris.app.layered import layer_of, own_order, scene_at
 from lampyris.app.made import make
 from lampyris.app.said import said_scenario
-from lampyris.app.watched import WORDS, begin, body_record, finish, watch
-from lampyris.errors import UsageError
+from lampyris.app.watched import WORDS, begin, body_record, finish, standing, watch
+from lampyris.errors import LampyrisError, UsageError
 from lampyris.maps.scenario import Scenario
 from lampyris.model.trace import Trace
 from lampyris.planners import registry
@@ -58,6 +59,9 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)
     if profile is not None:
         record["speed"] = profile_record(profile, caps=True)
+    if scenario.scene.traffic and scenario.drive is None:
+        with suppress(LampyrisError):  # the run says why
+            record["bodies"] = [{**body_record(body), "at": list(cell)} for body, cell in standing(scenario)]
     record["notes"] = list(scenario.notes)
     record["seconds"] = time.perf_counter() - began
     yield json_frame("Z", record)

@@ -16,11 +16,16 @@ def app(
         str | None, typer.Argument(metavar="[MAP]", help="The map to begin with (`lampyris maps list`).")
     ] = None,
     port: Annotated[
-        int,
+        int | None,
         typer.Option(
-            "--port", metavar="N", min=0, max=65535, help="Where to listen; 0: a port that is free."
+            "--port",
+            metavar="N",
+            min=0,
+            max=65535,
+            help="Where to listen; 0: a port that is free. Without it 8770, or a free one if that is taken: "
+            "the browser keeps drafts by port.",
         ),
-    ] = 0,
+    ] = None,
     folder: Annotated[
         Path | None,
         typer.Option("--folder", metavar="DIR", help="A folder of your maps, shown beside the bundled ones."),

@@ -36,15 +36,18 @@ _NAMES: dict[str, frozenset[str]] = {
     ),
 }  # fmt: skip
 """What pyarrow calls the type of a column, narrowest first, and the names that have it."""
-_RISKY = re.compile(r'[,"\r\n]|^[=+\-@\t ]|\s$')
-"""Text that stands in quotes: what CSV asks for, and what a spreadsheet may take for a formula."""
+_QUOTED = re.compile(r'[,"\r\n]|^ |\s$')
+"""Text that stands in quotes: what CSV asks for, and what some readers would trim."""
+_FORMULA = re.compile(r"[=+\-@\t\r]")
+"""How text begins that a spreadsheet calculates, in quotes or not. An apostrophe before it makes it text."""
 
 
 def write_csv(path: str | os.PathLike[str], table: Table, *, timing: bool = False) -> None:
     r"""Write a table as CSV: RFC 4180 but for ``\n`` at the end of lines, UTF-8, a header.
 
     Numbers have all their digits, yes and no are ``true`` and ``false``, a value that is not defined is
-    empty. The file is there whole or not at all; one that is there is replaced.
+    empty. The file is there whole or not at all; one that is there is replaced. Text that begins as
+    formulas do (= + - @, a tab) has an apostrophe before it, which is not its own.
 
     Raises
     ------
@@ -130,7 +133,8 @@ def _cell(value: Any) -> str:
         return "true" if value else "false"
     if not isinstance(value, str):
         return repr(value)
-    return '"' + value.replace('"', '""') + '"' if _RISKY.search(value) else value
+    text: str = f"'{value}" if _FORMULA.match(value) else value
+    return '"' + text.replace('"', '""') + '"' if _QUOTED.search(text) else text
 
 
 def _chunks(lines: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:

@@ -62,7 +62,7 @@ TIME = (
         "ticks until arrival, of runs that arrived; of a plan, its steps with its waits",
     ),
     Measure("time_s", "arrival (s)", "less", "seconds until the robot arrived, by its speeds"),
-    Measure("speed_mean", "mean speed", "more", "mean speed while under way"),
+    Measure("speed_mean", "mean speed moving", "more", "mean speed while under way"),
     Measure("speed_least", "least speed", "more", "least speed while under way"),
     Measure("waits", "waits", "less", "ticks on which the robot stood; of a drive, seconds"),
     Measure("turn_deg", "turning (deg)", "less", "sum of all changes of direction"),

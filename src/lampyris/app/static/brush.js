@@ -59,10 +59,12 @@ export class Stroke {
     /** Value of each painted cell. @type {Map<number, number>} */
     this._painted = new Map();
     this._edits = page.store.scenario.edits;
+    this._map = page.store.scenario.map;
+    this._ground = page.ground;
     this._mark = `stroke ${++strokes}`;
     this._asked = false;
     const { run, play } = page;
-    const over = run !== null && run.done && play.tick >= run.ticks - 1;
+    const over = run !== null && run.done && !run.cut && play.tick >= run.ticks - 1;
     // What has been driven stays as it is: the wall comes at the next tick. Behind the end nothing would change.
     this._tick = run && (play.tick > 0 || play.playing) && !over ? Math.floor(play.tick) + 1 : 0;
     if (over) play.seek(0);
@@ -75,7 +77,7 @@ export class Stroke {
   /** @param {Cell} cell */
   to(cell) {
     const { ground, map, store } = this._page;
-    if (!ground || this._over) return;
+    if (!ground || this._over || this._elsewhere) return;
     const { start, goal } = store.scenario;
     /** @type {Cell[]} */
     const fresh = [];
@@ -107,7 +109,7 @@ export class Stroke {
 
   _commit() {
     const { store, ground } = this._page;
-    if (!ground || this._over || !this._painted.size) return;
+    if (!ground || this._over || this._elsewhere || !this._painted.size) return;
     const edits = withStroke(this._edits, this._tick, this._painted, this._before, ground.width);
     this._page.tell("painted", edits);
     store.set({ edits }, this._mark);
@@ -124,8 +126,14 @@ export class Stroke {
   drop() {
     this._page.play.hold(false);
     this._over = true;
+    if (this._elsewhere) return;
     if (this._page.store.scenario.edits !== this._edits) this._page.store.undo();
     else if (this._painted.size) this._page.tell("repaint");
+  }
+
+  /** Another map has come meanwhile: what was begun on the old one is nothing on it. */
+  get _elsewhere() {
+    return this._page.ground !== this._ground || this._page.store.scenario.map !== this._map;
   }
 
   _over = false;

@@ -208,7 +208,10 @@ class Charts {
     const data = i ? [shown.x, shown.near] : [shown.x, shown.v, ...shown.caps.map((cap) => cap.v)];
     const key = i ? shown.along : [shown.along, shown.units, ...shown.caps.map((cap) => cap.cause)].join("|");
     const over = { s: "seconds", m: "metres" }[shown.along] ?? shown.along;
-    this.names[i] = this.titles[i].textContent = i ? `Nearest obstacle, m, over ${over}` : `Speed, ${shown.units}, over ${over}`;
+    const { map, run } = this.page;
+    // In a comparison: whose run the clock goes by.
+    const whose = shown.run && map.moment.others?.length ? ` (${run?.label})` : "";
+    this.names[i] = this.titles[i].textContent = `${i ? "Nearest obstacle, m" : `Speed, ${shown.units}`}, over ${over}${whose}`;
     if (this.plots[i] && key === this._keys[i]) {
       this.plots[i].setData(data);
       return;

@@ -1,10 +1,11 @@
 // Compare: planners and speed laws in the same world, overlaid on the map or side by side, played together.
 
 import { LINES } from "./colours.js";
+import { applyEdits } from "./ground.js";
 import { block, button, el, fill, sentence } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
-import { chosen, labelOf, meeting } from "./meeting.js";
+import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
 import { bodiesAt, gather, placeAt } from "./runs.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -42,19 +43,21 @@ class Comparison {
     /** @type {import("./map.js").Way[]} */
     this.lines = [];
     this._build(into);
+    page.met = () => textOf(page, this.shown || this.asked ? 1 + Number(this.beside) : 0);
+    this._linked();
+    page.on("token", () => this._linked());
     page.on("tick", (t) => this._move(t));
     page.on("run", () => {
       if (this.shown && page.run !== this.leader()) this.leave(false);
     });
     page.on("map", () => this._ways());
-    // Walls that come and go do so on all the small maps, too.
-    page.on("ground", () => this.mosaic.setGround());
     // A plan that comes in draws its own way.
     page.on("plan", () => this._ways());
     page.on("theme", (dark) => this.mosaic.setDark(dark));
     page.store.listen((keys) => {
       this.offers.forEach((offer) => offer());
-      if (!WORLD.some((key) => keys.has(key))) return;
+      // Where no law was chosen the scenario's own counts.
+      if (!WORLD.some((key) => keys.has(key)) && !(keys.has("law") && !this.who.laws.length)) return;
       if (this.asked) this.asked.abort();
       if (this.shown) this.leave(true);
       if (this.old) this.old.hidden = !this.found;
@@ -120,17 +123,33 @@ class Comparison {
     draw(/** @type {HTMLElement} */ (this.chosenLaws), this.who.laws, false);
     if (!this.who.laws.length) fill(/** @type {HTMLElement} */ (this.chosenLaws), el("li", { class: "hint" }, "The scenario's own."));
     this.offers.forEach((offer) => offer());
+    this.page.tell("met");
     if (!this.go) return;
     this.go.disabled = !this.who.planners.length || Boolean(this.asked);
     this.go.title = this.who.planners.length ? "" : "Add a planner first.";
     if (!this.who.planners.length) fill(/** @type {HTMLElement} */ (this.chosen), el("li", { class: "hint" }, "Nobody: add a planner."));
   }
 
-  _seeds() {
-    this.who.seeds = Math.min(Math.max(Math.round(Number(this.seeds?.value) || 1), 1), MOST_SEEDS);
+  /** What the address says of who meets; a comparison that it shows is made. */
+  _linked() {
+    const { page } = this;
+    const how = linked(page);
+    if (!how) return;
+    this.who = chosen(page);
+    if (this.seeds) this.seeds.value = String(this.who.seeds);
+    this._list();
+    if (!how.look) return;
+    this.beside = how.look === 2;
+    void this._compare(how.tick);
   }
 
-  async _compare() {
+  _seeds() {
+    this.who.seeds = Math.min(Math.max(Math.round(Number(this.seeds?.value) || 1), 1), MOST_SEEDS);
+    this.page.tell("met");
+  }
+
+  /** @param {number} [tick] the moment that is shown when it is there; 0: it plays */
+  async _compare(tick = 0) {
     const { page } = this;
     if (!page.store.scenario.start || !page.store.scenario.goal) {
       if (!page.ground?.start || !page.ground.goal) {
@@ -140,6 +159,7 @@ class Comparison {
     }
     this.leave(true);
     this.found = null;
+    if (this.again) this.again.hidden = true;
     fill(/** @type {HTMLElement} */ (this.results));
     const asked = new AbortController();
     this.asked = asked;
@@ -153,7 +173,7 @@ class Comparison {
       this.found = found;
       this._tell("");
       this._results(found, who.seeds);
-      this._show();
+      this._show(tick);
     } catch (error) {
       if (asked.signal.aborted) this._tell("Stopped.");
       else {
@@ -168,10 +188,13 @@ class Comparison {
 
   /** @param {boolean} busy */
   _busy(busy) {
+    // A button that cannot be pressed loses the focus: the one in its place gets it.
+    const held = document.activeElement === (busy ? this.go : this.end);
     if (this.end) this.end.hidden = !busy;
     if (this.old && busy) this.old.hidden = true;
     this._list();
-    this.page.tell("busy", busy);
+    if (held) (busy ? this.end : this.go)?.focus();
+    this.page.busy("compare", busy);
   }
 
   /** @param {string} words @param {boolean} [bad] */
@@ -184,8 +207,11 @@ class Comparison {
   /** @param {import("./runs.js").Gathered} found @param {number} seeds */
   _results(found, seeds) {
     const some = entrants(found);
+    const { best, fewest } = found.summary ?? {};
     const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
-    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ★: best.`)), ...charts(some));
+    const stars = seeds < fewest ? `☆: best number; whether it is more than chance takes ${fewest} seeds.`
+      : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
+    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ${stars}`, best ?? {})), ...charts(some));
   }
 
   // ---- on the map --------------------
@@ -195,7 +221,8 @@ class Comparison {
     return this.found?.runs.reduce((a, b) => (b.ticks > a.ticks ? b : a)) ?? null;
   }
 
-  _show() {
+  /** @param {number} [tick] */
+  _show(tick = 0) {
     const { page, found } = this;
     if (!found?.runs.length) return;
     if (!this.before) this.before = { run: page.run, tick: page.play.tick };
@@ -204,7 +231,7 @@ class Comparison {
     if (this.bar) this.bar.hidden = false;
     if (this.again) this.again.hidden = true;
     this._look(this.beside);
-    page.tell("run", { tick: 0, play: true });
+    page.tell("run", { tick, play: !tick });
     page.tell("end");
   }
 
@@ -222,6 +249,7 @@ class Comparison {
     else this.mosaic.close();
     this._ways();
     this._move(this.page.play.tick);
+    this.page.tell("met");
   }
 
   /** Ways a little apart, so that those that run together are all seen. */
@@ -269,6 +297,7 @@ class Comparison {
       if (before.run) page.tell("end");
     }
     page.tell("plan", page.plan);
+    page.tell("met");
   }
 }
 
@@ -280,6 +309,8 @@ function wayOf(run, k, aside = 0) {
   return { cells, colour, dash, wide: 3 };
 }
 
+/** A small map, its run, and how many of its edits are drawn. @typedef {{view: MapView, run: Run, turned: number}} Tile */
+
 /** Small maps side by side over the large one. */
 class Mosaic {
   /** @param {Page} page */
@@ -287,15 +318,13 @@ class Mosaic {
     this.page = page;
     this.root = el("div", { class: "mosaic", hidden: true });
     document.getElementById("stage")?.append(this.root);
-    /** @type {Array<{view: MapView, run: Run}>} */
+    /** @type {Tile[]} */
     this.tiles = [];
   }
 
   /** @param {Run[]} runs */
   open(runs) {
     const { page } = this;
-    const ground = page.ground;
-    if (!ground) return;
     this.root.hidden = false;
     this.root.className = `mosaic across-${runs.length <= 1 ? 1 : runs.length === 2 || runs.length === 4 ? 2 : runs.length <= 6 ? 3 : 4}`;
     this.tiles = [];
@@ -306,8 +335,9 @@ class Mosaic {
       view.start = page.map.start;
       view.goal = page.map.goal;
       view.ways = [{ ...wayOf(run, k), wide: 2 }];
-      view.setGround(ground);
-      this.tiles.push({ view, run });
+      const tile = { view, run, turned: -1 };
+      this._walls(tile, page.play.tick);
+      this.tiles.push(tile);
       return el("figure", null, canvas, el("figcaption", null, swatch(k), ` ${run.label}, ${run.end?.outcome?.replaceAll("_", " ") ?? ""}`));
     }));
     for (const { view } of this.tiles) {
@@ -320,7 +350,9 @@ class Mosaic {
   /** @param {number} t */
   move(t) {
     const cell = this.page.ground?.resolution || 1;
-    for (const [k, { view, run }] of this.tiles.entries()) {
+    for (const [k, tile] of this.tiles.entries()) {
+      const { view, run } = tile;
+      this._walls(tile, t);
       view.moment = {
         robot: null, bodies: bodiesAt(run, t), kinds: run.bodies.map((body) => body.kind), trail: null,
         radii: run.bodies.map((body) => body.radius / cell), others: run.ticks ? [{ robot: placeAt(run, t), line: k }] : [],
@@ -329,12 +361,19 @@ class Mosaic {
     }
   }
 
-  /** The ground as it is at the shown moment. */
-  setGround() {
-    const { ground } = this.page;
-    if (!ground || !this.tiles.length) return;
-    for (const { view } of this.tiles) view.setGround(ground);
-    this.move(this.page.play.tick);
+  /** The walls that this run has met by now: where somebody stands none comes, and that differs from run to run. @param {Tile} tile @param {number} t */
+  _walls(tile, t) {
+    const { ground, base, store } = this.page;
+    if (!ground || !base) return;
+    // One tick ahead, as on the large map.
+    const tick = t > 0 ? Math.floor(t) + 1 : 0;
+    const edits = tile.run.end?.edits ?? store.scenario.edits;
+    const turned = edits.filter((/** @type {import("./types.js").Edit} */ edit) => edit.tick <= tick).length;
+    if (turned === tile.turned) return;
+    tile.turned = turned;
+    const cells = new Uint8Array(base.length);
+    applyEdits(base, edits, tick, ground.width, cells);
+    tile.view.setGround({ ...ground, cells });
   }
 
   /** @param {boolean} dark */

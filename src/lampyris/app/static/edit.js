@@ -1,6 +1,6 @@
 // Edit: the tools beside the map, and what each does with a cell. Hands are in hand.js, keys in cursor.js.
 
-import { el, icon } from "./make.js";
+import { el, iconButton } from "./make.js";
 import { byId } from "./page.js";
 import { Stroke, brush } from "./brush.js";
 import { Cursor } from "./cursor.js";
@@ -18,6 +18,8 @@ export const TOOLS = [
   { name: "patrol", key: "p", label: "Draw a patrol", tip: "Click the patrol's cells one by one; Enter or a double click ends, Esc drops it.", path: "M4 15l4-8 4 6 4-9M3 15h2v2H3zM7 5h2v2H7zM11 13h2v2h-2zM15 3h2v2h-2z" },
   { name: "pan", key: "h", label: "Move the map", tip: "Drag the map. Wheel or pinch zooms.", path: "M10 3v14M3 10h14M10 3L8 5M10 3l2 2M10 17l-2-2M10 17l2-2M3 10l2-2M3 10l2 2M17 10l-2-2M17 10l-2 2" },
 ];
+/** Cells of the largest brush, on maps of up to eight times as many a side; of larger maps an eighth. */
+const LARGEST = 9;
 const NARROW = window.matchMedia("(max-width: 820px)");
 
 /** @param {Page} page @param {HTMLElement} bar */
@@ -26,13 +28,12 @@ export function mount(page, bar) {
   /** @type {Map<string, HTMLButtonElement>} */
   const buttons = new Map();
   for (const tool of TOOLS) {
-    const label = `${tool.label} (${tool.key.toUpperCase()})`;
-    const button = el("button", { type: "button", class: "btn quiet icon", title: label, "aria-label": label, "aria-pressed": "false", onclick: () => page.use(tool.name) }, icon(tool.path));
+    const button = iconButton(`${tool.label} (${tool.key.toUpperCase()})`, tool.path, () => page.use(tool.name), { "aria-pressed": "false" });
     buttons.set(tool.name, button);
     bar.append(button);
   }
   const number = el("output", { "aria-hidden": "true" }, "1");
-  const slider = el("input", { type: "range", min: 1, max: 9, step: 1, value: 1, "aria-label": "Brush size in cells" });
+  const slider = el("input", { type: "range", min: 1, max: LARGEST, step: 1, value: 1, "aria-label": "Brush size in cells" });
   const size = el("label", { class: "size", hidden: true, title: "Brush size, [ and ]" }, slider, number);
   slider.addEventListener("input", () => editor.resize(Number(slider.value)));
   const done = el("button", { type: "button", class: "btn primary done", hidden: true, onclick: () => editor.patrols.end() }, "Place this patrol");
@@ -44,7 +45,7 @@ export function mount(page, bar) {
     slider.value = String(editor.size);
     number.textContent = `${editor.size}`;
     done.hidden = editor.patrols.draft.length === 0;
-    const trouble = page.plan && page.plan.cells.length === 0 && !editor.patrols.draft.length ? page.plan.sentence : "";
+    const trouble = lost || !page.plan ? lost : page.plan.cells.length === 0 && !editor.patrols.draft.length ? page.plan.sentence : "";
     tip.textContent = trouble || editor.tip();
     tip.classList.toggle("trouble", trouble !== "");
   };
@@ -63,8 +64,14 @@ export function mount(page, bar) {
     editor.hand.space = space;
     page.map.canvas.classList.toggle("grab", space.held);
   });
-  page.on("brush", (by) => editor.resize(editor.size + by));
-  page.on("ground", () => editor.onChange());
+  page.on("brush", (by) => editor.resize(editor.size + by * Math.max(1, editor.size >> 3)));
+  /** Why there is no map. */
+  let lost = "";
+  page.on("ground", (why) => {
+    lost = why ?? "";
+    slider.max = String(editor.largest);
+    editor.resize(editor.size);
+  });
   page.on("plan", () => editor.onChange());
   page.store.listen(() => {
     editor.patrols.show();
@@ -169,9 +176,14 @@ export class Editor {
     stroke.end();
   }
 
+  get largest() {
+    const { ground } = this.page;
+    return Math.max(LARGEST, ground ? Math.min(ground.width, ground.height) >> 3 : 0);
+  }
+
   /** @param {number} size */
   resize(size) {
-    this.size = Math.min(Math.max(size, 1), 9);
+    this.size = Math.min(Math.max(size, 1), this.largest);
     if (this.page.map.brush) this.page.map.brush.size = this.size;
     this.page.map.draw();
     this.onChange();

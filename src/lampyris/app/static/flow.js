@@ -1,9 +1,10 @@
 // Flow: from what was changed to what must be asked. A changed scenario is planned again at once, one question in
 // flight at most and the newest state next; a run is made again when a wall was painted while it is shown.
 
-import { ServerError } from "./api.js";
+import { Gone, ServerError } from "./api.js";
 import { json } from "./frames.js";
 import { applyEdits, loadGround } from "./ground.js";
+import { sentence } from "./make.js";
 import { Runs } from "./running.js";
 import { first, blank } from "./state.js";
 
@@ -38,6 +39,9 @@ export function mount(page) {
   let shown = { map: /** @type {unknown} */ (null), edits: /** @type {unknown} */ (null), tick: -1 };
   /** Number of the newest loading: an older one that comes later is let go. */
   let loading = 0;
+  /** Number of the newest wish for a map: what an older one brings later is let go. */
+  let turns = 0;
+  page.turn = () => ++turns;
 
   /** The tick up to which walls are shown: one ahead, so that what is painted now is seen now. */
   const tickOfGround = () => (page.run && (page.play.tick > 0 || page.play.playing) ? Math.floor(page.play.tick) + 1 : 0);
@@ -75,8 +79,9 @@ export function mount(page) {
   const load = async () => {
     const spec = store.scenario.map;
     const mine = ++loading;
+    page.turn();
     shown.map = spec;
-    page.tell("busy", true);
+    page.busy("map", true);
     try {
       const ready = /** @type {{spec: unknown, ground: Ground} | null} */ (opened);
       const ground = ready && ready.spec === spec ? ready.ground : await loadGround(page.api, spec);
@@ -98,10 +103,17 @@ export function mount(page) {
       else plans.want();
     } catch (error) {
       if (mine !== loading) return;
-      shown.map = null;
+      // What is on the screen is of another scenario: an empty screen with a sentence lies less.
+      shown.map = page.ground = page.base = page.plan = map.ground = null;
+      map.ways = [];
+      map.start = map.goal = null;
+      map.refresh();
+      page.tell("plan", null);
+      page.tell("ground", error instanceof Gone ? "The server does not answer: the map comes when it does."
+        : `The map cannot be opened: ${sentence(error)}. Choose another, or undo.`);
       page.fault(error);
     } finally {
-      if (mine === loading) page.tell("busy", false);
+      if (mine === loading) page.busy("map", false);
     }
   };
 
@@ -112,19 +124,23 @@ export function mount(page) {
     map.refresh();
   };
 
-  page.open = async (spec) => {
+  page.open = async (spec, turn = page.turn()) => {
     const ground = await loadGround(page.api, spec);
+    if (turn !== turns) return false;
     opened = { spec, ground };
     store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: placeless(store.scenario.obstacles), map_hash: undefined }, "open");
     store.settle();
+    return true;
   };
-  page.adopt = async (scenario) => {
+  page.adopt = async (scenario, turn = page.turn()) => {
     // A map that cannot be had leaves everything as it was.
     const { map } = scenario;
     const ground = map === shown.map && page.ground ? page.ground : await loadGround(page.api, map);
+    if (turn !== turns) return false;
     if (map !== shown.map) opened = { spec: map, ground };
     const { start, goal } = scenario.start || scenario.goal ? scenario : ground;
     store.replace({ ...scenario, start, goal });
+    return true;
   };
 
   store.listen((changed) => {
@@ -140,7 +156,7 @@ export function mount(page) {
     if (page.run || runs.busy) {
       const tick = page.play.tick;
       if (page.run && decisive.length === 1 && decisive[0] === "edits" && (tick > 0 || page.play.playing)) {
-        void runs.begin({ tick, play: page.play.playing });
+        void runs.begin({ tick, play: page.play.playing, cut: true });
       } else runs.clear();
     }
     if (decisive.some((key) => !UNPLANNED.has(key)) && !moved) plans.want();
@@ -182,11 +198,15 @@ export function mount(page) {
 
 /** The scenario of the link, the draft, or a first one. @param {Page} page */
 export async function begin(page) {
-  page.store.replace((await first(page)) ?? blank(), false);
+  page.store.replace((await first(page)) ?? { ...blank(), obstacles: [WELCOME] }, false);
 }
+
+/** Who walks about on the first map, so that there is something to see; nobody asked for them on another. */
+const WELCOME = { kind: "random-walk", count: 30, rate: null };
 
 /** Obstacles that are a number, not places of another map. @param {Array<Record<string, any>>} obstacles */
 function placeless(obstacles) {
+  if (JSON.stringify(obstacles) === JSON.stringify([WELCOME])) return [];
   return obstacles.filter((one) => one.kind === "random-walk" || one.kind === "crossing");
 }
 
@@ -262,14 +282,11 @@ class Plans {
     const page = this._page;
     /** @type {any} */
     let plan = null;
-    let cells = null;
     for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: [] }, signal)) {
       if (kind === "X") throw new ServerError(200, json(bytes));
-      if (kind === "H" || kind === "Z") plan = { ...plan, ...json(bytes) };
-      if (kind === "B") cells = new Int16Array(bytes.slice().buffer);
+      if (kind === "Z") plan = json(bytes);
     }
-    if (!plan) return null;
-    plan.cells = cells ?? Int16Array.from((plan.cells ?? []).flat());
+    if (plan) plan.cells = Int16Array.from((plan.cells ?? []).flat());
     return plan;
   }
 

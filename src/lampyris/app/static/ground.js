@@ -42,8 +42,8 @@ async function groundOfAnswer(answer, id, spec) {
     else if (kind === "B") terrain = bytes;
     else if (kind === "X") throw new ServerError(200, json(bytes));
   }
-  if (!head || !cells) throw new Error(`map ${id}: no cells`);
-  const ground = { ...blankGround(head), id, cells: unpacked(cells, head.width * head.height), terrain };
+  if (!head || cells?.length !== head.width * head.height) throw new Error(`map ${id}: no cells`);
+  const ground = { ...blankGround(head), id, cells, terrain };
   if (typeof spec === "object" && typeof spec.resolution === "number") ground.resolution = spec.resolution;
   return ground;
 }
@@ -54,16 +54,6 @@ function blankGround(head) {
     id: head.id ?? "", name: head.name ?? "map", width: head.width, height: head.height, resolution: head.resolution ?? 1,
     hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null,
   };
-}
-
-/** Cells as they are, or four to a byte from the lowest two bits on, or eight. @param {Uint8Array} bytes @param {number} n */
-function unpacked(bytes, n) {
-  if (bytes.length === n) return bytes;
-  const cells = new Uint8Array(n);
-  if (bytes.length === Math.ceil(n / 4)) for (let k = 0; k < n; k++) cells[k] = (bytes[k >> 2] >> (2 * (k & 3))) & 3;
-  else if (bytes.length === Math.ceil(n / 8)) for (let k = 0; k < n; k++) cells[k] = (bytes[k >> 3] >> (7 - (k & 7))) & 1;
-  else throw new Error(`${bytes.length} bytes for ${n} cells`);
-  return cells;
 }
 
 /** @param {{rows: string[], name?: string, resolution?: number}} spec @returns {Ground} */

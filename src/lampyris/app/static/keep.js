@@ -50,20 +50,27 @@ class Keep {
     this.name = el("input", { type: "text", id: "keep-name", maxlength: 60, spellcheck: "false", autocomplete: "off" });
     this.now = el("input", { type: "checkbox", id: "keep-now" });
     this.words = el("p", { class: "hint", role: "status" });
+    this.shows = el("p", { class: "hint", id: "keep-shows" });
     this.bar = el("progress", { hidden: true, "aria-label": "Making the file" });
     this.stop = button("Stop", () => this.asked?.abort(), { hidden: true });
     into.append(el("div", { class: "field named" }, el("label", { for: "keep-name" }, "name"), this.name));
     for (const { title, kinds } of GROUPS) {
       into.append(el("h3", null, title), el("div", { class: "stack kinds" }, ...kinds.map(([what, ending, about]) => this._kind(what, ending, about))));
       if (title === "Picture") {
-        into.append(el("div", { class: "field flag" }, el("label", { for: "keep-now" }, "PNG: the shown moment, not the plan"), this.now));
+        into.append(this.shows, el("div", { class: "field flag" }, el("label", { for: "keep-now" }, "PNG: the shown moment, not the plan"), this.now));
       }
     }
     into.append(this.bar, el("div", { class: "row" }, this.words, this.stop));
     const rename = () => (this.name.placeholder = nameOf(page));
+    // Whoever hears of it first puts the layer onto the map.
+    const told = () => queueMicrotask(() => (this.shows.textContent = shows(page, this.now.checked)));
     page.store.listen(rename);
     page.on("ground", rename);
+    for (const name of ["layer", "layer-came", "run", "end", "tick"]) page.on(name, told);
+    page.store.listen(told);
+    this.now.addEventListener("change", told);
     rename();
+    told();
   }
 
   /** @param {string} what @param {string} ending @param {string} about */
@@ -96,10 +103,13 @@ class Keep {
     try {
       const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
       if (what === "compared") body.settings = meeting(page);
+      if (what === "png" || what === "svg") body.settings = { layer: beneath(page) };
       if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
       const file = await this._made({ ...body, progress: true }, ending, asked.signal);
-      save(file, name);
-      this._tell(`Saved ${name}, ${bytes(file.size)}.`);
+      // A scenario too large for YAML comes as JSON.
+      const said = what === "scenario" && (await file.slice(0, 1).text()) === "{" ? name.replace(/yaml$/, "json") : name;
+      save(file, said);
+      this._tell(`Saved ${said}, ${bytes(file.size)}.`);
     } catch (error) {
       this._tell(asked.signal.aborted ? "Stopped." : sentence(error), !asked.signal.aborted);
       if (!asked.signal.aborted) page.fault(error);
@@ -142,7 +152,7 @@ class Keep {
     for (const one of this.buttons) one.disabled = busy;
     this.bar.hidden = !busy;
     this.stop.hidden = !busy;
-    this.page.tell("busy", busy);
+    this.page.busy("keep", busy);
   }
 
   /** @param {string} words @param {boolean} [bad] */
@@ -150,6 +160,22 @@ class Keep {
     this.words.textContent = words;
     this.words.classList.toggle("bad", bad);
   }
+}
+
+/** The layer of a picture: the one that is shown, of those that pictures know. @param {Page} page */
+function beneath(page) {
+  const name = page.map.layer?.name ?? "none";
+  return name === "luciferin" || name === "cost" ? name : "none";
+}
+
+/** What picture and film will show, where that is not all that the screen does. @param {Page} page @param {boolean} now */
+function shows(page, now) {
+  const { name } = page.store.scenario.planner;
+  const shown = page.map.layer?.name;
+  const layer = beneath(page);
+  const under = layer !== "none" ? `with ${layer} beneath` : shown ? `without a layer (they know cost and luciferin, not ${shown})` : "without a layer";
+  const some = page.map.moment.others?.length ? ` Of those compared they show ${name} alone; the file Comparison has them all.` : "";
+  return `Pictures show the plan of ${name}, ${under}${now && page.run ? "; the PNG the shown moment of its run, as films do" : ""}.${some}`;
 }
 
 /** Map, planner and seed as a file's name. @param {Page} page */

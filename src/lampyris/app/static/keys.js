@@ -14,8 +14,9 @@ const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "l
 const LIST = [
   ["On the map", [
     ["\u2190 \u2191 \u2192 \u2193", "move the cursor cell; with Shift by ten"], ["Enter", "do what the tool does: set start and goal in turn, paint, add a waypoint"],
-    ["S  G", "start, goal at the cursor"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to start and goal"],
+    ["S  G", "start, goal at the cursor"], ["W  X", "wall, no wall at the cursor; with Shift in a line from the last one"], ["Esc", "drop the patrol; back to start and goal; out of a field"],
   ]],
+  ["Maps", [["\u2190 \u2191 \u2192 \u2193", "from map to map"], ["Enter", "open"]]],
   ["Tools", [...TOOLS.map((tool) => /** @type {[string, string]} */ ([tool.key.toUpperCase(), tool.label.toLowerCase()])), ["[  ]", "smaller, larger brush"]]],
   ["Time", [["Space", "play, pause; held: drag the map"], ["R", "run from the beginning"], [",  .", "one tick back, on"], ["<  >", "slower, faster"], ["Home  End", "first, last tick"]]],
   ["On the timeline", [["\u2190  \u2192", "one tick back, on; with Shift ten"], ["PgDn  PgUp", "a twentieth back, on"], ["[  ]", "to the event before, the next"]]],
@@ -70,6 +71,8 @@ export function mount(page, dialog) {
       else page.store.undo();
       return;
     }
+    // Out of a field, so that the other keys mean what the list says.
+    if (event.key === "Escape" && types(at)) at.blur();
     if (event.altKey || types(at)) return;
     if (onMap) page.tell("edit-key", event);
     if (event.defaultPrevented) return;

@@ -64,6 +64,11 @@ export class Source {
     this._state++;
   }
 
+  /** It is another map. */
+  forget() {
+    this._have.clear();
+  }
+
   /** @param {string} name */
   _key(name) {
     // Only reach moves from tick to tick; cost and luciferin change when walls do, and then the state does.
@@ -80,6 +85,13 @@ export class Source {
   /** Ask for a layer unless it is here or on its way. @param {string} name */
   want(name) {
     if (name === "none" || !this.page.ground || this.page.gone) return;
+    const { start, goal } = this.page.store.scenario;
+    if (!start || !goal) {
+      // Where nothing can be asked nothing is shown, and nothing of before comes back.
+      this._wanted.clear();
+      if (this._have.delete(name) || name === this.shown) this.onLayer(name, null, "Set a start and a goal first.");
+      return;
+    }
     if (this._have.get(name)?.key === this._key(name)) return;
     this._wanted.add(name);
     if (!this._abort) {
@@ -140,6 +152,8 @@ export class Source {
       if (kind === "H") head = json(bytes);
       if (kind === "L") layer = layerOf(bytes);
     }
+    // Nothing in any cell is no layer: a scale from 0 to 0 would say otherwise.
+    if (!layer?.values.some(Boolean)) layer = null;
     if (head && name === "expanded") this.order = head;
     return layer;
   }
@@ -196,12 +210,13 @@ class Layers {
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;
     this._gatesOf = "";
+    this._ground = page.ground;
 
     source.onLayer = (name, layer, fault) => {
       page.tell("layer-came", name);
       if (name !== source.shown) return;
       this._put();
-      this.about.textContent = fault || (layer ? aboutOf(name, source.order) : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
+      this.about.textContent = fault || (layer ? aboutOf(name, source.order) : name === "reach" ? "Nothing moves." : `There is no ${KINDS[name].title.toLowerCase()} to show here.`);
       this.about.classList.toggle("bad", Boolean(fault));
     };
     source.onAsked = () => this._wait();
@@ -211,7 +226,13 @@ class Layers {
       this._gates(false);
     };
     page.on("plan", renew);
-    page.on("ground", renew);
+    page.on("ground", () => {
+      // Of another map nothing is worth keeping.
+      if (page.ground !== this._ground) source.forget();
+      this._ground = page.ground;
+      if (!this._held()) this._put();
+      renew();
+    });
     page.on("run", () => source.want(source.shown));
     page.on("tick", () => {
       if (source.shown === "reach") source.want("reach");
@@ -253,13 +274,18 @@ class Layers {
     this.page.tell("layer", name);
   }
 
-  /** The layer onto the map. While a newer one is on its way the old one stays, if it is of this map. */
+  /** The shown layer; while a newer one is on its way the old one, if it is of this map. */
+  _held() {
+    const { ground } = this.page;
+    const held = this.source._have.get(this.source.shown)?.layer;
+    return held && held.width === ground?.width && held.height === ground.height ? held : null;
+  }
+
+  /** The layer onto the map. */
   _put() {
     const { source, page } = this;
     const name = source.shown;
-    const held = name === "none" ? null : source._have.get(name)?.layer ?? null;
-    const fits = held && page.ground && held.width === page.ground.width && held.height === page.ground.height;
-    let layer = fits ? held : null;
+    let layer = this._held();
     this.order.hidden = !(layer && name === "expanded");
     const least = Number(this.upTo.value);
     if (layer && name === "expanded" && least < 255) layer = this._part(layer, least);
@@ -277,8 +303,8 @@ class Layers {
 
   _ramp() {
     const name = this.source.shown;
-    const layer = this.source._have.get(name)?.layer;
-    this.legend.hidden = name === "none" || !layer;
+    const layer = this._held();
+    this.legend.hidden = !layer;
     if (!layer) return;
     const pen = /** @type {CanvasRenderingContext2D} */ (this.ramp.getContext("2d"));
     const image = new ImageData(254, 1);

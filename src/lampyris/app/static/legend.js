@@ -33,7 +33,7 @@ function marks(page) {
     const look = KINDS[kind] ?? OTHER_KIND;
     all.push([NAMES[kind] ?? kind, (pen) => kindMark(pen, look, SIDE, page.dark)]);
   }
-  if (run?.ticks && !map.moment.others?.length) all.push(["way still to come", (pen) => dashes(pen, theme.ink)]);
+  if (run?.ticks && !map.moment.others?.length) all.push(["way still to come, as driven", (pen) => dashes(pen, theme.ink)]);
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
   if (ground?.terrain) all.push(["dear ground", cell(theme.dear)]);

@@ -60,6 +60,9 @@ class Shelf {
     /** @type {Array<() => Promise<void>>} */
     this._queue = [];
     this._busy = 0;
+    into.addEventListener("keydown", (event) => this._go(event));
+    /** The map that was deleted last, to be had again. @type {Row | null} */
+    this._away = null;
     this._seen = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) {
         if (!isIntersecting) continue;
@@ -87,6 +90,8 @@ class Shelf {
       if (!some.length) continue;
       parts.push(el("h2", {}, title), el("div", { class: "shelf", role: "group", "aria-label": title }, ...some.map((row) => this._card(row))));
     }
+    const away = this._away;
+    if (away) parts.unshift(el("button", { type: "button", class: "btn back", onclick: () => void this._put(away, true) }, `Bring back ${away.name}`));
     this._into.replaceChildren(...parts);
     this.mark();
   }
@@ -103,7 +108,7 @@ class Shelf {
     this._seen.observe(image);
     if (row.kind !== "upload") return card;
     const away = el("button", { type: "button", class: "away", title: "Delete", "aria-label": `Delete the map ${row.name}`,
-      onclick: () => void this._delete(row) }, "\u00d7");
+      onclick: () => void this._put(row, false) }, "\u00d7");
     return el("div", { class: "deletable" }, card, away);
   }
 
@@ -116,11 +121,13 @@ class Shelf {
     }
   }
 
-  /** @param {Row} row */
-  async _delete(row) {
+  /** Delete an uploaded map, or have it back: the server keeps it for a day. @param {Row} row @param {boolean} back */
+  async _put(row, back) {
     try {
-      await this._page.api.json(`/api/maps/${encodeURIComponent(row.id)}/delete`, {});
+      await this._page.api.json(`/api/maps/${encodeURIComponent(row.id)}/delete`, back ? { back } : {});
+      this._away = back ? null : row;
       await this.load();
+      this._page.say(back ? `${row.name} is back.` : `${row.name} is deleted; for a day it can be brought back.`);
     } catch (error) {
       this._page.fault(error);
     }
@@ -160,6 +167,30 @@ class Shelf {
     const spec = /** @type {any} */ (this._page.store.scenario.map);
     const id = typeof spec === "string" ? spec : spec?.library ?? spec?.bundled;
     for (const [one, card] of this._cards) card.setAttribute("aria-pressed", String(one === id));
+    this._stop();
+  }
+
+  /** All maps are one stop of Tab: this one, else the open one, else the first. @param {Element} [at] */
+  _stop(at) {
+    const cards = [...this._cards.values()].filter((card) => !card.closest("[hidden]"));
+    const stop = at ?? cards.find((card) => card.getAttribute("aria-pressed") === "true") ?? cards[0];
+    for (const card of this._cards.values()) card.tabIndex = card === stop ? 0 : -1;
+    return cards;
+  }
+
+  /** Arrows go from map to map. @param {KeyboardEvent} event */
+  _go(event) {
+    const here = /** @type {HTMLButtonElement} */ (event.target);
+    const shelf = here.closest(".shelf");
+    if (!shelf || !here.matches(".map-card")) return;
+    const cards = this._stop(here);
+    const row = getComputedStyle(shelf).gridTemplateColumns.split(" ").length;
+    const by = { ArrowRight: 1, ArrowLeft: -1, ArrowDown: row, ArrowUp: -row, Home: -cards.length, End: cards.length }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    const next = cards[Math.min(Math.max(cards.indexOf(here) + by, 0), cards.length - 1)];
+    this._stop(next);
+    next.focus();
   }
 
   /** @param {string} words */
@@ -174,6 +205,7 @@ class Shelf {
       /** @type {HTMLElement} */ (shelf).hidden = none;
       /** @type {HTMLElement} */ (shelf.previousElementSibling).hidden = none;
     }
+    this._stop();
   }
 }
 
@@ -188,22 +220,22 @@ async function upload(page, shelf, files) {
     page.say(`${files.map((file) => file.name).join(", ")}: ${(size / 2 ** 20).toFixed(1)} MiB, the app takes 15 at most.`, "bad");
     return;
   }
-  page.tell("busy", true);
+  const turn = page.turn();
+  page.busy("files", true);
   try {
     const scenario = await scenarioIn(page, files);
     if (scenario) {
-      await page.adopt(scenario);
-      page.say("The scenario is loaded.", "good");
+      if (await page.adopt(scenario, turn)) page.say("The scenario is loaded.", "good");
       return;
     }
     const row = await send(page, files);
-    await page.open({ library: row.id });
+    await page.open({ library: row.id }, turn);
     page.say([`${row.name}: ${row.width} \u00d7 ${row.height} cells.`, ...(row.notes ?? [])].join(" "), "good");
     await shelf.load();
   } catch (error) {
     page.fault(error);
   } finally {
-    page.tell("busy", false);
+    page.busy("files", false);
   }
 }
 

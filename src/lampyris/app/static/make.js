@@ -48,6 +48,11 @@ export function button(text, act, set) {
   return el("button", { type: "button", class: "btn", onclick: act, ...set }, text);
 }
 
+/** A button that is a picture. @param {string} label @param {string} path @param {() => void} act @param {Record<string, any>} [set] */
+export function iconButton(label, path, act, set) {
+  return el("button", { type: "button", class: "btn quiet icon", title: label, "aria-label": label, onclick: act, ...set }, path && icon(path));
+}
+
 /** Words that only screen readers say. @param {string} text */
 export function spoken(text) {
   return el("span", { class: "unseen" }, text);

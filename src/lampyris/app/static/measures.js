@@ -18,7 +18,7 @@ const MEASURES = [
   ["cost_to_go", "sum of cost-to-go", "", 1],
   ["ticks", "ticks", "less", 1],
   ["time_s", "arrival (s)", "less", 1],
-  ["speed_mean", "mean speed", "more", 1],
+  ["speed_mean", "mean speed moving", "more", 1],
   ["waits", "waits", "less", 1],
   ["turn_deg", "turning (deg)", "less", 1],
   ["clearance_least_m", "least clearance (m)", "more", 1],
@@ -68,27 +68,23 @@ function planSeconds(end) {
   return timing.plan_s ?? timing.planning_s ?? timing.planner_s;
 }
 
-/** Which of some numbers are best; none where all are the same. @param {Array<Told | undefined>} some @param {string} better */
-function best(some, better) {
-  const values = some.flatMap((one) => (one ? [better === "less" ? -one.value : one.value] : []));
-  const top = Math.max(...values);
-  if (!better || values.length < 2 || values.every((v) => same(v, top))) return some.map(() => false);
-  return some.map((one) => one !== undefined && same(better === "less" ? -one.value : one.value, top));
-}
+/**
+ * Who has the best number, and whether the runs tell them from the others: as the server says.
+ * @typedef {Record<string, {who: string[], sure: boolean}>} Bests
+ */
 
-/** @param {number} a @param {number} b */
-function same(a, b) {
-  return Math.abs(a - b) <= 1e-9 * Math.max(1, Math.abs(a), Math.abs(b));
-}
+/** What each mark of the table says. @type {Record<string, string>} */
+const STARS = { "★": "best", "☆": "best number, not distinguishable" };
 
-/** The table: measures down, entrants across. @param {Entrant[]} some @param {string} note */
-export function tableOf(some, note) {
-  const rows = MEASURES.map(([name, title, better]) => {
+/** The table: measures down, entrants across. @param {Entrant[]} some @param {string} note @param {Bests} bests */
+export function tableOf(some, note, bests) {
+  const rows = MEASURES.map(([name, title]) => {
     const numbers = some.map((one) => one.told.get(name));
     if (numbers.every((one) => one === undefined)) return null;
-    const tops = best(numbers, better);
-    return el("tr", null, el("th", { scope: "row" }, title), ...numbers.map((one, k) => el("td", tops[k] ? { class: "best" } : null,
-      told(one?.value), tops[k] ? el("span", { class: "star", title: "best" }, " ★", el("span", { class: "unseen" }, " best")) : null,
+    const { who, sure } = bests[name] ?? { who: [], sure: false };
+    const star = sure ? "★" : "☆";
+    return el("tr", null, el("th", { scope: "row" }, title), ...numbers.map((one, k) => el("td", sure && who.includes(some[k].label) ? { class: "best" } : null,
+      told(one?.value), who.includes(some[k].label) ? el("span", { class: "star", title: STARS[star] }, ` ${star}`, el("span", { class: "unseen" }, ` ${STARS[star]}`)) : null,
       one && one.low !== null ? el("span", { class: "interval" }, `${brief(one.low)}–${brief(/** @type {number} */ (one.high))}`) : null)));
   });
   const heads = some.map((one, k) => el("th", { scope: "col" }, swatch(k), el("span", null, one.label)));

@@ -1,5 +1,7 @@
 // Meeting: who was chosen to meet, for the comparison, for a study of it, and for the file of both.
 
+import { fragment } from "./state.js";
+
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Who} Who */
 /** @typedef {Who & {label: string}} Entry */
@@ -11,15 +13,53 @@ const LONGEST = 64;
 /** @type {WeakMap<Page, Meeting>} */
 const known = new WeakMap();
 
-/** Who was chosen, to be changed; at first some that are worth comparing. @param {Page} page @returns {Meeting} */
+/** Who was chosen, to be changed; at first those of the link, or some that are worth comparing. @param {Page} page @returns {Meeting} */
 export function chosen(page) {
+  if (!known.has(page)) linked(page);
   let found = known.get(page);
   if (!found) {
-    const names = page.hello.planners.map((/** @type {any} */ one) => one.name);
-    found = { planners: FIRST.filter((name) => names.includes(name)).map((name) => ({ name, settings: {}, label: name })), laws: [], seeds: 1 };
+    found = { planners: FIRST.filter((name) => isOne(page.hello.planners, name)).map((name) => entry([name, {}])), laws: [], seeds: 1 };
     known.set(page, found);
   }
   return found;
+}
+
+/** @param {any[]} rows @param {unknown} name */
+function isOne(rows, name) {
+  return rows.some((one) => one.name === name);
+}
+
+/** @param {[string, any]} who @returns {Entry} */
+function entry([name, settings]) {
+  const who = { name, settings: settings ?? {} };
+  return { ...who, label: labelOf(who) };
+}
+
+/**
+ * Who meets as a part of the link, `c`; empty: nobody was chosen and nothing is shown. `look`: 1 overlaid, 2 side by
+ * side, 0 not shown.
+ * @param {Page} page @param {number} look
+ */
+export function textOf(page, look) {
+  const { planners, laws, seeds } = chosen(page);
+  const [some, others] = [planners, laws].map((list) => list.map(({ name, settings }) => [name, settings]));
+  const first = !look && !laws.length && seeds === 1 && planners.map(({ label }) => label).join() === FIRST.join();
+  return first ? "" : JSON.stringify([some, others, seeds, look, look ? Math.floor(page.play.tick) : 0]);
+}
+
+/** Choose whom the address says; null: it says nothing new. @param {Page} page @returns {{look: number, tick: number} | null} */
+export function linked(page) {
+  const text = fragment().get("c") ?? "";
+  if (!text || (known.has(page) && text === page.met())) return null;
+  try {
+    const [planners, laws, seeds, look, tick] = JSON.parse(text);
+    const of = (/** @type {any[]} */ list, /** @type {any[]} */ rows) => list.filter(([name]) => isOne(rows, name)).slice(0, 8).map(entry);
+    known.set(page, { planners: of(planners, page.hello.planners), laws: of(laws, page.hello.laws), seeds: Math.min(Math.max(Math.round(seeds) || 1, 1), 50) });
+    return { look, tick: Number(tick) || 0 };
+  } catch {
+    // Nothing that a page has written: as if it were not there.
+    return null;
+  }
 }
 
 /** Who meets, as the server takes it. @param {Page} page @returns {Meeting} */

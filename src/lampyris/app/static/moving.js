@@ -8,17 +8,23 @@ import { penOf } from "./cells.js";
 /** @typedef {import("./view.js").View} View */
 /** @typedef {CanvasRenderingContext2D} Pen */
 
+const FAINT = 0.45;
+
 /**
- * What moves, at one moment. Places in cells, whole or between two.
+ * What moves, at one moment. Places in cells, whole or between two. `still`: bodies that wait for a run to begin, faint.
  * @typedef {{
  *   robot: [number, number] | null, bodies: Float32Array | null, kinds: string[], radii: number[],
- *   trail: import("./ways.js").Way | null, others?: Array<{robot: [number, number], line: number}>,
+ *   trail: import("./ways.js").Way | null, still?: Float32Array | null, others?: Array<{robot: [number, number], line: number}>,
  * }} Moment
  */
 
 /** @param {Pen} pen @param {View} view @param {Moment} moment @param {number} robotRadius cells @param {Sprites} sprites */
 export function drawMoment(pen, view, moment, robotRadius, sprites) {
-  if (moment.bodies) drawBodies(pen, view, moment, moment.bodies, sprites);
+  if (moment.bodies) {
+    pen.globalAlpha = moment.bodies === moment.still ? FAINT : 1;
+    drawBodies(pen, view, moment, moment.bodies, sprites);
+    pen.globalAlpha = 1;
+  }
   const r = Math.max(6, view.scale * 0.42);
   for (const other of moment.others ?? []) {
     robotMark(pen, ...view.pixel(other.robot[0], other.robot[1]), r, LINES[other.line % LINES.length][0]);
@@ -46,12 +52,13 @@ function drawBodies(pen, view, moment, bodies, sprites) {
 
 /** @param {Pen} pen @param {number} x @param {number} y @param {number} radius @param {string} colour */
 function disc(pen, x, y, radius, colour) {
-  pen.globalAlpha = 0.2;
+  const whole = pen.globalAlpha;
+  pen.globalAlpha = 0.2 * whole;
   pen.fillStyle = colour;
   pen.beginPath();
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.fill();
-  pen.globalAlpha = 1;
+  pen.globalAlpha = whole;
 }
 
 /** The brush under the pointer. @param {Pen} pen @param {View} view @param {{at: Cell, size: number}} brush */

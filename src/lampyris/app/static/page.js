@@ -3,7 +3,7 @@
 import { Api, Gone, ServerError } from "./api.js";
 import { el } from "./make.js";
 import { MapView } from "./map.js";
-import { Store } from "./state.js";
+import { Store, fragment } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Tone} Tone */
@@ -18,6 +18,8 @@ export function makePage(token) {
   /** @type {Map<string, Set<(detail: any) => void>>} */
   const hears = new Map();
   const nothing = () => {};
+  /** @type {Set<string>} */
+  const working = new Set();
   /** @type {Page} */
   const page = {
     store: new Store(), api: new Api(token), map: new MapView(/** @type {HTMLCanvasElement} */ (byId("map"))),
@@ -38,10 +40,14 @@ export function makePage(token) {
         }
       }
     },
+    busy(who, on) {
+      working[on ? "add" : "delete"](who);
+      page.tell("busy", working.size > 0);
+    },
     say, fault,
-    simulate: async () => {}, stop: nothing, replan: nothing, open: async () => {}, adopt: async () => {},
+    simulate: async () => {}, stop: nothing, replan: nothing, turn: () => 0, open: async () => false, adopt: async () => false,
     asked: () => page.store.scenario, link: async () => location.href.split("#")[0],
-    show: nothing, use: nothing,
+    show: nothing, use: nothing, met: () => fragment().get("c") ?? "",
   };
   page.map.onView = () => page.tell("map");
   page.api.onGone = (gone) => {

@@ -46,6 +46,11 @@ export class Player {
     page.on("ticks", () => this._more());
     page.on("end", () => this._more());
     page.on("ground", () => (this._known = 0));
+    page.on("plan", () => {
+      if (page.run || page.map.moment.others?.length) return;
+      this._wait();
+      page.map.draw();
+    });
   }
 
   /** The last tick there is so far. */
@@ -77,7 +82,14 @@ export class Player {
       void page.simulate({ tick: 0, play: true });
       return;
     }
-    if (page.run.done && this.tick >= this.last) this.tick = 0;
+    if (page.run.done && this.tick >= this.last) {
+      // The rest could not be made: perhaps it can be now.
+      if (page.run.cut) {
+        void page.simulate({ tick: this.tick, play: true, cut: true });
+        return;
+      }
+      this.tick = 0;
+    }
     this.playing = true;
     this._before = 0;
     this._ask();
@@ -204,7 +216,7 @@ export class Player {
     const { moment } = page.map;
     if (!run || run.ticks === 0) {
       moment.robot = null;
-      moment.bodies = null;
+      this._wait();
       moment.trail = null;
     } else {
       this._copy(run);
@@ -219,6 +231,16 @@ export class Player {
     }
     page.map.draw();
     page.tell("tick", this.tick);
+  }
+
+  /** Obstacles where a run would begin, as the plan says. */
+  _wait() {
+    const { map, plan, ground } = this.page;
+    const bodies = plan?.bodies ?? [];
+    this._known = 0;
+    map.moment.kinds = bodies.map(({ kind }) => kind);
+    map.moment.radii = bodies.map(({ radius }) => radius / (ground?.resolution || 1));
+    map.moment.bodies = map.moment.still = bodies.length ? Float32Array.from(bodies.flatMap(({ at }) => at)) : null;
   }
 
   /** The robot, and the way behind it. @param {Run} run @param {number} k @param {number} f */

@@ -4,6 +4,7 @@
 import { Gone, ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
 import { addEvents, addTicks, json, newRun } from "./frames.js";
+import { sentence } from "./make.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Run} Run */
@@ -30,7 +31,11 @@ export class Runs {
     if (this._abort) this._page.play.hold(false);
     this._abort?.abort();
     this._abort = null;
-    this._page.tell("busy", false);
+    if (this.own && !this.own.done) {
+      this.own.done = true;
+      this._page.tell("end");
+    }
+    this._page.busy("run", false);
   }
 
   /** The run is no longer the scenario's. */
@@ -43,6 +48,23 @@ export class Runs {
     this._page.tell("run", { tick: 0, play: false });
   }
 
+  /**
+   * A wall was painted: what was driven stays, what came after the moment is no longer so and is never shown. Until
+   * the rest has come, the clock waits for it as for any run that is still coming.
+   * @param {number} ticks that stay
+   */
+  _cut(ticks) {
+    const { own: run, _page: page } = this;
+    if (!run) return;
+    run.ticks = Math.min(run.ticks, ticks);
+    run.places.length = run.ticks;
+    run.events = run.events.filter(({ tick }) => tick < run.ticks);
+    run.end = null;
+    run.cut = true;
+    run.done = false;
+    if (page.run === run) page.tell("run", { tick: Math.min(page.play.tick, run.ticks - 1), play: page.play.playing });
+  }
+
   /** There is a server again: what it owes is made, and goes on from the moment that is shown. */
   again() {
     const { play, run } = this._page;
@@ -50,11 +72,11 @@ export class Runs {
     if (!owed) return;
     // Whoever has moved to another moment meanwhile wants to look at that.
     const waits = !run || play.tick === owed.tick || play.tick >= run.ticks - 1;
-    void this.begin({ tick: play.tick, play: play.playing || (owed.play && waits) });
+    void this.begin({ tick: play.tick, play: play.playing || (owed.play && waits), cut: run?.cut });
   }
 
-  /** @param {{tick?: number, play?: boolean}} how */
-  async begin({ tick = 0, play = true }) {
+  /** @param {{tick?: number, play?: boolean, cut?: boolean}} how `cut`: the run on the screen holds only up to that tick */
+  async begin({ tick = 0, play = true, cut = false }) {
     const page = this._page;
     const { start, goal } = page.store.scenario;
     if (!start || !goal) {
@@ -65,11 +87,13 @@ export class Runs {
     const abort = new AbortController();
     this._abort = abort;
     this._owed = null;
-    page.tell("busy", true);
+    page.busy("run", true);
+    if (cut) this._cut(Math.ceil(tick) + 1);
     // The old run may not go on past the moment from which the new one differs.
     if (tick > 0) page.play.hold(true);
     const scenario = page.asked();
-    const run = newRun({ planner: scenario.planner.name, law: scenario.law?.name });
+    const who = { planner: scenario.planner.name, law: scenario.law?.name };
+    let run = newRun(who);
     /** Shown once it has come as far as what is shown now: until there both are the same. */
     let published = false;
     const before = { tick: page.play.tick, playing: page.play.playing };
@@ -88,7 +112,7 @@ export class Runs {
       for await (const { kind, bytes } of page.api.frames("/api/simulate", { scenario }, abort.signal)) {
         if (abort.signal.aborted) return;
         if (kind === "X") throw new ServerError(200, json(bytes));
-        else if (kind === "H") Object.assign(run, headOf(json(bytes)));
+        else if (kind === "H") run = newRun({ ...who, ...json(bytes) });
         else if (kind === "T") addTicks(bytes, run);
         else if (kind === "E") addEvents(bytes, run);
         else if (kind === "C") addCaps(bytes, run);
@@ -106,25 +130,21 @@ export class Runs {
       if (abort.signal.aborted) return;
       run.done = true;
       page.play.hold(false);
-      if (error instanceof Gone) {
-        const plays = published ? page.play.playing : play;
-        // The old run goes through what was painted.
-        if (!published && page.play.playing) page.play.toggle();
-        this._owed = { tick: page.play.tick, play: plays };
-      }
+      const gone = error instanceof Gone;
+      if (gone) this._owed = { tick: page.play.tick, play: published ? page.play.playing : play };
       if (published) page.tell("end");
+      else if (cut && this.own) {
+        this._cut(Math.floor(page.play.tick) + 1);
+        this.own.done = true;
+        this.own.end = { sentence: `The run ends here: since then a wall was painted, and ${gone ? "there is no server to make the rest" : `the rest could not be made: ${sentence(error)}`}.` };
+        page.tell("end");
+      } else if (!gone) this.clear();
       page.fault(error);
     } finally {
       if (this._abort === abort) {
         this._abort = null;
-        page.tell("busy", false);
+        page.busy("run", false);
       }
     }
   }
-}
-
-/** What a header says of a run. @param {any} head */
-function headOf(head) {
-  const { job, planner, law, units, causes, bodies, label } = head;
-  return Object.fromEntries(Object.entries({ job, planner, law, units, causes, bodies, label }).filter(([, v]) => v !== undefined));
 }

@@ -1,7 +1,10 @@
 // State: one scenario and how it is looked at. Everything that decides a run is in the scenario; it can be undone,
-// it is kept as a draft in the browser, and it fits into a link.
+// it is kept as a draft in the browser, and it fits into a link. In both, long lists of painted cells are written as
+// runs within rows, `{"rows": [down, on, n, down, on, n, ...]}`: so many rows down from the run before, so many columns
+// on from its end (in another row: from the left), n cells. Lists, as in scenario files, are read as well.
 
 /** @typedef {import("./types.js").Scenario} Scenario */
+/** @typedef {import("./types.js").Cell} Cell */
 
 const DRAFT = "lampyris-draft";
 /** How the draft was looked at: as `v` of a link. */
@@ -28,6 +31,8 @@ export class Store {
     /** @type {Set<(changed: Set<string>) => void>} */
     this._listeners = new Set();
     this._mark = "";
+    /** Somebody has changed something: what the page began with, and ends that the map gives, are nobody's work. */
+    this.touched = false;
   }
 
   /** Be told of each change, with the keys that changed. @param {(changed: Set<string>) => void} listener */
@@ -41,10 +46,8 @@ export class Store {
    * @param {string} [mark]
    */
   set(patch, mark = "") {
-    if (!mark || mark !== this._mark) {
-      this._past.push(this.scenario);
-      if (this._past.length > DEEP) this._past.shift();
-    }
+    if (!mark || mark !== this._mark) this.remember(this.scenario);
+    this.touched ||= mark !== "map";
     this._mark = mark;
     this._future = [];
     this.scenario = { ...this.scenario, ...patch };
@@ -58,7 +61,8 @@ export class Store {
 
   /** Put another scenario in the place of this one. @param {Scenario} scenario @param {boolean} [undoable] */
   replace(scenario, undoable = true) {
-    if (undoable) this._past.push(this.scenario);
+    if (undoable) this.remember(this.scenario);
+    this.touched ||= undoable;
     this._future = [];
     // Ends that the map gives are no step of their own.
     this._mark = "map";
@@ -67,9 +71,10 @@ export class Store {
     this._told(keys);
   }
 
-  /** Put a scenario under the first step, to be had back by undoing. @param {Scenario} scenario */
+  /** A scenario to be had back by undoing. @param {Scenario} scenario */
   remember(scenario) {
     this._past.push(scenario);
+    if (this._past.length > DEEP) this._past.shift();
   }
 
   get canUndo() {
@@ -93,6 +98,7 @@ export class Store {
     const scenario = from.pop();
     if (!scenario) return;
     to.push(this.scenario);
+    this.touched = true;
     const keys = changed(this.scenario, scenario);
     this.scenario = scenario;
     this._mark = "";
@@ -126,48 +132,115 @@ export function tidy(made, from) {
   const named = (/** @type {any} */ who) => (typeof who === "string" ? { name: who, settings: {} } : who ? { settings: {}, ...who } : null);
   const cell = (/** @type {any} */ end) => (Array.isArray(end) && end.length === 2 && end.every(Number.isInteger) ? end : null);
   const list = (/** @type {any} */ some) => (Array.isArray(some) ? some : []);
-  const edits = list(made.edits).map((one) => ({ tick: Number(one?.tick) || 0, blocked: list(one?.blocked), freed: list(one?.freed) }));
+  const edits = list(made.edits).map((one) => ({ tick: Number(one?.tick) || 0, blocked: cellsOf(one?.blocked), freed: cellsOf(one?.freed) }));
   return {
     ...blank(), ...made, planner: named(made.planner) ?? blank().planner, law: named(made.law), start: cell(made.start), goal: cell(made.goal),
     obstacles: list(made.obstacles).filter((one) => one && typeof one === "object"), edits, robot: made.robot ?? {},
   };
 }
 
-/** Keep a draft; a browser that refuses (private windows, no room) costs the draft and nothing else. @param {Scenario} scenario @param {string} look */
+/**
+ * Keep a draft, in the tab and for tabs to come; a browser that refuses (private windows, no room) costs the draft and
+ * nothing else: the link still holds everything.
+ * @param {Scenario} scenario @param {string} look
+ */
 function keep(scenario, look) {
-  try {
-    localStorage.setItem(DRAFT, JSON.stringify(scenario));
-    localStorage.setItem(LOOK, look);
-  } catch {
-    // Said nowhere: the link still holds everything.
+  const text = textOf(scenario);
+  for (const shelf of shelves()) {
+    try {
+      shelf.setItem(DRAFT, text);
+      shelf.setItem(LOOK, look);
+    } catch {
+      // Said nowhere.
+    }
   }
 }
 
-/** What was drawn last in this browser, if anything. @returns {Scenario | null} */
+/** What was drawn last in this tab, else in this browser. @returns {{scenario: Scenario, look: string} | null} */
 function draft() {
-  try {
-    const text = localStorage.getItem(DRAFT);
-    return text ? tidy(JSON.parse(text), "The draft") : null;
-  } catch {
-    return null;
+  for (const shelf of shelves()) {
+    try {
+      const text = shelf.getItem(DRAFT);
+      if (text) return { scenario: tidy(JSON.parse(text), "The draft"), look: shelf.getItem(LOOK) ?? "" };
+    } catch {
+      // Not this one then.
+    }
+  }
+  return null;
+}
+
+/** Where drafts are: the tab's own, then the browser's. */
+function* shelves() {
+  for (const name of /** @type {const} */ (["sessionStorage", "localStorage"])) {
+    try {
+      yield window[name];
+    } catch {
+      // A browser that has none.
+    }
   }
 }
 
-/** A scenario as a part of a link. @param {Scenario} scenario @returns {Promise<string>} */
+/** Cells up to which a list is shorter, or as good. */
+const FEW = 32;
+/** Cells of the largest map: more in one list are no drawing. */
+const MOST = 1 << 22;
+const WIDE = 1 << 16;
+
+/** @param {Cell[]} cells */
+function packed(cells) {
+  if (cells.length <= FEW) return cells;
+  const keys = Float64Array.from(cells, ([x, y]) => y * WIDE + x).sort();
+  /** @type {number[]} */
+  const rows = [];
+  let [row, end] = [0, 0];
+  for (const key of keys) {
+    const [y, x] = [Math.floor(key / WIDE), key % WIDE];
+    if (rows.length && y === row && x === end) rows[rows.length - 1]++;
+    else if (y !== row || x > end || !rows.length) rows.push(y - row, x - (y === row ? end : 0), 1);
+    else continue;
+    [row, end] = [y, x + 1];
+  }
+  return { rows };
+}
+
+/** A list of cells, however it is written; what is neither is empty. @param {any} made @returns {Cell[]} */
+function cellsOf(made) {
+  if (Array.isArray(made)) return made;
+  /** @type {Cell[]} */
+  const cells = [];
+  const rows = Array.isArray(made?.rows) ? made.rows : [];
+  let [y, end] = [0, 0];
+  for (let k = 0; k + 2 < rows.length; k += 3) {
+    const [down, on, n] = rows.slice(k, k + 3);
+    if (![down, on, n].every(Number.isInteger) || cells.length + n > MOST) throw new Error("The drawing is damaged.");
+    y += down;
+    let x = (down ? 0 : end) + on;
+    for (end = x + n; x < end; x++) cells.push([x, y]);
+  }
+  return cells;
+}
+
+/** A scenario as text: the same for the same walls, in whatever order they were painted. @param {Scenario} scenario */
+function textOf(scenario) {
+  const edits = scenario.edits.map((edit) => ({ ...edit, blocked: packed(edit.blocked), freed: packed(edit.freed) }));
+  return JSON.stringify({ ...scenario, edits });
+}
+
+/** A scenario as a part of a link: its text, deflated, in base64 of addresses. @param {Scenario} scenario @returns {Promise<string>} */
 async function toLink(scenario) {
-  const packed = new Blob([JSON.stringify(scenario)]).stream().pipeThrough(new CompressionStream("deflate-raw"));
-  const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
+  const stream = new Blob([textOf(scenario)]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
   let text = "";
   for (const byte of bytes) text += String.fromCharCode(byte);
   return btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
-/** The scenario of a link. @param {string} text @returns {Promise<Scenario>} */
+/** What a part of a link says. @param {string} text @returns {Promise<any>} */
 async function ofLink(text) {
   const plain = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(plain, (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return tidy(JSON.parse(await new Response(stream).text()), "The link");
+  return JSON.parse(await new Response(stream).text());
 }
 
 /** Parts of the fragment: `t` the token, `s` a scenario, `v` how it is looked at, `m` a map. */
@@ -175,8 +248,8 @@ export function fragment() {
   return new URLSearchParams(location.hash.slice(1));
 }
 
-/** A link longer than this is not put into the address bar: browsers and mail cut it. */
-const LONGEST = 60_000;
+/** A link longer than this is not put into the address bar: browsers end between 1 and 2 million letters. */
+const LONGEST = 500_000;
 const SOON = 300;
 
 /** How the state is looked at, for the link: layer, moment, and where the map is if not all of it is shown. @param {import("./types.js").Page} page @param {string} layer */
@@ -185,8 +258,11 @@ function viewOf(page, layer) {
   const { view } = map;
   const tick = page.run && !page.play.playing ? Math.floor(page.play.tick) : 0;
   const place = map.fitted || !ground ? "" : [(view.width / 2 - view.x) / view.scale, (view.height / 2 - view.y) / view.scale, view.scale].map((v) => v.toFixed(2)).join("_");
-  return layer === "none" && !tick && !place ? "" : `${layer}~${tick}~${place}`;
+  return layer === "none" && !tick && !place && !MEET.test(page.met()) ? "" : `${layer}~${tick}~${place}`;
 }
+
+/** Who meets, where the comparison is shown: it makes its own runs. See meeting.js. */
+const MEET = /,[12],\d+\]$/;
 
 /** Look at it in the same way. @param {import("./types.js").Page} page @param {string} text */
 function look(page, text) {
@@ -194,7 +270,8 @@ function look(page, text) {
   const [cx, cy, scale] = (place ?? "").split("_").map(Number);
   if (scale > 0 && Number.isFinite(cx + cy + scale)) page.map.look(cx, cy, scale);
   if (/^[a-z]+$/.test(layer)) page.tell("show-layer", layer);
-  if (Number(tick) > 0 && Number(tick) < 1e6) void page.simulate({ tick: Number(tick), play: false });
+  if (MEET.test(page.met())) void page.show("compare");
+  else if (Number(tick) > 0 && Number(tick) < 1e6) void page.simulate({ tick: Number(tick), play: false });
 }
 
 /** Keep draft and address with the state, not at each step of a drag. @param {import("./types.js").Page} page */
@@ -205,10 +282,13 @@ export function mount(page) {
   /** The look of the link that was opened, until its map is there. */
   let wanted = fragment().get("v") ?? "";
   let begun = false;
-  const save = () => keep(store.scenario, viewOf(page, layer));
+  let told = false;
+  // Nobody's work does not take the place of somebody's.
+  const save = () => store.touched && keep(store.scenario, viewOf(page, layer));
   const address = async () => {
     const look = viewOf(page, layer);
-    return `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${look && `&v=${look}`}`;
+    const met = page.met();
+    return `${location.origin}/#t=${fragment().get("t") ?? ""}&s=${await toLink(store.scenario)}${look && `&v=${look}`}${met && `&c=${encodeURIComponent(met)}`}`;
   };
   const now = async () => {
     clearTimeout(timer);
@@ -218,7 +298,12 @@ export function mount(page) {
     const made = await address();
     if (scenario !== store.scenario) return;
     // Too long for an address: the draft has it, and a file can.
-    const short = made.length <= LONGEST ? made : `${location.origin}/#t=${fragment().get("t") ?? ""}`;
+    const long = made.length > LONGEST;
+    // Where it came from has it.
+    if (long && !store.touched) return;
+    const short = long ? `${location.origin}/#t=${fragment().get("t") ?? ""}` : made;
+    if (long && !told) page.say("This drawing is too large for the address. This tab keeps it as a draft; to send it on, save the scenario (Keep).");
+    told = long;
     if (short !== location.href) history.replaceState(null, "", short);
   };
   const soon = () => {
@@ -239,6 +324,7 @@ export function mount(page) {
     if (!page.play.playing) soon();
   });
   page.on("play", soon);
+  page.on("met", soon);
   page.on("look", (text) => (wanted = text));
   page.on("ground", () => {
     if (!wanted) return;
@@ -266,13 +352,14 @@ async function arrived(page) {
   const text = said.get("s");
   if (text) {
     try {
-      const scenario = await ofLink(text);
-      if (JSON.stringify(scenario) !== JSON.stringify(page.store.scenario)) page.store.replace(scenario);
+      const scenario = tidy(await ofLink(text), "The link");
+      if (textOf(scenario) !== textOf(page.store.scenario)) page.store.replace(scenario);
     } catch {
       page.say("That link is damaged; this is still what was here before.", "bad");
     }
   }
   page.tell("token");
+  if (MEET.test(said.get("c") ?? "")) void page.show("compare");
 }
 
 /** The map of a scenario in a word. @param {any} spec */
@@ -288,11 +375,12 @@ function mapOf(spec) {
 export async function first(page) {
   const said = fragment();
   const text = said.get("s");
-  const kept = draft();
+  const last = draft();
+  const kept = last?.scenario ?? null;
   if (text) {
     try {
-      const linked = await ofLink(text);
-      if (kept && JSON.stringify(kept) !== JSON.stringify(linked)) page.store.remember(kept);
+      const linked = tidy(await ofLink(text), "The link");
+      if (kept && textOf(kept) !== textOf(linked)) page.store.remember(kept);
       return linked;
     } catch {
       page.say("The link is damaged; this is what was drawn last.", "bad");
@@ -301,13 +389,11 @@ export async function first(page) {
   const name = said.get("m");
   const drawn = kept && (kept.edits.length > 0 || kept.obstacles.length > 0);
   if (name && mapOf(kept?.map) !== name) {
-    if (kept && drawn) {
-      page.store.remember(kept);
-      page.say("What you drew last, on another map, is one undo away.");
-    }
+    if (kept) page.store.remember(kept);
+    if (drawn) page.say("What you drew last, on another map, is one undo away.");
     return { ...blank(), map: name };
   }
-  if (kept) page.tell("look", localStorage.getItem(LOOK) ?? "");
+  if (last) page.tell("look", last.look);
   if (name && drawn) page.say(`This is what you drew last on ${name}; choose the map again for a clean one.`);
   return kept;
 }

@@ -86,7 +86,7 @@ class Status {
     if (!plan) {
       const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
       this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
-      set(this.next, missing && !this.page.ground ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
+      set(this.next, !this.page.ground && !this._busy ? "Choose a map first: in the tab Map, or drop a file on the page." : "");
       this._show([]);
       return;
     }
@@ -114,7 +114,7 @@ class Status {
     const speed = /** @type {any} */ (plan.speed);
     if (speed?.v?.length) {
       const metric = speed.units === "m/s";
-      add("Mean speed", speed.mean === undefined ? null : `${brief(speed.mean)} ${speed.units}`);
+      add("Mean speed moving", speed.mean === undefined ? null : `${brief(speed.mean)} ${speed.units}`);
       add("Time", `${brief(speed.t[speed.t.length - 1])} ${metric ? "s" : "transfers"}`);
     }
     const seconds = plan.seconds ?? /** @type {any} */ (plan).timing?.total;
@@ -142,7 +142,8 @@ class Status {
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
     else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
     else this._now(going(run, tick, cause));
-    set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.") : "");
+    set(this.next, over ? (bad ? REMEDY[end.outcome ?? ""] ?? "Drag the line under the map to see how it came to this." : "Drag the line under the map to look back; paint a wall (B) to see it plan anew.")
+      : "Paint a wall (B), and it plans anew. Space pauses, the keys , and . go tick by tick.");
 
     /** @type {Array<[string, string]>} */
     const rows = [["Tick", `${whole(tick)} of ${whole(run.ticks - 1)}${run.done ? "" : "+"}`]];
@@ -161,9 +162,9 @@ class Status {
       if (Number.isFinite(m.gap)) rows.push(["Gap", percent(m.gap)]);
       if (Number.isFinite(m.iterations)) rows.push(["Iterations", whole(m.iterations)]);
       if (Number.isFinite(m.expansions)) rows.push(["Expansions", whole(m.expansions)]);
-      if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed", `${brief(m.speed_mean)} ${run.units}`]);
+      if (Number.isFinite(m.speed_mean)) rows.push(["Mean speed moving", `${brief(m.speed_mean)} ${run.units}`]);
       if (Number.isFinite(m.near_m)) rows.push(["Nearest of all", `${brief(m.near_m)} m`]);
-      if (Number.isFinite(m.collisions)) rows.push(["Collisions", whole(m.collisions)]);
+      for (const [name, value] of [["Collisions", m.collisions], ["Hits", m.hits], ["Near misses", m.near_misses]]) if (Number.isFinite(value)) rows.push([name, whole(value)]);
       // By it somebody can see that `lampyris run` made the same: the sha256 of what it prints.
       if (end.digest) rows.push(["Digest", String(end.digest).slice(0, 16)]);
     } else {
@@ -176,13 +177,14 @@ class Status {
 
   /** Events up to a tick, counted on or back from where the count was. @param {Run} run @param {number} tick */
   _count(run, tick) {
-    if (run !== this._of) {
+    const { events } = run;
+    // A run that is cut has fewer events than were counted.
+    if (run !== this._of || this._passed > events.length) {
       this._of = run;
       this._passed = 0;
       this._counts = {};
       this._listed = -1;
     }
-    const { events } = run;
     while (this._passed < events.length && events[this._passed].tick <= tick) {
       const { word } = events[this._passed++];
       this._counts[word] = (this._counts[word] ?? 0) + 1;
@@ -240,13 +242,16 @@ class Status {
       row.dd.remove();
       this._rows.delete(name);
     }
+    let moved = false;
     for (const [name, value] of rows) {
       let row = this._rows.get(name);
       if (!row) {
         row = { dt: el("dt", { title: ABOUT[name.replace(" (plan)", "")] }, name), dd: el("dd", {}) };
         this._rows.set(name, row);
-        this.facts.append(row.dt, row.dd);
+        moved = true;
       }
+      // Whoever follows a new one stands after it again.
+      if (moved) this.facts.append(row.dt, row.dd);
       set(row.dd, value);
     }
   }
@@ -259,6 +264,7 @@ const ABOUT = {
   Iterations: "Times the planner chose a next cell", Expansions: "Cells that the planner looked at",
   Gates: "Openings one cell wide", Time: "How long the robot takes for the way", "Planned in": "Time of computing",
   "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
+  "Mean speed moving": "Over the cells at which it moves, each counted once: starting, stopping and waiting take time besides",
   Nearest: "Distance from the robot to the nearest obstacle",
 };
 

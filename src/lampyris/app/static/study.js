@@ -141,9 +141,8 @@ class Study {
       return true;
     }
     const left = now.left_s ?? now.left;
-    const word = state && state !== "running" ? `${state}, ` : "";
     const time = typeof left === "number" ? `, about ${duration(left)} left` : "";
-    this._tell(`${word}${done.toLocaleString("en")} of ${all ? all.toLocaleString("en") : "?"} runs${time}.`);
+    this._tell(all ? `${done.toLocaleString("en")} of ${all.toLocaleString("en")} runs${time}.` : "It begins soon.");
     return false;
   }
 

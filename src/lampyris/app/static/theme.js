@@ -1,6 +1,6 @@
 // The bar at the top: which scenario, undo and redo, the link, light and dark.
 
-import { el, icon } from "./make.js";
+import { el, icon, iconButton } from "./make.js";
 import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -18,11 +18,11 @@ const ICONS = {
 /** @param {Page} page @param {HTMLElement} bar */
 export function mount(page, bar) {
   const { store } = page;
-  const undo = button("Undo (Ctrl+Z)", ICONS.undo, () => store.undo());
-  const redo = button("Redo (Ctrl+Shift+Z)", ICONS.redo, () => store.redo());
-  const link = button("Copy the link of this state (L)", ICONS.link, () => copyLink(page));
-  const look = button("", ICONS.auto, () => turnTheme(page));
-  const help = button("Keys and help (?)", "", () => page.tell("help"));
+  const undo = iconButton("Undo (Ctrl+Z)", ICONS.undo, () => store.undo());
+  const redo = iconButton("Redo (Ctrl+Shift+Z)", ICONS.redo, () => store.redo());
+  const link = iconButton("Copy the link of this state (L)", ICONS.link, () => copyLink(page));
+  const look = iconButton("", ICONS.auto, () => turnTheme(page));
+  const help = iconButton("Keys and help (?)", "", () => page.tell("help"));
   help.textContent = "?";
   bar.append(undo, redo, el("span", { class: "sep" }), link, look, help);
 
@@ -59,13 +59,6 @@ export function mount(page, bar) {
   page.on("busy", (busy) => document.body.classList.toggle("busy", busy));
 }
 
-/** @param {string} label @param {string} path @param {() => void} act */
-function button(label, path, act) {
-  const made = el("button", { type: "button", class: "btn quiet icon", title: label, "aria-label": label, onclick: act });
-  if (path) made.append(icon(path));
-  return made;
-}
-
 /** @returns {"auto" | "light" | "dark"} */
 function told() {
   try {
@@ -93,7 +86,7 @@ export async function copyLink(page) {
   const link = await page.link();
   try {
     await navigator.clipboard.writeText(link);
-    page.say("Link copied. It holds the whole scenario; it needs a running lampyris app at this address, and its token.", "good");
+    page.say("Link copied. It holds the scenario and this start's token: it opens on this machine, while this lampyris app runs.", "good");
   } catch {
     page.say("The browser does not let this page copy; the link is in the address bar.");
   }

@@ -33,13 +33,14 @@
  */
 
 /**
- * A simulation as far as it has come. Arrays grow; `ticks` says how much of them is filled.
+ * A simulation as far as it has come. Arrays grow; `ticks` says how much of them is filled. `cut`: a wall was painted
+ * at its last tick, and what came after it is taken off.
  * @typedef {{
  *   job: string, planner: string, label: string, law: string, units: string, ticks: number, done: boolean,
  *   robot: Int16Array, speed: Float32Array, cause: Uint8Array, causes: string[],
  *   bodies: Array<{kind: string, radius: number, yields: boolean}>, places: Int16Array[],
  *   near: Float32Array, caps: Array<{cause: string, v: Array<number | null>}>, events: Array<{tick: number, word: string, cell: Cell, sentence: string}>,
- *   end: Record<string, any> | null,
+ *   end: Record<string, any> | null, cut?: boolean,
  * }} Run
  */
 
@@ -51,7 +52,7 @@
  *   expansions: number, gates: {count: number, on_path: any[], in_map: any[]}, jumps: any[],
  *   speed: {v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
  *           caps: Array<{cause: string, v: Array<number | null>}>} | null,
- *   seconds: number,
+ *   seconds: number, bodies?: Array<{kind: string, radius: number, yields: boolean, at: Cell}>,
  * }} Plan
  */
 
@@ -69,7 +70,7 @@
 /**
  * What every module gets. Made by page.js, filled by main.js.
  *
- * Told by name: "ground" (a map came or its cells changed), "plan" (page.plan is new; detail: Plan or null),
+ * Told by name: "ground" (a map came or its cells changed; detail, when none could be had: why), "plan" (page.plan is new; detail: Plan or null),
  * "run" (another run began; detail {tick, play}: where the player shall go and whether it shall run), "ticks" (more
  * of the run arrived), "end" (it ended), "tick" (the shown moment changed; detail: number), "layer", "gone"
  * (detail: boolean), "theme" (detail: dark, boolean), "busy" (detail: boolean), "tool" (detail: name),
@@ -82,23 +83,27 @@
  *   dark: boolean, gone: boolean, tool: string,
  *   on: (name: string, hear: (detail: any) => void) => void,
  *   tell: (name: string, detail?: any) => void,
+ *   busy: (who: string, on: boolean) => void,
  *   say: (sentence: string, tone?: Tone) => void,
  *   fault: (error: unknown) => void,
- *   simulate: (how?: {tick?: number, play?: boolean}) => Promise<void>,
+ *   simulate: (how?: {tick?: number, play?: boolean, cut?: boolean}) => Promise<void>,
  *   stop: () => void,
  *   replan: () => void,
- *   open: (map: unknown) => Promise<void>,
- *   adopt: (scenario: Scenario) => Promise<void>,
+ *   turn: () => number,
+ *   open: (map: unknown, turn?: number) => Promise<boolean>,
+ *   adopt: (scenario: Scenario, turn?: number) => Promise<boolean>,
  *   asked: () => Scenario,
  *   link: () => Promise<string>,
  *   show: (section: string) => void | Promise<void>,
- *   use: (tool: string) => void,
+ *   use: (tool: string) => void, met: () => string,
  * }} Page
  *
  * `base`: cells of the map before any edit. `fault`: say what went wrong, whatever was thrown. `simulate`: run the
  * scenario from its beginning. `stop`: cancel what runs. `replan`: plan again soon. `open`: take another map.
+ * `turn`: a number for a wish for a map; of several the newest counts, `open` and `adopt` say whether it was this one.
  * `adopt`: take a whole scenario (undoable). `asked`: the scenario as the server takes it. `link`: this state's
- * address without the token. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
+ * address, with the token of this start. `busy`: somebody works, or no longer does. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
+ * `met`: who meets in a comparison, as a part of the link.
  */
 
 export {};

@@ -1,6 +1,6 @@
 // Zoom: the view is moved, brought nearer and fitted, and the buttons for it.
 
-import { el, icon } from "./make.js";
+import { el, iconButton } from "./make.js";
 import { byId } from "./page.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -16,9 +16,7 @@ export function zoomButtons(page) {
     ["Zoom out (\u2212)", "M4 10h12", () => zoom(1 / 1.4)],
     ["Whole map (0)", "M4 8V4h4M12 4h4v4M16 12v4h-4M8 16H4v-4", () => fit(page)],
   ];
-  for (const [label, path, act] of all) {
-    bar.append(el("button", { type: "button", class: "btn quiet icon", title: label, "aria-label": label, onclick: act }, icon(path)));
-  }
+  bar.append(...all.map((one) => iconButton(...one)));
   bar.append(out);
   const show = () => {
     const { scale } = page.map.view;

@@ -1,0 +1,73 @@
+"""What is shown before a run, and what a file of it will show."""
+
+from __future__ import annotations
+
+import json
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from tests.app.page_browser import needs_chromium
+from tests.app.page_person import in_address
+
+pytestmark = needs_chromium
+CROWD = [{"kind": "random-walk", "count": 12}]
+
+
+def opened(page: Any, scenario: dict[str, Any], tmp_path: Path) -> None:
+    """Open a scenario by dropping its file."""
+    file = tmp_path / "one.json"
+    file.write_text(json.dumps(scenario))
+    page.locator("input[type=file]").first.set_input_files(str(file))
+    page.wait_for_selector("#notes >> text=The scenario is loaded")
+    page.wait_for_timeout(400)
+
+
+def picture(page: Any) -> bytes:
+    found: bytes = page.locator("#map").screenshot()
+    return found
+
+
+def test_obstacles_are_seen_before_the_run_and_go_when_they_are_taken_away(page: Any, tmp_path: Path) -> None:
+    own = in_address(page)
+    opened(page, {**own, "obstacles": []}, tmp_path)
+    empty = picture(page)
+    opened(page, {**own, "obstacles": CROWD}, tmp_path)
+    crowded = picture(page)
+    opened(page, {**own, "obstacles": []}, tmp_path)
+    assert picture(page) == empty
+    assert crowded != empty
+
+
+def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_show(page: Any) -> None:
+    page.click("#tab-keep")
+    says = page.locator("#keep-shows")
+    assert "without a layer" in says.inner_text()
+    asked: list[Any] = []
+    page.on("request", lambda one: asked.append(one.post_data_json) if "export" in one.url else None)
+    pictures = []
+    for layer in ("None", "Luciferin", "Cost", "Clearance"):
+        # Its radio is in a panel that may be folded away; a person would unfold it.
+        page.locator("#layers label").filter(has_text=layer).locator("input").dispatch_event("click")
+        page.wait_for_timeout(800)
+        pictures.append(says.inner_text())
+        with page.expect_download() as file:
+            page.get_by_role("button", name="PNG", exact=True).click()
+        Image.open(BytesIO(Path(file.value.path()).read_bytes())).verify()
+    assert [one["settings"]["layer"] for one in asked] == ["none", "luciferin", "cost", "none"]
+    assert "with luciferin beneath" in pictures[1]
+    assert "not clearance" in pictures[3]
+
+
+def test_a_deleted_map_can_be_brought_back(page: Any, tmp_path: Path) -> None:
+    Image.new("L", (9, 7), 255).save(tmp_path / "hall.png")
+    page.locator("input[type=file]").first.set_input_files(str(tmp_path / "hall.png"))
+    card = page.locator(".map-card", has_text="hall")
+    card.wait_for()
+    page.get_by_role("button", name="Delete the map hall.png").click()
+    page.get_by_role("button", name="Bring back hall.png").wait_for()
+    assert card.count() == 0
+    page.get_by_role("button", name="Bring back hall.png").click()
+    card.wait_for()
+    assert page.get_by_role("button", name="Bring back hall.png").count() == 0
