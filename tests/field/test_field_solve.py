@@ -219,6 +219,9 @@ def test_bad_arrays_and_goals() -> None:
     leap = Moves("leap", ((-1, 0), (1, 0)), (10, 30), 10, False)
     with pytest.raises(SettingError, match="MOVES"):
         solve(np.ones((2, 2), dtype=np.bool_), leap, (0, 0))
+    for offsets, costs in ((((-1, 0), (1, 0)), (10, 12)), (((-1, 0), (1, 0), (0, 1)), (10, 10, 10))):
+        with pytest.raises(SettingError, match="reverse"):
+            solve(np.ones((2, 2), dtype=np.bool_), Moves("one way", offsets, costs, 10, False), (0, 0))
 
 
 def test_a_robot_with_a_size() -> None:

@@ -153,6 +153,10 @@ class Wave:
     def _ripple(self) -> int:
         frame, n, costs = self.frame, self.frame.size, self.moves.costs
         least = self._check(costs)
+        if not self._mirrored:
+            # The loop goes from the goal by the steps themselves, which must be worth their reverses.
+            allowed = "on plain ground, steps whose reverse is there at the same cost"
+            raise SettingError("MOVES", f"steps {self.moves.offsets} at {self.moves.costs}", allowed=allowed)
         lists = (3 * n + 3 + AHEAD, np.uint32)
         order, ends = SCRATCH.take(lists, (3, np.uint64))
         table = (*frame.table(self.moves), np.array(costs, dtype=frame.dtype))
@@ -178,7 +182,13 @@ class Wave:
     @property
     def _sparing(self) -> bool:
         """Whether lists lie where luciferin will."""
-        return self.frame.size >= SPARING
+        return self.frame.size >= SPARING and self._mirrored
+
+    @property
+    def _mirrored(self) -> bool:
+        """Whether every step has its reverse at the same cost."""
+        costs = dict(zip(self.moves.offsets, self.moves.costs, strict=True))
+        return all(costs.get((-dx, -dy)) == cost for (dx, dy), cost in costs.items())
 
     def _lists(self, *wanted: Wanted) -> list[NDArray[Any]]:
         """Scratch; on large maps as much of it as fits lies where luciferin will."""
