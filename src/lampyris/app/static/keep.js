@@ -45,6 +45,8 @@ class Keep {
     /** @type {AbortController | null} */
     this.asked = null;
     this.stage = "";
+    /** Say where it is. */
+    this._beat = () => {};
     /** @type {HTMLButtonElement[]} */
     this.buttons = [];
     this.name = el("input", { type: "text", id: "keep-name", maxlength: 60, spellcheck: "false", autocomplete: "off" });
@@ -99,6 +101,7 @@ class Keep {
       this._tell(`${this.stage}${seconds ? `, ${seconds} s` : ""}.`);
     };
     const clock = window.setInterval(beat, 250);
+    this._beat = beat;
     beat();
     try {
       const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
@@ -145,6 +148,7 @@ class Keep {
     this.stage = share !== null ? `${doing}: ${done} of ${of} ${unit}, ${share} %` : done ? `${doing}: ${unit} ${done}` : doing;
     if (share === null) this.bar.removeAttribute("value");
     else this.bar.value = share / 100;
+    this._beat();
   }
 
   /** @param {boolean} busy */

@@ -29,7 +29,7 @@ async function hello(page) {
   page.on("gone", (gone) => {
     if (!gone) again();
   });
-  addEventListener("hashchange", () => (page.api.token = fragment().get("t") ?? ""));
+  addEventListener("hashchange", ({ newURL }) => (page.api.token = fragment(new URL(newURL).hash).get("t") ?? ""));
   for (;;) {
     try {
       return await page.api.json("/api/hello");

@@ -243,9 +243,9 @@ async function ofLink(text) {
   return JSON.parse(await new Response(stream).text());
 }
 
-/** Parts of the fragment: `t` the token, `s` a scenario, `v` how it is looked at, `m` a map. */
-export function fragment() {
-  return new URLSearchParams(location.hash.slice(1));
+/** Parts of the fragment: `t` the token, `s` a scenario, `v` how it is looked at, `m` a map. @param {string} hash */
+export function fragment(hash = location.hash) {
+  return new URLSearchParams(hash.slice(1));
 }
 
 /** A link longer than this is not put into the address bar: browsers end between 1 and 2 million letters. */
@@ -323,8 +323,7 @@ export function mount(page) {
   page.on("tick", () => {
     if (!page.play.playing) soon();
   });
-  page.on("play", soon);
-  page.on("met", soon);
+  for (const name of ["play", "met"]) page.on(name, soon);
   page.on("look", (text) => (wanted = text));
   page.on("ground", () => {
     if (!wanted) return;
@@ -336,18 +335,19 @@ export function mount(page) {
     if (timer) save();
   });
   page.link = address;
-  addEventListener("hashchange", () => {
-    wanted = fragment().get("v") ?? "";
-    void arrived(page);
+  addEventListener("hashchange", ({ newURL }) => {
+    // As it was opened: what was drawn a moment before may have taken its place in the address.
+    const said = fragment(new URL(newURL).hash);
+    wanted = said.get("v") ?? "";
+    void arrived(page, said);
   });
   page.on("gone", (gone) => {
     if (gone && begun) save();
   });
 }
 
-/** Another address was opened in this tab: perhaps with a new server's token. @param {import("./types.js").Page} page */
-async function arrived(page) {
-  const said = fragment();
+/** Another address was opened in this tab: perhaps with a new server's token. @param {import("./types.js").Page} page @param {URLSearchParams} said */
+async function arrived(page, said) {
   page.api.token = said.get("t") ?? "";
   const text = said.get("s");
   if (text) {
