@@ -40,11 +40,16 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture
-def page(browser: Any, address: str) -> Iterator[Any]:
+def wrong() -> list[str]:
+    """What the page complains of. A test that asks for what is refused takes that out."""
+    return []
+
+
+@pytest.fixture
+def page(browser: Any, address: str, wrong: list[str]) -> Iterator[Any]:
     """The page in a browser that was never here; whatever it complains of fails the test."""
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
     tab = context.new_page()
-    wrong: list[str] = []
     tab.on("pageerror", lambda fault: wrong.append(str(fault)))
     tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
     tab.set_default_timeout(SOON)

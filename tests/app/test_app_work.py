@@ -31,7 +31,6 @@ from lampyris.cli import main
 from lampyris.errors import LampyrisError, SettingError
 from lampyris.field.solve import solve_field
 from lampyris.maps import library
-from lampyris.maps.scenario_file import ScenarioFile
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.report.measure import METRICS, near_by_tick
@@ -54,7 +53,6 @@ EDITS = [
     {"tick": 0, "blocked": [[10, 10]], "freed": []},
     {"tick": 4, "blocked": [[24, 12], [25, 12]], "freed": [[10, 10]]},
 ]
-with_edits = pytest.mark.skipif("edits" not in ScenarioFile.model_fields, reason="scenarios without edits")
 
 
 def state(**more: Any) -> dict[str, Any]:
@@ -349,7 +347,7 @@ SAME = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=with_edits if n == "edits" else ()) for n in SAME])
+@pytest.mark.parametrize("name", SAME)
 def test_the_command_line_replays_the_saved_scenario_to_the_same_bytes(tmp_path: Path, name: str) -> None:
     digest = only(ask("simulate", SAME[name]), "Z")["digest"]
     saved = b"".join(value for kind, value in ask("export", SAME[name], what="scenario") if kind == "B")
@@ -504,7 +502,6 @@ def test_layers_that_are_none(more: dict[str, Any], code: str) -> None:
     assert refusal("layer", **more).code == code
 
 
-@with_edits
 def test_layers_are_of_the_map_as_it_is_at_a_tick() -> None:
     applied = importlib.import_module("lampyris.model.edit").applied
     for name, edits in (

@@ -5,40 +5,17 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.page_browser import SOON, needs_chromium
+from tests.app.page_browser import needs_chromium
 from tests.app.page_person import in_address
 
 from lampyris import scenarios
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
-
-
-@pytest.fixture
-def wrong() -> list[str]:
-    """What the page complains of. A test that asks for what is refused takes that out."""
-    return []
-
-
-@pytest.fixture
-def page(browser: Any, address: str, wrong: list[str]) -> Iterator[Any]:
-    """The page in a browser that was never here; whatever it complains of fails the test."""
-    context = browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
-    tab = context.new_page()
-    tab.on("pageerror", lambda fault: wrong.append(str(fault)))
-    tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
-    tab.set_default_timeout(SOON)
-    tab.goto(address)
-    tab.wait_for_selector("body.ready")
-    tab.wait_for_selector("#status >> text=found")
-    yield tab
-    context.close()
-    assert not wrong
 
 
 def opened(page: Any, made: dict[str, Any]) -> None:

@@ -11,8 +11,6 @@ import pytest
 from tests.app.page_browser import SOON, app, needs_chromium
 from tests.app.page_person import in_address
 
-from lampyris.maps.scenario_file import ScenarioFile
-
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
 
@@ -241,7 +239,6 @@ def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
     assert page.locator("#layers label").filter(has_text="Luciferin").locator("input").is_checked()
 
 
-@pytest.mark.skipif("edits" not in ScenarioFile.model_fields, reason="scenarios have no edits yet")
 def test_a_wall_painted_while_it_drives_makes_the_run_again_from_there(page: Any) -> None:
     page.keyboard.press("r")
     page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
