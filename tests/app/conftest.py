@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from tests.app.page_browser import CHROMIUM, SOON, app
+from page_browser import CHROMIUM, SOON, app
 
 
 @pytest.fixture(autouse=True)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from tests.app.test_app_work import ask, only, refusal, state
+from test_app_work import ask, only, refusal, state
 
 from lampyris import scenarios
 from lampyris.app import said, work

@@ -6,10 +6,10 @@ import struct
 from typing import Any
 
 import pytest
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import aim, in_address
-from tests.app.test_app_work import ask, robot_of, state
-from tests.app.test_page_gaps import opened
+from page_browser import needs_chromium
+from page_person import aim, in_address
+from test_app_work import ask, robot_of, state
+from test_page_gaps import opened
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from tests.app.page_browser import SOON, needs_chromium
-from tests.app.page_person import click, draw, in_address
+from page_browser import SOON, needs_chromium
+from page_person import click, draw, in_address
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

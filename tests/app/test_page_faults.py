@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import aim, click, draw, fact, in_address, moment, until
+from page_browser import needs_chromium
+from page_person import aim, click, draw, fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

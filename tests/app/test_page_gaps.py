@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import in_address
+from page_browser import needs_chromium
+from page_person import in_address
 
 from lampyris import scenarios
 

@@ -7,9 +7,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from page_browser import needs_chromium
+from page_person import in_address
 from PIL import Image
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import in_address
 
 pytestmark = needs_chromium
 CROWD = [{"kind": "random-walk", "count": 12}]

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from page_browser import needs_chromium
+from page_person import fact, in_address, moment, until
 from PIL import Image
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.page_browser import SOON, app, needs_chromium
-from tests.app.page_person import click, draw, fact, in_address, moment, until
+from page_browser import SOON, app, needs_chromium
+from page_person import click, draw, fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

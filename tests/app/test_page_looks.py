@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.page_browser import SOON, needs_chromium
+from page_browser import SOON, needs_chromium
 
 LOOK = (Path(__file__).parent / "page_look.js").read_text(encoding="utf-8").split("\n", 1)[1]
 COLOURS = (files("lampyris.app") / "static" / "colours.js").read_text(encoding="utf-8")

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import in_address
+from page_browser import needs_chromium
+from page_person import in_address
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

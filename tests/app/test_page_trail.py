@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.app.test_page_play import needs_node, node
+from test_page_play import needs_node, node
 
 TRAIL = """
 import { Trail } from "./ways.js";

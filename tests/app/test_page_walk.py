@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from page_browser import SOON, app, needs_chromium
+from page_person import Cell, aim, changed, click, draw, fact, in_address, moment, picture
 from PIL import Image
-from tests.app.page_browser import SOON, app, needs_chromium
-from tests.app.page_person import Cell, aim, changed, click, draw, fact, in_address, moment, picture
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

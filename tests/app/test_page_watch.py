@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.page_browser import needs_chromium
-from tests.app.page_person import aim, in_address
+from page_browser import needs_chromium
+from page_person import aim, in_address
 
 from lampyris.app.layered import layer_of
 from lampyris.app.said import said_scenario

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.app_server import World, own, run
-from tests.app.page_browser import SOON, app, needs_chromium
+from app_server import World, own, run
+from page_browser import SOON, app, needs_chromium
 
 STATIC = files("lampyris.app").joinpath("static")
 NOT_OURS = "uplot.js"

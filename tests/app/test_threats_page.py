@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from page_browser import SOON, needs_chromium
 from payloads import PAYLOADS, in_html, in_svg
-from tests.app.page_browser import SOON, needs_chromium
 
 from lampyris.app import kept
 from lampyris.app.said import said_scenario

@@ -15,7 +15,7 @@ CASES: list[Case] = [
     ),
     Case(99, "unknown verb", ("nope",), code=USAGE, exit=2, says=("No such command 'nope'",)),
     Case(99, "no map", ("plan",), code=USAGE, exit=2, says=("Missing argument 'MAP'",)),
-    Case(99, "seed x", ("plan", "guide", "--seed", "x"), code=USAGE, exit=2, says=("--seed", "integer")),
+    Case(99, "seed x", ("plan", "guide", "--seed", "x"), code=USAGE, exit=2, says=("--seed", "'x'", "int")),
     Case(
         99,
         "two starts",

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 from pushes import push
-from tests.reference.kernel_forms import use
 
 from lampyris.model.movers import Movers
 from lampyris.model.robot import Robot
 from lampyris.motion.course import Course
 from lampyris.motion.passive import Push, Rails, rails_of
 from lampyris.motion.profile import feasible_profile
+from reference.kernel_forms import use
 
 ROBOT = Robot(radius=0.2, v_max=1.0, a_max=0.5, d_max=1.0)
 PERIOD = 0.1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.reference.path_time_twin import least_gap
 
 from lampyris import api
 from lampyris.errors import SettingError, UsageError
@@ -15,6 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol, Recorded
 from lampyris.motion.scheduled import divided, scheduled_profile
 from lampyris.motion.tracks import tracks_from_recorded
+from reference.path_time_twin import least_gap
 
 
 def corridor() -> Scene:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.reference.kernel_forms import use
 
 from lampyris import Crossing, RandomWalk, Scene, load_grid
 from lampyris.model.grid import Grid
@@ -18,6 +17,7 @@ from lampyris.planners import registry
 from lampyris.planners.ad_gso import AdGso
 from lampyris.referee import check_trace
 from lampyris.sim import fast, loop
+from reference.kernel_forms import use
 
 
 def same(a: Trace, b: Trace) -> str:

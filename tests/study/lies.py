@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from tests.study.one_samples import (
+from one_samples import (
     ground_of,
     results_of,
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.study.summary_samples import metrics, study
+from summary_samples import metrics, study
 
 from lampyris.study import compare
 from lampyris.study.best import FEWEST, Best, best

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.study import study_hands as hands
+import study_hands as hands
 
 import lampyris
 from lampyris.errors import UsageError
@@ -54,7 +54,7 @@ from lampyris.study import cluster
 from lampyris.study.file import load_study
 from lampyris.study.run import run
 from lampyris.study.where import Where
-from tests.study import study_hands as hands
+import study_hands as hands
 asked = json.loads(sys.argv[1])
 cluster.ANSWERS_IN = asked.get("answers_in", 10.0)
 rows = []

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.study.lies import LIVE, honest, judged
-from tests.study.one_samples import (
+from lies import LIVE, honest, judged
+from one_samples import (
     study_of,
 )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.study import store_samples as samples
+import store_samples as samples
 
 from lampyris.errors import FileError, UsageError
 from lampyris.study import forget as forgetting

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 import pytest
-from tests.study.lies import LIVE, REPLAYED
-from tests.study.one_samples import (
+from lies import LIVE, REPLAYED
+from one_samples import (
     ROBOT,
     grid_of,
     ground_of,

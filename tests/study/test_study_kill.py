@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.study import study_hands as hands
+import study_hands as hands
 
 from lampyris.study.batches import Batch, Batches
 

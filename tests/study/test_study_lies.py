@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.study.lies import LIVE, REPLAYED, altered, honest, judged, refused
-from tests.study.one_samples import (
+from lies import LIVE, REPLAYED, altered, honest, judged, refused
+from one_samples import (
     ground_of,
     law,
     planner,

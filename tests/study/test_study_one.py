@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from tests.study.one_samples import batch_of, grid_of, ground_of, law, planner, results_of, rows_of, study_of
+from one_samples import batch_of, grid_of, ground_of, law, planner, results_of, rows_of, study_of
 
 import lampyris
 from lampyris.errors import InputError, InternalFault, SettingError

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+import study_hands as hands
 from summary_samples import study
-from tests.study import study_hands as hands
 
 from lampyris.study import run as running
 from lampyris.study.batches import entrants

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.study import study_hands as hands
+import study_hands as hands
 
 from lampyris.errors import LampyrisError, SettingError, UsageError
 from lampyris.study import batches as batching
@@ -371,7 +371,7 @@ SCRIPT = """
 import json, signal, sys
 from lampyris.study.run import run
 from lampyris.study.where import Where
-from tests.study import study_hands as hands
+import study_hands as hands
 # A suite in the background hands down that it is ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 def sink(rows):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.study.one_samples import grid_of, ground_of, law, planner, study_of
+from one_samples import grid_of, ground_of, law, planner, study_of
 
 from lampyris.errors import SceneError, SettingError
 from lampyris.model.grid import Grid
