@@ -27,13 +27,13 @@ from lampyris.study.file import load_study
 from lampyris.study.run import run
 from lampyris.study.where import Where
 
-ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
 needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
 
 QUIET = {
     "DASK_DISTRIBUTED__ADMIN__LOG_FORMAT": "%(name)s %(message)s",
     "DASK_DISTRIBUTED__WORKER__MULTIPROCESSING_METHOD": "spawn",
-    "PYTHONPATH": str(ROOT),
+    "PYTHONPATH": str(HERE),
     "OMP_NUM_THREADS": "1",
 }
 
@@ -84,7 +84,7 @@ def cluster(workers: int, path: str = "") -> Iterator[tuple[str, list[subprocess
 
     def start(*words: str, **more: str) -> subprocess.Popen[str]:
         process = subprocess.Popen(
-            [sys.executable, "-m", *words, "--host", "127.0.0.1", "--no-dashboard"], cwd=ROOT, text=True,
+            [sys.executable, "-m", *words, "--host", "127.0.0.1", "--no-dashboard"], cwd=HERE, text=True,
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env={**env, **more},
         )  # fmt: skip
         started.append(process)
@@ -102,7 +102,7 @@ def cluster(workers: int, path: str = "") -> Iterator[tuple[str, list[subprocess
         for _ in range(workers):
             start(
                 "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny",
-                "--death-timeout", "30", PYTHONPATH=os.pathsep.join([path, str(ROOT)]) if path else str(ROOT),
+                "--death-timeout", "30", PYTHONPATH=os.pathsep.join([path, str(HERE)]) if path else str(HERE),
             )  # fmt: skip
         yield address, started
     finally:
@@ -115,7 +115,7 @@ def cluster(workers: int, path: str = "") -> Iterator[tuple[str, list[subprocess
 def asked(dask: str, **more: Any) -> dict[str, Any]:
     """What a study on a cluster came to, in a process of its own."""
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, json.dumps({"dask": dask, **more})], cwd=ROOT, text=True,
+        [sys.executable, "-c", SCRIPT, json.dumps({"dask": dask, **more})], cwd=HERE, text=True,
         capture_output=True, env={**os.environ, **QUIET}, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

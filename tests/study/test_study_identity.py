@@ -20,7 +20,7 @@ from lampyris.study.run import run
 from lampyris.study.store import Store
 from lampyris.study.where import Progress, Where
 
-ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
 KINDS = tuple(study_small.TEXTS)
 
 
@@ -100,8 +100,8 @@ def test_hashes_of_words_do_not_show() -> None:
         "    sys.stdout.buffer.write(s.exported(made, {row.key: row for row in rows}))\n"
     )
     told = subprocess.run(
-        [sys.executable, "-c", code], check=True, capture_output=True, cwd=ROOT,
-        env={**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(Path(__file__).parent)},
+        [sys.executable, "-c", code], check=True, capture_output=True, cwd=HERE,
+        env={**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(HERE)},
     ).stdout  # fmt: skip
     assert told == b"".join(known(kind) for kind in KINDS)
 

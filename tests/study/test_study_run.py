@@ -28,7 +28,7 @@ from lampyris.study.row import Row
 from lampyris.study.run import results_of, run
 from lampyris.study.where import Finished, Progress, Where
 
-ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
 
 
 def ran(study: Study, work: Any = hands.work, **more: Any) -> tuple[dict[str, Row], Finished]:
@@ -388,7 +388,7 @@ except KeyboardInterrupt:
 def begun(workers: int) -> tuple[subprocess.Popen[bytes], list[str]]:
     """A study in a process group of its own, from which the first rows came."""
     process = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, str(workers)], cwd=ROOT, start_new_session=True, bufsize=0,
+        [sys.executable, "-c", SCRIPT, str(workers)], cwd=HERE, start_new_session=True, bufsize=0,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     # No buffer: what it reads ahead of a line, communicate would never see; it would begin amid another.
