@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.maps import middle, random_map
+from benchmarks.motion_planning import DStarLite as TheirDStarLite
 
 from lampyris.field.repair import Mender
 from lampyris.field.solve import solve
@@ -36,17 +37,26 @@ HOW = """What a change of k cells takes, in microseconds of this thread's proces
 
 Random maps, 10 % blocked, the goal in the middle, the robot half-way to a corner. Each round blocks k free
 cells and frees them again, and the mean of both counts: near the robot (within some cells of it), far (as
-far on the other side of the goal, where the robot does not go) or anywhere. All answers are checked against
-each other. By turns; everybody makes the change, and takes it back, once untimed just before, so that what it
-works on is in the caches for all alike. (Right after somebody else has filled them, mending one cell of
-512 x 512 takes several times as long.)
+far on the other side of the goal, where the robot does not go) or anywhere. After each of the two changes all
+answers are checked against each other, the whole field of them.
 
-Where repair loses, the table says so: on small maps as soon as more than a few cells change at once, because
-a field of 50 x 50 is solved in the time that a few dozen cells take to mend; on large ones from some hundreds
-of scattered cells on. `Mender` sees that coming and solves anew; D* Lite, which does not, then takes longer
-than A* would. The rivals are our own because no package was found that mends a field or a path by our rules:
-python-motion-planning had a D* Lite in plain Python until 1.1.1, and has none now."""
+Cold: just before every call, ours or rival, another field of {other} x {other} cells is solved, as in a
+program that does something else between two changes; what is claimed, and what the ratios of the first table
+are of, is this. Warm: everybody has just made the same change and taken it back, so that all it works on lies
+in the caches. Mending touches little and gains most by that, many times over for one cell.
 
+Where repair loses, the table says so. On 50 x 50 little is to be had: the whole field is solved in the time
+that a few dozen cells take to mend, D* Lite is the slower way even for one cell, and cold all of them mostly
+wait for memory. On large maps repair loses from some hundreds of scattered cells on. `Mender` sees that
+coming and solves anew; D* Lite, which does not, then takes longer than A* would.
+
+The rivals are our own, but for one: python-motion-planning 1.1.1 has a D* Lite in plain Python (later
+releases have none), by our rules. It stands on a small map alone, for it looks through its whole list of open
+cells for each that it takes; it is told of a cell as its own handler of mouse clicks does it, and wrong paths
+of it are counted, not mended. Its picture of the map is not drawn, nor counted."""
+
+OTHER = 1024
+"""Cells a side of the map of the other field."""
 WHO = ("mend", "solve", "D* Lite", "to robot", "A*")
 ASKED = {50: 1.0, 128: 3.0, 512: 30.0, 1024: 40.0, 2048: 60.0}
 """How many times as quick as solving anew mending one cell anywhere shall be, by size of the map."""
@@ -60,6 +70,13 @@ def timed(call: Callable[[], Any]) -> tuple[Any, float]:
     begin = time.thread_time_ns()
     result = call()
     return result, (time.thread_time_ns() - begin) / 1e3
+
+
+def other_field() -> Callable[[], Any]:
+    """Something else to do, that leaves nothing of ours in the caches."""
+    free = random_map(OTHER, 0.1)
+    free.setflags(write=False)
+    return partial(solve, free, MOVES["octile"], middle(free))
 
 
 class Bench:
@@ -78,6 +95,7 @@ class Bench:
             session.plan()
         self.free = free
         self.centres = {"near": self.robot, "far": self._nearest(free, size - size // 4, size - size // 4)}
+        self._between = other_field()
 
     @staticmethod
     def _nearest(free: np.ndarray, x: int, y: int) -> tuple[int, int]:
@@ -101,8 +119,8 @@ class Bench:
         chosen = rng.choice(len(xs), min(k, len(xs)), replace=False)
         return [(int(xs[i]), int(ys[i])) for i in chosen]
 
-    def round(self, cells: Cells) -> dict[str, float]:
-        """Block the cells and free them again: microseconds of a change, the mean of the two."""
+    def calls(self, cells: Cells) -> dict[str, list[Callable[[], Any]]]:
+        """Of everybody the call after the cells are blocked, and the call after they are freed again."""
         closed = self.free.copy()
         for x, y in cells:
             closed[y, x] = False
@@ -118,25 +136,45 @@ class Bench:
         }
         for who, session in self.sessions.items():
             calls[who] = [partial(session.plan, change) for change in changes]
+        return calls
+
+    def round(self, cells: Cells) -> dict[str, float]:
+        """Block the cells and free them again, everything warm: microseconds of a change, the mean of both.
+
+        Raises
+        ------
+        AssertionError : after one of the two changes somebody's answer is another.
+        """
+        calls = self.calls(cells)
         spent = {}
         for who, pair in calls.items():
             for call in pair:
                 call()
             spent[who] = sum(timed(call)[1] for call in pair) / 2
-        self._check([[call() for call in pair] for pair in zip(*calls.values(), strict=True)])
+        # What is mended is written over by the next mend: each change is checked before the next is made.
+        for answers in zip(*calls.values(), strict=True):
+            self._check([call() for call in answers])
         return spent
 
-    def _check(self, answers: list[list[Any]]) -> None:
+    def cold(self, cells: Cells) -> dict[str, float]:
+        """The same with another field solved just before every call."""
+        spent = {}
+        for who, pair in self.calls(cells).items():
+            spent[who] = 0.0
+            for call in pair:
+                self._between()
+                spent[who] += timed(call)[1] / 2
+        return spent
+
+    def _check(self, answers: list[Any]) -> None:
         x, y = self.robot
-        for mended, solved, part, *plans in answers:
-            for what in ("exact", "step", "luciferin"):
-                # The later of the two mends has written over the earlier.
-                if mended is answers[-1][0]:
-                    np.testing.assert_array_equal(getattr(mended, what), getattr(solved, what))
-            best = int(solved.exact[y, x])
-            assert best == int(part.exact[y, x])
-            for plan in plans:
-                assert (plan.path.exact if plan else -1) == best, (plan.planner, plan.status)
+        mended, solved, part, *plans = answers
+        for what in ("exact", "step", "luciferin"):
+            np.testing.assert_array_equal(getattr(mended, what), getattr(solved, what))
+        best = int(solved.exact[y, x])
+        assert best == int(part.exact[y, x])
+        for plan in plans:
+            assert (plan.path.exact if plan else -1) == best, (plan.planner, plan.status)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,38 +185,38 @@ class Row:
     moves: str
     place: str
     k: int
-    us: dict[str, Spread]
+    cold: dict[str, Spread]
+    warm: dict[str, Spread]
     anew: float
 
-    @property
-    def from_scratch(self) -> str:
-        """The quicker way to a path from scratch."""
-        return min(("to robot", "A*"), key=lambda who: self.us[who].middle)
-
-    def figures(self) -> tuple[Figure, Figure]:
-        """Mending beside solving, D* Lite beside the quicker way from scratch."""
+    def figures(self) -> Iterator[Figure]:
+        """Mending beside solving, D* Lite beside the quicker way from scratch: cold, then warm."""
         task = f"{self.size} {self.moves}, {self.k} {self.place}"
         one = self.k == 1 and self.place == "anywhere"
-        return (
-            Figure(
-                f"mend, {task}", "us a change", self.us["mend"], "solving anew", self.us["solve"],
-                asked=ASKED.get(self.size) if one else None,
-            ),
-            Figure(
-                f"D* Lite, {task}", "us a change", self.us["D* Lite"], "the quicker path from scratch",
-                self.us[self.from_scratch], asked=ASKED_OF_PATHS.get(self.size) if one else None,
-            ),
-        )  # fmt: skip
+        for how, us in (("cold", self.cold), ("warm", self.warm)):
+            claimed = one and how == "cold"
+            yield Figure(
+                f"mend, {task}, {how}", "us a change", us["mend"], "solving anew", us["solve"],
+                asked=ASKED.get(self.size) if claimed else None,
+            )  # fmt: skip
+            # There are two ways to a path from scratch; the quicker counts.
+            scratch = min((us["to robot"], us["A*"]), key=lambda s: s.middle)
+            yield Figure(
+                f"D* Lite, {task}, {how}", "us a change", us["D* Lite"], "the quicker path from scratch",
+                scratch, asked=ASKED_OF_PATHS.get(self.size) if claimed else None,
+            )  # fmt: skip
 
 
 def bench(quick: bool) -> Section:
-    """Every size, place and number of cells."""
+    """Every size, place and number of cells; then the D* Lite of somebody else."""
     prefer_compiled()
     rows = list(_rows(quick))
     figures = [f for row in rows for f in row.figures()]
+    tables = (_table(rows, "cold"), _table(rows, "warm"), _theirs(figures, quick))
     verdicts = _verdicts(figures)
-    about = versions(["numpy", "numba"])
-    return Section("repair", TITLE, HOW, (_table(rows),), tuple(figures), tuple(verdicts), about)
+    about = versions(["numpy", "numba", "python-motion-planning"])
+    how = HOW.format(other=OTHER)
+    return Section("repair", TITLE, how, tables, tuple(figures), tuple(verdicts), about)
 
 
 def _rows(quick: bool) -> Iterator[Row]:
@@ -192,22 +230,61 @@ def _rows(quick: bool) -> Iterator[Row]:
                 for k in (1, 100) if quick else (1, 10, 100, 1000):
                     rounds = (9 if quick else 25) if size <= 128 else 9 if size <= 512 else 5
                     before = bench.mender.solved
-                    times = [bench.round(bench.pick(k, place, rng)) for _ in range(rounds)]
-                    us = {who: Spread.of([t[who] for t in times]) for who in WHO}
-                    yield Row(size, kind, place, k, us, (bench.mender.solved - before) / (6 * rounds))
+                    warm = [bench.round(bench.pick(k, place, rng)) for _ in range(rounds)]
+                    anew = (bench.mender.solved - before) / (6 * rounds)
+                    cold = [
+                        bench.cold(bench.pick(k, place, rng)) for _ in range(3 if quick else min(9, rounds))
+                    ]
+                    yield Row(size, kind, place, k, _spreads(cold), _spreads(warm), anew)
 
 
-def _table(rows: list[Row]) -> Table:
+def _spreads(times: list[dict[str, float]]) -> dict[str, Spread]:
+    return {who: Spread.of([t[who] for t in times]) for who in WHO}
+
+
+def _table(rows: list[Row], how: str) -> Table:
     out = []
     for row in rows:
-        mend, path = (f.ratio for f in row.figures())
+        mend, path = (f.ratio for f in row.figures() if f.task.endswith(how))
+        us = row.cold if how == "cold" else row.warm
         told = f"{row.size} x {row.size}", row.moves, str(row.k), row.place
         gains = (
             f"{ratio:.1f} x" if ratio >= 1 else f"**loses, {ratio:.2f} x**" for ratio in (mend, path) if ratio
         )
-        out.append((*told, *(f"{row.us[who].middle:.1f}" for who in WHO), *gains, f"{row.anew:.0%}"))
+        out.append((*told, *(f"{us[who].middle:.1f}" for who in WHO), *gains, f"{row.anew:.0%}"))
     heads = ("map", "moves", "cells", "where", *WHO, "mend / solve", "D* Lite / scratch", "mended by solving")
-    return Table(heads, tuple(out), "Microseconds a change, 10 % blocked")
+    return Table(heads, tuple(out), f"Microseconds a change, 10 % blocked, {how}")
+
+
+def _theirs(figures: list[Figure], quick: bool) -> Table:
+    """Our D* Lite and the one of python-motion-planning, one cell anywhere of a small map."""
+    size, rounds = (32, 5) if quick else (50, 25)
+    free = random_map(size, 0.1)
+    bench, rng = Bench(size, MOVES["octile"]), np.random.default_rng(size)
+    session = bench.sessions["D* Lite"]
+    theirs = TheirDStarLite(free, bench.robot, bench.goal)
+    theirs.plan()
+    us: dict[str, list[float]] = {"ours": [], "theirs": []}
+    wrong = 0
+    for k in range(rounds + 1):
+        cells = bench.pick(1, "anywhere", rng)
+        for mine, told in ((Change(blocked=tuple(cells)), "blocked"), (Change(freed=tuple(cells)), "freed")):
+            plan, spent = timed(partial(session.plan, mine))
+            length, took = timed(partial(theirs.plan, **{told: cells}))
+            wrong += abs(length - (plan.path.cost if plan.path else np.inf)) > 1e-6
+            if k:  # the first round warms up
+                us["ours"].append(spent)
+                us["theirs"].append(took)
+    made = Figure(
+        f"D* Lite, {size} octile, theirs", "us a change", Spread.of(us["ours"]), "python-motion-planning",
+        Spread.of(us["theirs"]), note=f"its path was wrong {wrong} times of {2 * (rounds + 1)}",
+    )  # fmt: skip
+    figures.append(made)
+    assert made.theirs is not None
+    row = (f"{size} x {size}", f"{made.ours.middle:.1f}", f"{made.theirs.middle:.1f}", f"{made.ratio:.0f} x")
+    heads = ("map", "our D* Lite, us", "python-motion-planning 1.1.1, us", "theirs / ours", "its wrong paths")
+    wrongs = f"{wrong} of {2 * (rounds + 1)}"
+    return Table(heads, ((*row, wrongs),), "One cell anywhere, beside somebody else's D* Lite, warm")
 
 
 def _verdicts(figures: list[Figure]) -> list[Verdict]:
@@ -219,7 +296,9 @@ def _verdicts(figures: list[Figure]) -> list[Verdict]:
                 out.append(Verdict(bool(f.holds), text))
         gains = {k: _gains(figures, what, k) for k in (1, 10, 100, 1000)}
         lost = [f"{k} cells at {', '.join(sizes)}" for k, (_, sizes) in gains.items() if sizes]
-        text = f"{what} with one cell changed never loses against {rival} on maps of 512 x 512 and more"
+        text = (
+            f"{what} with one cell changed, cold, never loses against {rival} on maps of 512 x 512 and more"
+        )
         text += f" (middle of all: {gains[1][0]:.1f} times as quick)"
         loses_big = [size for size in gains[1][1] if int(size) >= 512]
         out.append(Verdict(not loses_big, text + (f"; it loses with {'; '.join(lost)}" if lost else "")))
@@ -227,8 +306,11 @@ def _verdicts(figures: list[Figure]) -> list[Verdict]:
 
 
 def _gains(figures: list[Figure], what: str, k: int) -> tuple[float, list[str]]:
-    """The middle gain with k cells changed, and the sizes of maps where it is a loss somewhere."""
-    mine = [f for f in figures if f.task.startswith(what) and f", {k} " in f.task and f.ratio]
+    """The middle gain with k cells changed, cold, and the sizes of maps where it is a loss somewhere."""
+    mine = [
+        f for f in figures
+        if f.task.startswith(what) and f.task.endswith("cold") and f", {k} " in f.task and f.ratio
+    ]  # fmt: skip
     if not mine:
         return 1.0, []
     sizes = {f.task.split(", ")[1].split()[0] for f in mine if (f.ratio or 1) < 1}
