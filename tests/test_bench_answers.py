@@ -1,4 +1,4 @@
-"""What benchmarks compare while they time: a contestant who answers wrongly is found. Nothing is timed here."""
+"""What benchmarks compare while they time: who answers wrongly is found. Nothing is timed here."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def test_a_mender_that_does_nothing_is_found() -> None:
     bench, rng = Bench(20, MOVES["octile"]), np.random.default_rng(1)
     cells = bench.pick(5, "near", rng)
     assert set(bench.round(cells)) == {"mend", "solve", "to robot", "D* Lite", "A*"}
-    kept = bench.mender.mend()
-    bench.mender = SimpleNamespace(mend=lambda **_: kept)  # type: ignore[assignment]
+    mend = bench.mender.mend
+    bench.mender = SimpleNamespace(mend=lambda **_: mend())  # type: ignore[assignment]
     with pytest.raises(AssertionError):
         bench.round(cells)
 
