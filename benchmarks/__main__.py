@@ -44,6 +44,7 @@ def main() -> int:
     if given.json and given.json.exists():
         known = {r["name"]: r for r in json.loads(given.json.read_text(encoding="utf-8"))["sections"]}
     failed = []
+    began = time.monotonic()
     for name in given.names or NAMES:
         print(f"== {name}", flush=True)
         record = _in_its_own_process(name, given.quick)
@@ -53,6 +54,7 @@ def main() -> int:
         known[name] = record
         # After each, for a run of an hour that is stopped must not have been for nothing.
         _write(known, given.json, given.page)
+    print(f"took {time.monotonic() - began:.0f} s", flush=True)
     if failed:
         print(f"could not measure: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0

@@ -37,7 +37,7 @@ HOW = """Milliseconds of this thread's processor time, code compiled.
   stands; then with zones, ten moving obstacles and the approach to the goal; then each rule of the related
   work besides.
 
-By turns with TOPP-RA, the passes three times a round; jerk and laws each by itself, again and again.
+By turns with TOPP-RA, everybody once a round; jerk and laws each by itself, again and again.
 
 The limit of 1 ms is one of time, and so of this machine."""
 
@@ -136,7 +136,7 @@ def _beside_toppra(figures: list[Figure], paths: int, rounds: int) -> Table:
             "toppra, solved": partial(ready.compute_parameterization, 0.0, 0.0),
             "toppra, whole": whole,
         }
-        found = take_turns(calls, rounds=rounds, per=1e6, often={"passes": 3})
+        found = take_turns(calls, rounds=rounds, per=1e6)
         found |= take_turns({"jerk": partial(ours, jerk_max=1.0)}, rounds=3, per=1e6)
         for name, times in found.items():
             spent.setdefault(name, []).append(times.middle)
@@ -169,7 +169,7 @@ def _of_laws(figures: list[Figure], quick: bool) -> Table:
         calls[name] = partial(laws.profile, course, scene, law=name, movers=around)
     times = {}
     for name, call in calls.items():
-        times |= take_turns({name: call}, rounds=3, per=1e6, often={name: 5 if quick else 30})
+        times |= take_turns({name: call}, rounds=3, per=1e6, often=5 if quick else 30)
     figures += [Figure(f"law {name}", "ms", spent) for name, spent in times.items()]
     rows = [(name, f"{t.middle:.3f} ({t.low:.3f} to {t.high:.3f})") for name, t in times.items()]
     return Table(("law", "ms"), tuple(rows), f"A course of {len(course)} nodes, ten moving obstacles")

@@ -23,13 +23,15 @@ TITLE = "Weighted cells"
 HOW = """The whole field (cost, parents, luciferin) by `lampyris.field.solve.solve`, goal in the middle, code
 compiled, nanoseconds of this thread's processor time for each cell reached: first where every free cell costs
 the same, then over terrain, integer weights from 1 to 5 in steps of 1/63 of the price of a step. Flat terrain
-is 0 everywhere; smooth is hills some hundred cells wide; noise is a number drawn for each cell. By turns.
+is 0 everywhere; smooth is hills some hundred cells wide; noise is a number drawn for each cell. By turns, the
+rivals too where they are there (at 10 %: one share of blocked cells is enough to tell).
 
-- scikit-image: `MCP_Geometric(costs).find_costs`; a step costs the mean of its two cells, and cuts corners
-  (`MCP` without diagonals, where a step costs the cell that the search enters).
-- tcod: `path.dijkstra2d`, int32; a step costs the cell that the search enters, and cuts corners.
+- scikit-image: `MCP_Geometric(costs)`, made beforehand, and of it `find_costs`, which gives the traceback
+  too; a step costs the mean of its two cells, and cuts corners (`MCP` without diagonals, where a step costs
+  the cell that the search enters).
+- tcod: `path.dijkstra2d`, int32, costs alone; a step costs the cell that the search enters, and cuts corners.
 - scipy: `csgraph.dijkstra` on a graph, made beforehand, of exactly our moves and prices (a step costs the
-  cell that the robot enters); all our costs are compared with its."""
+  cell that the robot enters); costs alone. All our costs are compared with its."""
 
 MOST = 3.0
 """Times of what cells of one price take."""
@@ -47,17 +49,8 @@ def bench(quick: bool) -> Section:
             free = random_map(size, share)
             free.setflags(write=False)
             for kind in KINDS:
-                rows += _rows(free, f"{size} at {share:.0%}", kind, figures, 3 if quick else 7)
-    heads = (
-        "map",
-        "moves",
-        "terrain",
-        "ns a cell",
-        "cells of one price",
-        "times that",
-        "scikit-image",
-        "scipy",
-    )
+                rows += _rows(free, f"{size} at {share:.0%}", kind, figures, 3 if quick else 5)
+    heads = ("map", "moves", "terrain", "ns a cell", "cells of one price", "times that", *RIVALS)
     verdicts = [judge_cost("weighted cells beside cells of one price", [f for f in figures if f.asked])]
     about = versions(["numpy", "numba", *RIVALS])
     table = Table(heads, tuple(rows), "Over terrain")
@@ -85,28 +78,25 @@ def _rows(
     moves, goal = MOVES[kind], middle(free)
     weighed = moves.weighed()
     grounds_here = dict(grounds(len(free)))
-    ours: dict[str, Call] = {"one price": partial(solve, free, moves, goal)}
-    ours |= {
-        name: partial(solve, free, weighed, goal, terrain=terrain) for name, terrain in grounds_here.items()
-    }
-    cells = ours["one price"]().expansions
-    times = take_turns(ours, rounds=rounds, per=cells)
+    calls: dict[str, Call] = {"one price": partial(solve, free, moves, goal)}
     for name, terrain in grounds_here.items():
+        calls[name] = partial(solve, free, weighed, goal, terrain=terrain)
+        rivals = _rivals(free, terrain, weighed, goal)
+        _check(rivals, calls[name], free, weighed)
+        # Rivals are slow: one share of blocked cells is enough to tell.
+        calls |= {f"{name}, {who}": call for who, call in rivals.items() if title.endswith("10%")}
+    times = take_turns(calls, rounds=rounds, per=calls["one price"]().expansions)
+    for name in grounds_here:
         task, base = f"{title}, {kind}, {name}", times["one price"]
         figure = Figure(task, "ns a cell", times[name], "cells of one price", base, asked=1 / MOST)
         figures.append(figure)
         cell = [title, kind, name, _text(times[name]), _text(base), f"{times[name].middle / base.middle:.2f}"]
-        rivals = _rivals(free, terrain, weighed, goal)
-        # Rivals are slow: one share of blocked cells is enough to tell.
-        theirs = take_turns(rivals, rounds=2, per=cells) if title.endswith("10%") else {}
-        _check(rivals, ours[name], free, weighed)
         for who in RIVALS:
-            if who not in theirs:
-                cell.append("")
-                continue
-            beside = Figure(task, "ns a cell", times[name], who, theirs[who])
-            figures.append(beside)
-            cell.append(f"{theirs[who].middle:.0f} = {beside.ratio:.1f} x")
+            theirs = times.get(f"{name}, {who}")
+            beside = Figure(task, "ns a cell", times[name], who, theirs)
+            if theirs:
+                figures.append(beside)
+            cell.append(f"{theirs.middle:.0f} = {beside.ratio:.1f} x" if theirs else "")
         yield tuple(cell)
 
 
@@ -126,7 +116,7 @@ def _rivals(free: np.ndarray, terrain: np.ndarray, moves: Moves, goal: tuple[int
         prices = np.where(free, toll, -1.0)
         kind, full = (MCP_Geometric, True) if moves.diagonal else (MCP, False)
         calls["tcod"] = _by_tcod(free, terrain, bool(moves.diagonal), goal)
-        calls["scikit-image"] = lambda: kind(prices, fully_connected=full).find_costs([(y, x)])[0]
+        calls["scikit-image"] = partial(kind(prices, fully_connected=full).find_costs, [(y, x)])
     return calls
 
 

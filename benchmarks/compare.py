@@ -3,7 +3,9 @@
     python -m benchmarks.compare OLD.json NEW.json [--worse 1.25] [--strict]
 
 A ratio has got worse if it fell to less than 1/1.25 of what it was and the quartiles of the two runs do not
-meet. Figures without a rival are compared where their unit is not a time (bytes, expansions, calls).
+meet. Figures without a rival are compared where their unit is not a time (bytes, expansions, calls). A slope
+has got worse if it rose by more than 0.1 and by more than the errors of both fits: slopes lie around 0 and 1,
+where 0.01 and 0.03 are the same and their ratio says nothing.
 """
 
 from __future__ import annotations
@@ -18,17 +20,33 @@ from typing import Any
 from benchmarks.figures import Figure, figures_of
 
 TIMES = ("ns", "us", "ms", "s")
+SLOPE = 0.1
+"""By how much slopes of the same thing differ from run to run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """One figure in both records; ``factor`` above 1 is better than before."""
+    """One figure in both records; ``factor`` above 1 is better than before, None where values are told apart
+    by their difference and a rise is worse.
+    """
 
     key: str
     before: float
     after: float
-    factor: float
+    factor: float | None
     apart: bool
+
+    def worse(self, times: float) -> bool:
+        """Whether it got worse, by so many times where it is a matter of times."""
+        return self.apart and (self.after > self.before if self.factor is None else self.factor < 1 / times)
+
+    def better(self, times: float) -> bool:
+        """Whether it got better."""
+        return self.apart and (self.after < self.before if self.factor is None else self.factor > times)
+
+    def __str__(self) -> str:
+        by = f"{self.after - self.before:+.2f}" if self.factor is None else f"{self.factor:.2f} times"
+        return f"{self.key}: {self.before:.3g} -> {self.after:.3g} ({by})"
 
 
 def shifts(old: list[dict[str, Any]], new: list[dict[str, Any]]) -> tuple[list[Shift], list[str]]:
@@ -46,12 +64,21 @@ def _shift(key: str, old: Figure, new: Figure) -> Shift | None:
     if old.ratio is not None and new.ratio is not None:
         a, b = _range(old), _range(new)
         return Shift(key, old.ratio, new.ratio, new.ratio / old.ratio, a[1] < b[0] or b[1] < a[0])
-    if old.unit.split()[0] in TIMES or old.ratio is not None or new.ratio is not None:
+    if old.unit == "slope":
+        was, now = old.ours, new.ours
+        error = (was.high - was.low) / 2 + (now.high - now.low) / 2
+        return Shift(key, was.middle, now.middle, None, abs(now.middle - was.middle) > max(SLOPE, error))
+    if (
+        old.unit.split()[0] in TIMES
+        or old.unit.endswith("a second")
+        or old.ratio is not None
+        or new.ratio is not None
+    ):
         return None
-    was, now = old.ours.middle, new.ours.middle
-    if was == 0 or now == 0:
-        return Shift(key, was, now, 1.0, was != now)
-    return Shift(key, was, now, now / was if old.more_is_better else was / now, was != now)
+    a, b = old.ours.middle, new.ours.middle
+    if a <= 0 or b <= 0:
+        return Shift(key, a, b, 1.0, a != b)
+    return Shift(key, a, b, b / a if old.more_is_better else a / b, a != b)
 
 
 def _range(f: Figure) -> tuple[float, float]:
@@ -71,15 +98,15 @@ def main() -> int:
     given = parser.parse_args()
     records = [json.loads(p.read_text(encoding="utf-8"))["sections"] for p in (given.old, given.new)]
     found, alone = shifts(*records)
-    worse = [s for s in found if s.apart and s.factor < 1 / given.worse]
-    better = [s for s in found if s.apart and s.factor > given.worse]
+    worse = [s for s in found if s.worse(given.worse)]
+    better = [s for s in found if s.better(given.worse)]
     for name, several in (("WORSE", worse), ("better", better)):
-        for s in sorted(several, key=lambda s: s.factor):
-            print(f"{name:7} {s.key}: {s.before:.3g} -> {s.after:.3g} ({s.factor:.2f} times)")
+        for s in sorted(several, key=lambda s: s.factor or 1.0):
+            print(f"{name:7} {s}")
     same = len(found) - len(worse) - len(better)
     print(
         f"{len(found)} figures in both: {len(worse)} worse, {len(better)} better, "
-        f"{same} within {given.worse:g} times"
+        f"{same} within {given.worse:g} times (slopes: within {SLOPE:g} or the errors of their fits)"
     )
     if alone:
         print(f"{len(alone)} in one record alone: {', '.join(alone[:5])}{' ...' if len(alone) > 5 else ''}")

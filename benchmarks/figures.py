@@ -92,6 +92,10 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     title: str = ""
 
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            assert len(row) == len(self.heads), f"{len(row)} cells under {len(self.heads)} heads: {row}"
+
 
 @dataclass(frozen=True, slots=True)
 class Section:
@@ -102,7 +106,7 @@ class Section:
     name, title : ``field``; a heading.
     how : what is timed, in a paragraph or list for the page; rules of rivals that differ from ours.
     tables : for the reader.
-    figures : for machines; every number of a claim is one of them.
+    figures : for machines: what claims are judged by, and what later records are compared with.
     verdicts : claims judged.
     """
 

@@ -8,8 +8,8 @@ from benchmarks.figures import Figure, Spread, figures_of
 
 _START = """# Benchmarks
 
-`make bench` runs everything below and writes this page and `docs/benchmarks.json`; `make bench-quick` takes
-under two minutes and prints without writing. Contestants take turns in one run; the middle of repeated rounds
+`make bench` runs everything below and writes this page and `docs/benchmarks.json`{took}. `make bench-quick`
+does less of it, prints and writes nothing. Contestants take turns in one run; the middle of repeated rounds
 counts, and the quartiles stand beside it. Ratios carry over to other machines, seconds do not.
 `make bench-compare OLD=FILE` holds a run against an older record, ratio by ratio.
 
@@ -19,9 +19,17 @@ A line that begins **SHORT** is a claim that does not hold on this machine.
 
 def page(records: list[dict[str, Any]]) -> str:
     """The whole page in Markdown."""
-    parts = [_START, _claims(records)]
+    parts = [_START.format(took=_took(records)), _claims(records)]
     parts += [section(record) for record in records]
     return "\n".join(parts)
+
+
+def _took(records: list[dict[str, Any]]) -> str:
+    """How long the sections took together, where every one of them says."""
+    told = [record["about"].get("took", "").split(" ")[0] for record in records]
+    if not told or not all(seconds.isdigit() for seconds in told):
+        return ""
+    return f"; the sections below took {sum(int(seconds) for seconds in told):,} s together"
 
 
 def _claims(records: list[dict[str, Any]]) -> str:
@@ -46,6 +54,8 @@ def section(record: dict[str, Any]) -> str:
         lines += markdown(table["heads"], table["rows"], table["title"])
     if record["figures"] and not record["tables"]:
         lines += figure_table(figures_of(record))
+    elif record["figures"]:
+        lines += _notes(figures_of(record))
     return "\n".join(lines)
 
 
@@ -68,6 +78,19 @@ def figure_table(figures: list[Figure]) -> list[str]:
             )
         )
     return markdown(("task", "ours (quartiles)", "unit", "rival", "rival's", "ratio", "note"), rows, "")
+
+
+def _notes(figures: list[Figure]) -> list[str]:
+    """What figures have to say that no table says, each note once."""
+    tasks: dict[str, list[str]] = {}
+    for f in figures:
+        if f.note:
+            tasks.setdefault(f.note, []).append(f.task)
+    lines = []
+    for note, of in tasks.items():
+        more = f" and {len(of) - 3} more" if len(of) > 3 else ""
+        lines.append(f"- {', '.join(of[:3])}{more}: {note}")
+    return [*lines, ""] if lines else []
 
 
 def spread(s: Spread) -> str:

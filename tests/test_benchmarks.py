@@ -166,15 +166,102 @@ def test_compare_tells_by_its_exit_code_when_asked(
         assert compare.main() == code
     told = capsys.readouterr().out
     assert "WORSE   field: a map | them: 20 -> 10 (0.50 times)" in told
-    assert "1 figures in both: 0 worse, 0 better, 1 within 3 times" in told
+    assert "1 figures in both: 0 worse, 0 better, 1 within 3 times (slopes" in told
+
+
+def test_slopes_are_compared_by_difference() -> None:
+    from benchmarks.compare import shifts
+    from benchmarks.figures import Figure, Spread
+
+    def moved(before: float, after: float, error: float = 0.0) -> tuple[bool, bool]:
+        rows = [
+            [section(Figure("a, by cells", "slope", Spread(at, at - error, at + error, 5))).record()]
+            for at in (before, after)
+        ]
+        ((one,), _) = shifts(*rows)
+        assert f"({after - before:+.2f})" in str(one)
+        return one.worse(1.25), one.better(1.25)
+
+    # Three times as much of nothing is nothing; negative slopes have no ratio; a fit has its error.
+    assert moved(0.01, 0.03) == (False, False)
+    assert moved(-0.03, 0.06) == (False, False)
+    assert moved(0.5, 0.59) == (False, False)
+    assert moved(1.0, 1.2) == (True, False)
+    assert moved(1.0, 1.2, error=0.11) == (False, False)
+    assert moved(-0.05, 0.2) == (True, False)
+    assert moved(1.2, 1.0) == (False, True)
+
+
+def test_rates_without_a_rival_are_times() -> None:
+    from benchmarks.compare import shifts
+
+    before, after = (
+        [section(figure(rate, unit="runs a second", more_is_better=True)).record()] for rate in (9.0, 3.0)
+    )
+    assert shifts(before, after) == ([], [])
+
+
+def test_a_row_is_as_wide_as_its_table() -> None:
+    from benchmarks.figures import Table
+
+    Table(("a", "b"), (("1", "2"),))
+    with pytest.raises(AssertionError, match="3 cells under 2 heads"):
+        Table(("a", "b"), (("1", "2"), ("1", "2", "3")))
+
+
+def test_the_page_says_what_the_run_took_and_what_figures_note() -> None:
+    from benchmarks.figures import Table
+    from benchmarks.page import page
+
+    several = [figure(1.0, task=f"map {k}", note="slow start") for k in range(5)]
+    shown = section(*several, figure(2.0), about={"took": "12 s"}, tables=(Table(("a",), (("1",),)),))
+    other = section(name="query", title="Queries", about={"took": "1030 s"})
+    text = page([json.loads(json.dumps(s.record())) for s in (shown, other)])
+    assert "; the sections below took 1,042 s together" in text
+    assert "two minutes" not in text
+    assert "- map 0, map 1, map 2 and 2 more: slow start\n" in text
+    # Where one does not say, nobody knows the sum.
+    quiet = section(name="query", title="Queries", about={})
+    assert "took" not in page([json.loads(json.dumps(s.record())) for s in (shown, quiet)]).split("##")[0]
+
+
+def test_a_slope_has_its_error_and_its_steps() -> None:
+    pytest.importorskip("scipy")
+    from benchmarks.bench_scaling import line, steps
+
+    assert line([1, 10, 100], [3.0, 30.0, 300.0]) == pytest.approx((1.0, 0.0, 1.0))
+    assert steps([1, 10, 100], [1.0, 10.0, 1000.0]) == "1.00 2.00"
+    x, y = [0.0, 1.0, 2.0], [0.0, 1.0, 3.0]
+    slope, error, fit = line([10**at for at in (0, 1, 2)], [10.0**at for at in y])
+    left = sum((v - (slope * u - 1 / 6)) ** 2 for u, v in zip(x, y, strict=True))
+    assert (slope, error, fit) == pytest.approx((1.5, (left / 1 / 2) ** 0.5, 1 - left / (14 / 3)))
+
+
+def test_turns_call_everybody_as_often() -> None:
+    from benchmarks.turns import take_turns
+
+    called: list[str] = []
+    ticks = iter(range(10_000))
+    calls = {name: (lambda name=name: called.append(name)) for name in ("ours", "theirs")}
+    before = {"theirs": lambda: called.append("ready")}
+    times = take_turns(calls, rounds=4, often=2, before=before, clock=lambda: next(ticks))
+    assert called[:3] == ["ours", "ready", "theirs"]
+    assert called[3:9] == ["ours", "ours", "ready", "theirs", "ready", "theirs"]
+    assert {name: spread.n for name, spread in times.items()} == {"ours": 8, "theirs": 8}
+    # What is made ready is not timed: two ticks a call, one between them.
+    assert {spread.middle for spread in times.values()} == {1.0}
+    called.clear()
+    take_turns(calls, rounds=1, warm=False)
+    assert called == ["ours", "theirs"]
 
 
 def test_every_section_has_a_module() -> None:
     from benchmarks.__main__ import NAMES
 
     here = {p.stem.removeprefix("bench_") for p in (ROOT / "benchmarks").glob("bench_*.py")}
-    assert here - set(NAMES) == {"app"}
-    for name in here & set(NAMES):
+    assert len(set(NAMES)) == len(NAMES)
+    assert here - {"app"} == set(NAMES)
+    for name in NAMES:
         text = (ROOT / "benchmarks" / f"bench_{name}.py").read_text(encoding="utf-8")
         assert "\nTITLE = " in text
         assert "\ndef bench(quick: bool) -> Section:" in text
