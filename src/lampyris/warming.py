@@ -11,7 +11,7 @@ import importlib
 import os
 import pkgutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,9 +21,8 @@ import numpy as np
 
 from lampyris import api, kernels
 from lampyris.errors import FileError, LampyrisError, UsageError
-from lampyris.field import waves
 from lampyris.field.layers import clearance
-from lampyris.field.solve import solve
+from lampyris.field.solve import checked, fill, solve
 from lampyris.kernels import _jit
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid, frozen
@@ -174,19 +173,9 @@ def _fields(moves: str, terrain: bool) -> None:
         paid = kind.weighed() if terrain else kind
         for stop in (None, scene.start):
             solve(~scene.grid.blocked, paid, scene.goal, terrain=scene.grid.terrain, stop=stop)
-        with _as_if_large():
-            solve(~scene.grid.blocked, paid, scene.goal, terrain=scene.grid.terrain)
-
-
-@contextmanager
-def _as_if_large() -> Iterator[None]:
-    """Fields are laid out as those of large maps are."""
-    was = waves.SPARING  # type: ignore[attr-defined]
-    waves.SPARING = 0  # type: ignore[attr-defined]
-    try:
-        yield
-    finally:
-        waves.SPARING = was  # type: ignore[attr-defined]
+        free, terrain_of, goal = checked(~scene.grid.blocked, scene.grid.terrain, paid, scene.goal, 0.4, 0.6)
+        # As fields of large maps are laid out.
+        fill(free, terrain_of, paid, goal, (0.6, 0.6, float(paid.unit)), sparing=True)
 
 
 def _cells(planner: str, moves: str, terrain: bool) -> None:

@@ -134,6 +134,7 @@ def fill(
     *,
     stop: Cell | None = None,
     into: tuple[Frame, Maps] | None = None,
+    sparing: bool | None = None,
 ) -> tuple[Frame, Maps, int]:
     """The three maps of a field, the frame they lie in, and how many cells were settled.
 
@@ -142,14 +143,15 @@ def fill(
     free, terrain, moves, goal, stop : as for :func:`solve`, but taken as they are.
     shares : 1 - rho, gamma, unit.
     into : a frame and maps of it to be written over, for the same map size and moves.
+    sparing : see :class:`lampyris.field.waves.Wave`.
     """
     frame = into[0] if into else Frame(free, moves, terrain=terrain is not None)
     maps = into[1] if into else _maps(frame)
-    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares)
+    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing)
     if count == 0 and free[goal[1], goal[0]]:
         frame = Frame(free, moves, terrain=True, wide=True)
         maps = _maps(frame)
-        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares)
+        count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing)
     return frame, maps, count
 
 
@@ -169,6 +171,7 @@ def _fill(
     goal: Cell,
     stop: Cell | None,
     shares: tuple[float, float, float],
+    sparing: bool | None,
 ) -> int:
     """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
@@ -181,7 +184,7 @@ def _fill(
     until = 0
     if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
         until = frame.index(stop)
-    wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares)
+    wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares, sparing)
     return wave.run() if terrain is None else wave.run_over(terrain)
 
 

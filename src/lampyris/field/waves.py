@@ -33,6 +33,7 @@ class Wave:
     goal, stop : indices in the frame; ``stop`` 0 for never.
     cost, step, luciferin : the three maps to fill, flat and padded.
     shares : 1 - rho, gamma, unit.
+    sparing : whether lists lie where luciferin will, if they can; None for on large maps.
     """
 
     frame: Frame
@@ -44,6 +45,7 @@ class Wave:
     step: NDArray[np.int8]
     luciferin: Floats
     shares: tuple[float, float, float]
+    sparing: bool | None = None
 
     def run(self) -> int:
         """Fill the maps over plain ground; how many cells were settled.
@@ -53,6 +55,7 @@ class Wave:
         SettingError : a step set that no wavefront can serve.
         """
         moves = self.moves
+        self._check(moves.costs)
         a, b = moves.unit, moves.diagonal
         if (
             self.frame.dtype is np.int32
@@ -123,17 +126,15 @@ class Wave:
         order, *levels = self._lists((n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
         # Parents come after costs: until then their memory says what is fresh.
         fresh = self.step.view(np.uint8)
-        width, rows = frame.width, frame.rows
         prices = sorted(set(moves.costs))
         loop = (heads.one_head, heads.two_heads, heads.three_heads)[len(prices) - 1]
-        room = (self._rooms, self.cost, fresh, order, *levels, width, self.goal, self.stop)
+        room = (self._rooms, self.cost, fresh, order, *levels, frame.width, self.goal, self.stop)
         many = loop(*room, *prices, frame.never)
         self.step.fill(-1)
         if len(prices) == 2:
-            descent.parents8(self.cost, self.step, width, rows, *prices, 0, frame.never - 1)
+            self._parents8(prices[0], prices[1], 0, frame.never - 1)
         else:
-            table = (*frame.table(moves), np.array(moves.costs, dtype=frame.dtype))
-            descent.parents(self.cost, self.step, width, rows, frame.pad, *table, frame.never - 1)
+            self._parents(frame.never - 1)
         count = int(levels[1][many - 1])
         self._glow(order, count)
         return count
@@ -142,47 +143,66 @@ class Wave:
         frame, a, b, n = self.frame, self.moves.unit, self.moves.diagonal, self.frame.cells
         (order,) = self._lists((2 * n + 2 + AHEAD, np.uint32))
         guard = 0 if self.moves.corner_cutting else -1
-        width, rows = frame.width, frame.rows
         count = wavefront.windows(
-            self._rooms, self.cost, order, n + 1, width, self.goal, self.stop, a, b, guard, frame.never
+            self._rooms, self.cost, order, n + 1, frame.width, self.goal, self.stop, a, b, guard, frame.never
         )
-        descent.parents8(self.cost, self.step, width, rows, a, b, guard, self._limit)
+        self._parents8(a, b, guard, self._limit)
         self._glow(order, count)
         return int(count)
 
     def _ripple(self) -> int:
         frame, n, costs = self.frame, self.frame.size, self.moves.costs
-        least = self._check(costs)
         if not self._mirrored:
             # The loop goes from the goal by the steps themselves, which must be worth their reverses.
             allowed = "on plain ground, steps whose reverse is there at the same cost"
             raise SettingError("MOVES", f"steps {self.moves.offsets} at {self.moves.costs}", allowed=allowed)
         lists = (3 * n + 3 + AHEAD, np.uint32)
         order, ends = SCRATCH.take(lists, (3, np.uint64))
-        table = (*frame.table(self.moves), np.array(costs, dtype=frame.dtype))
-        width, rows, pad = frame.width, frame.rows, frame.pad
         count = wavefront.ripple(
-            self._rooms, self.cost, order, ends, n + 1, *table, width, pad, self.goal, self.stop, least,
-            frame.never,
+            self._rooms, self.cost, order, ends, n + 1, *self._table, frame.width, frame.pad, self.goal,
+            self.stop, min(costs), frame.never,
         )  # fmt: skip
-        descent.parents(self.cost, self.step, width, rows, pad, *table, self._limit)
+        self._parents(self._limit)
         self._glow(order, count)
         return int(count)
 
-    def _check(self, costs: Sequence[int]) -> int:
-        """The least cost. The spread is bounded by the lists of :func:`lampyris.kernels.wavefront.ripple`;
-        over terrain it might be greater, but whoever walks on the field counts on it.
+    def _parents8(self, a: int, b: int, guard: int, limit: int) -> None:
+        """Parents by eight moves of two prices.
+
+        The loop for them compares with a cell's cost less the diagonal. If that can be -1, as in a cell that
+        costs 10 where diagonals cost 11, it is what walls hold; then the loop for any steps asks for walls.
+        """
+        frame = self.frame
+        if (b - 1) % a:
+            descent.parents8(self.cost, self.step, frame.width, frame.rows, a, b, guard, limit)
+        else:
+            self._parents(limit)
+
+    def _parents(self, limit: int) -> None:
+        frame = self.frame
+        descent.parents(self.cost, self.step, frame.width, frame.rows, frame.pad, *self._table, limit)
+
+    @property
+    def _table(self) -> tuple[NDArray[Any], ...]:
+        """The steps as the loops for any of them read them."""
+        return (*self.frame.table(self.moves), np.array(self.moves.costs, dtype=self.frame.dtype))
+
+    def _check(self, costs: Sequence[int]) -> None:
+        """The spread is bounded by the lists of :func:`lampyris.kernels.wavefront.ripple`; elsewhere it might
+        be greater, but whoever walks on the field counts on it.
         """
         least = min(costs)
         if not 0 < least <= max(costs) < 3 * least:
             allowed = "positive, the greatest below three times the least"
             raise SettingError("MOVES", f"costs {self.moves.costs}", allowed=allowed)
-        return least
+        if self.moves.unit <= 0:
+            raise SettingError("MOVES", f"a unit of {self.moves.unit}", allowed="1 or more")
 
     @property
     def _sparing(self) -> bool:
         """Whether lists lie where luciferin will."""
-        return self.frame.size >= SPARING and self._mirrored
+        asked = self.frame.size >= SPARING if self.sparing is None else self.sparing
+        return asked and self._mirrored
 
     @property
     def _mirrored(self) -> bool:

@@ -17,6 +17,9 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
     first, each overwriting the one before, so that there is no branch and the compiler handles many cells
     at once.
 
+    No multiple of ``straight`` may be one less than ``diagonal``: such a cell would take walls, which hold
+    -1, for cells that cost a diagonal step less.
+
     Cells that lose their cost here cannot be missed as parents or side cells of those that keep theirs:
     both cost less.
     """

@@ -62,7 +62,8 @@ def one_head(free, cost, fresh, order, level_cost, level_end, width, goal, stop,
     d = 0
     level_cost[0] = 0
     level_end[0] = 1
-    while head < tail:
+    # With the level of the goal all is done if that is where to stop.
+    while head < tail and stop != goal:
         begin = tail
         d += straight
         for i in range(head, begin):
@@ -130,7 +131,7 @@ def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop
     level_cost[0] = 0
     level_end[0] = 1
     # The far head lags: when it has no level left, the near one has none either.
-    while far_level < levels:
+    while far_level < levels and stop != goal:
         by_diagonal = int(level_cost[far_level]) + diagonal
         by_straight = int(level_cost[near_level]) + straight if near_level < levels else by_diagonal + 1
         d = min(by_straight, by_diagonal)
@@ -280,7 +281,7 @@ def three_heads(
     level_cost[0] = 0
     level_end[0] = 1
     # The leaping head lags: when it has no level left, the others have none either.
-    while leap_level < levels:
+    while leap_level < levels and stop != goal:
         by_knight = int(level_cost[leap_level]) + knight
         by_diagonal = int(level_cost[far_level]) + diagonal if far_level < levels else by_knight + 1
         by_straight = int(level_cost[near_level]) + straight if near_level < levels else by_knight + 1
