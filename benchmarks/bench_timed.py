@@ -31,7 +31,8 @@ which a session finds out once, is not counted. Milliseconds of this thread's pr
 
 - sipp, space-time-astar: ours.
 - textbook: space-time A* as one writes it in Python, heapq and sets, eight steps, given the same bound (steps
-  left on the bare map); it lays out occupied cells and forbidden steps in sets, as ours do in arrays.
+  left on the bare map), of equal sums the later tick first; it lays out occupied cells and forbidden steps in
+  sets, as ours do in arrays. Its lists of the map are made before, as what ours know of the map is.
 - w9-pathfinding: `SpaceTimeAStar(grid).find_path`, C++. Its `ReservationTable` knows occupied cells and
   swaps; crossings are told to it edge by edge. It arrives only where nobody passes the goal later, which we
   do not ask, and so is left out on the small map, where somebody does.
@@ -73,10 +74,12 @@ def textbook(
 ) -> int:  # fmt: skip
     """The first tick at which the goal can be reached; -1 if never."""
     height, width = len(free), len(free[0])
+    # Of equal sums the later tick first: the other way round every tick's plateau would be opened.
     heap = [(left[start[1]][start[0]], 0, start)]
     closed = set()
     while heap:
-        _, t, (x, y) = heapq.heappop(heap)
+        _, before, (x, y) = heapq.heappop(heap)
+        t = -before
         if (x, y) == goal:
             return t
         state = (x, y, min(t, last + 1))
@@ -91,7 +94,7 @@ def textbook(
             when = min(t, last + 1)
             if (u, v, when) in taken or (x, y, dx, dy, t) in banned or (u, v, when) in closed:
                 continue
-            heapq.heappush(heap, (t + left[v][u], t, (u, v)))
+            heapq.heappush(heap, (t + left[v][u], -t, (u, v)))
     return -1
 
 
@@ -195,7 +198,7 @@ def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]
         alone["w9-pathfinding"] = partial(reserved.arrives, reserved.lay_out(seen), start, goal)
     arrival = textbook(plain, left, start, goal, taken, banned, last)
     times = take_turns(alone, rounds=rounds, per=1e6)
-    whole = _whole(free, seen, (start, goal), left, reserved, rounds)
+    whole = _whole(free, plain, seen, (start, goal), left, reserved, rounds)
     assert whole.pop("arrival").middle == arrival
     title = f"{size} at {share:.0%}, {count} obstacles"
     cells = [f"{size} x {size}, {share:.0%} blocked", str(count), str(arrival)]
@@ -215,8 +218,9 @@ def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]
 
 
 def _whole(
-    free: np.ndarray, seen: list[Seen], ends: tuple[tuple[int, int], tuple[int, int]], left: list[list[int]],
-    reserved: Reserved | None, rounds: int,
+    free: np.ndarray, plain: list[list[bool]], seen: list[Seen],
+    ends: tuple[tuple[int, int], tuple[int, int]], left: list[list[int]], reserved: Reserved | None,
+    rounds: int,
 ) -> dict[str, Spread]:  # fmt: skip
     """Milliseconds of whole calls, by turns, each in a session of its own; and when all arrive."""
     rng = np.random.default_rng(0)
@@ -232,7 +236,7 @@ def _whole(
         return out
 
     def by_the_book() -> int:
-        return textbook(free.tolist(), left, start, goal, *what_is_forbidden(seen, last), last)
+        return textbook(plain, left, start, goal, *what_is_forbidden(seen, last), last)
 
     def reserving() -> int:
         assert reserved is not None

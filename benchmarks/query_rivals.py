@@ -35,22 +35,25 @@ OURS = {
     "astar": "the search of the planner `astar`",
     "field": "the field of the goal, solved as far as the start, and the path read off it",
     "fastest": "the search that the planner `fastest` picks for the map",
-    "jps plan": "the whole public call, `session.plan(Change(robot=start))` of the planner `jps`",
+    "jps call": "the whole public call, `session.plan(Change(robot=start))` of the planner `jps`, its "
+    "session open at the goal",
+    "jps anew": "a session opened for the query and asked once, the map packed in it: nothing is kept",
     "both ends": "the search of `bidirectional-astar`",
     "theta": "the search of `theta-star`: shorter ways, at any angle",
     "lazy": "the search of `lazy-theta-star`, likewise",
 }
 RIVALS = {
-    "nano-astar": "`astar(grid, start, goal)`, C; our rules",
+    "nano-astar": "`astar(grid, start, goal)`, C++; our rules; the map is taken as it is, but lists of nodes "
+    "for all of it are laid out in every call, which its user cannot avoid",
     "w9-pathfinding": "`AStar(grid).find_path`, C++; our rules",
     "pathfinding": "`AStarFinder`, Python; our rules; its grid is cleaned within the time",
     "tcod": "`path.AStar(cost, 1.41).get_path`, C; cuts corners",
     "scikit-image": "`graph.route_through_array`, fully connected, geometric; cuts corners",
     "pyastar2d": "`astar_path`, C++; cuts corners, and a diagonal step costs it 1: its ways are not shortest",
 }
-WHOLE = ("jps", "astar", "field", "fastest", "nano-astar")
+WHOLE = ("jps", "jps call", "jps anew", "astar", "field", "fastest", "nano-astar")
 """Who answers every query; the others answer a sample, spread evenly over the lengths."""
-SAME_RULES = (*WHOLE, "jps plan", "both ends", "w9-pathfinding", "pathfinding")
+SAME_RULES = (*WHOLE, "both ends", "w9-pathfinding", "pathfinding")
 """Whose lengths must be the published ones."""
 ANY_ANGLE = ("theta", "lazy")
 
@@ -107,8 +110,11 @@ class Contest:
 
     def call(self, who: str, start: Cell, goal: Cell) -> Callable[[], Any]:
         """Somebody's search for one query; called, it answers."""
-        if who == "jps plan":
-            session = JumpPointSearch().open(Scene(self._grid, start, goal), np.random.default_rng(0))
+        if who in ("jps call", "jps anew"):
+            scene, rng = Scene(self._grid, start, goal), np.random.default_rng(0)
+            if who == "jps anew":
+                return lambda: JumpPointSearch().open(scene, rng).plan()
+            session = JumpPointSearch().open(scene, rng)
             session.plan()
             return partial(session.plan, Change(robot=start))
         return partial((self._ways | self._theirs)[who], start, goal)
@@ -123,7 +129,9 @@ class Contest:
         elif who == "w9-pathfinding":
             cells = answer or None
         else:
-            cells = answer.waypoints if who in ANY_ANGLE else answer.cells
+            if who in ("jps call", "jps anew"):
+                answer = answer.path
+            cells = None if answer is None else answer.waypoints if who in ANY_ANGLE else answer.cells
         return -1.0 if cells is None else length_of(cells)
 
 
@@ -193,14 +201,16 @@ def _pyastar2d(free: np.ndarray) -> Search:
 
 WITH_FIELD = {
     "lampyris": "the whole field (cost, parents, luciferin) of the goal, and the path read off it",
-    "scikit-image": "`MCP_Geometric.find_costs([goal])` and `traceback(start)`; costs alone; cuts corners",
+    "scikit-image": "`MCP_Geometric.find_costs([goal])` and `traceback(start)`; costs and where each cell "
+    "was reached from; cuts corners",
     "tcod": "`path.dijkstra2d` and `path.hillclimb2d`; costs alone; cuts corners",
-    "scipy": "`csgraph.dijkstra` with predecessors, of exactly our moves, its graph made beforehand",
+    "scipy": "`csgraph.dijkstra` with predecessors, of exactly our moves, its graph made beforehand; its "
+    "paths and ours are as long",
 }
 
 
 def with_field(free: np.ndarray) -> dict[str, Search]:
-    """Who gives a path and the costs of all cells: the length of the path, by name."""
+    """Who gives a path and the costs of all cells, by name; our path and scipy's are cells (x, y)."""
     import tcod.path
     from skimage.graph import MCP_Geometric
 
@@ -209,6 +219,7 @@ def with_field(free: np.ndarray) -> dict[str, Search]:
     matrix = csr_matrix((lengths, (rows, cols)), shape=(many, many))
     prices = np.where(free, 1.0, -1.0)
     walkable = free.astype(np.int8)
+    places = np.argwhere(free)
     scratch = np.empty(free.size, dtype=np.int32)
     begin = np.full(free.shape, np.iinfo(np.int32).max, dtype=np.int32)
     spare = begin.copy()
@@ -238,6 +249,8 @@ def with_field(free: np.ndarray) -> dict[str, Search]:
         way = [int(node[start[::-1]])]
         while before[way[-1]] >= 0:
             way.append(int(before[way[-1]]))
-        return way
+        y, x = places[way].T
+        out: np.ndarray = np.stack((x, y), axis=1)
+        return out
 
     return {"lampyris": ours, "scikit-image": scikit, "tcod": by_tcod, "scipy": scipy}

@@ -48,3 +48,31 @@ def test_a_session_that_is_deaf_is_found() -> None:
     bench.sessions["D* Lite"] = deaf
     with pytest.raises(AssertionError):
         bench.round(cells)
+
+
+def test_a_way_that_is_longer_or_ends_elsewhere_is_found() -> None:
+    from benchmarks.query_tables import compare_ways
+
+    short, long = [(0, 0), (1, 1), (2, 1)], [(0, 0), (1, 0), (2, 0), (2, 1)]
+    ends = [((0, 0), (2, 1))]
+    compare_ways([short], [np.array(short)], ends)
+    for ours, theirs, where in ((long, short, ends), (short, short, [((0, 0), (2, 2))])):
+        with pytest.raises(AssertionError):
+            compare_ways([ours], [theirs], where)
+
+
+def test_the_textbook_goes_straight_where_nothing_is_in_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of equal sums the later tick first: one state a tick on an open map."""
+    from benchmarks import bench_timed
+
+    taken: list[Any] = []
+    pop = bench_timed.heapq.heappop
+    monkeypatch.setattr(bench_timed.heapq, "heappop", lambda heap: (taken.append(1), pop(heap))[1])
+    side = 12
+    left = [[max(side - 1 - x, side - 1 - y) for x in range(side)] for y in range(side)]
+    free = [[True] * side for _ in range(side)]
+    when = bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), set(), set(), 50)
+    assert (when, len(taken)) == (11, 12)
+    # Somebody stands in the way for good, at the last step: it waits for nobody, it goes around.
+    held = {(side - 2, side - 2, t) for t in range(60)}
+    assert bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), held, set(), 50) == 11
