@@ -177,6 +177,18 @@ def test_a_read_only_installation_keeps_code_in_the_users_folder(sealed: Path) -
     assert not done.stderr
 
 
+def test_what_is_kept_belongs_to_all_files_of_kernels(sealed: Path) -> None:
+    """A constant of one is compiled into another, and how it is done stands in a third."""
+    count = COUNT + SMALL + "print(json.dumps(sum(made)))"
+    env = {"PYTHONPATH": str(sealed), "NUMBA_CACHE_DIR": str(sealed / "kept")}
+    assert last(run(count, **env)) > 0
+    assert last(run(count, **env)) == 0
+    for name in ("_machine.py", "weighted.py"):
+        with (sealed / "lampyris" / "kernels" / name).open("a") as file:
+            file.write("SPARE = 1\n")
+        assert last(run(count, **env)) > 0
+
+
 def test_where_nothing_can_be_kept_it_works_and_says_so_once(sealed: Path) -> None:
     nowhere = {"XDG_CACHE_HOME": os.devnull, "HOME": os.devnull, "NUMBA_CACHE_DIR": os.devnull + "/x"}
     done = run(SMALL, PYTHONPATH=str(sealed), **nowhere)
@@ -185,26 +197,80 @@ def test_where_nothing_can_be_kept_it_works_and_says_so_once(sealed: Path) -> No
     assert "NUMBA_CACHE_DIR" in done.stderr
 
 
+FULL_DISK = """
+import warnings
+from numba.core import caching
+from lampyris.kernels import _jit
+warnings.simplefilter("always")
+def save(self, *args):
+    raise OSError(28, "No space left on device")
+caching.IndexDataCacheFile.save = save
+"""
+
+
 def test_a_full_disk_does_not_stop_a_kernel(tmp_path: Path) -> None:
-    full = """
-    from numba.core import caching
-    def save(self, *args):
-        raise OSError(28, "No space left on device")
-    caching.IndexDataCacheFile.save = save
-    """
-    done = run(textwrap.dedent(full) + SMALL, NUMBA_CACHE_DIR=str(tmp_path))
+    done = run(FULL_DISK + SMALL, NUMBA_CACHE_DIR=str(tmp_path))
     assert last(done) is None
     assert done.stderr.count("NothingKept") == 1, done.stderr
-    assert "No space left on device" in done.stderr
+    assert "No space left on device; set NUMBA_CACHE_DIR to a folder" in done.stderr
 
 
-def test_damaged_machine_code_does_not_stop_a_kernel(tmp_path: Path) -> None:
+def test_a_full_disk_does_not_stop_several_threads(tmp_path: Path) -> None:
+    """Both are at the same kernel: the second comes upon it when the first has said so already."""
+    code = """
+    import json, numpy as np
+    from lampyris.field.many import solve_many
+    from lampyris.model.moves import MOVES
+    _jit.prefer_compiled()
+    free = np.ones((5, 6), dtype=np.bool_)
+    free.setflags(write=False)
+    many = solve_many(free, MOVES["four"], [(0, 0), (1, 1), (2, 2)], workers=2)
+    print(json.dumps([int(field.exact.max()) for field in many]))
+    """
+    done = run(FULL_DISK + textwrap.dedent(code), NUMBA_CACHE_DIR=str(tmp_path))
+    assert last(done) == [9, 7, 5]
+    assert done.stderr.count("NothingKept") == 1, done.stderr
+
+
+DAMAGES = {
+    "cut short": lambda content: content[:20],
+    "half": lambda content: content[: len(content) // 2],
+    "zeros": lambda content: bytes(len(content)),
+    "flipped": lambda content: bytes(b ^ 16 for b in content),
+    "garbage": lambda content: np.random.default_rng(len(content)).bytes(len(content)),
+}
+
+
+@pytest.mark.parametrize("how", DAMAGES)
+def test_damaged_machine_code_does_not_stop_a_kernel(how: str, tmp_path: Path) -> None:
+    """It is said where it lies, and what to do."""
     assert last(run(SMALL, NUMBA_CACHE_DIR=str(tmp_path)))
-    for file in tmp_path.rglob("*.nb[ic]"):
-        file.write_bytes(file.read_bytes()[:20])
+    kept = list(tmp_path.rglob("*.nb[ic]"))
+    for file in kept:
+        file.write_bytes(DAMAGES[how](file.read_bytes()))
     done = run(SMALL, NUMBA_CACHE_DIR=str(tmp_path))
     assert last(done) is None
     assert done.stderr.count("NothingKept") == 1, done.stderr
+    assert f"kept in {kept[0].parent} is damaged" in done.stderr
+    assert any(file.name in done.stderr for file in kept)
+    assert "delete it, or run `lampyris warm`" in done.stderr
+    assert "NUMBA_CACHE_DIR" not in done.stderr
+
+
+def test_an_error_that_is_not_the_disks_is_raised(tmp_path: Path) -> None:
+    """Nothing is damaged: the arguments are wrong."""
+    code = """
+    from lampyris.kernels import _jit
+    from lampyris.kernels.speed import clock
+    _jit.prefer_compiled()
+    try:
+        clock(1.0)
+    except TypeError:
+        print(_jit._keeping and "true")
+    """
+    done = run(code, NUMBA_CACHE_DIR=str(tmp_path))
+    assert last(done) is True
+    assert "NothingKept" not in done.stderr
 
 
 def test_the_command_line_says_it_as_a_note(tmp_path: Path) -> None:

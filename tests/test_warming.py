@@ -49,9 +49,16 @@ def ours() -> set[_jit.Kernel]:
     return there & set(_jit.KERNELS)
 
 
+def callees(k: _jit.Kernel) -> set[_jit.Kernel]:
+    """The kernels that a kernel calls, and those that they call."""
+    known = k.plain.__globals__
+    called = {c for name in k.plain.__code__.co_names if isinstance(c := known.get(name), _jit.Kernel)}
+    return called.union(*map(callees, called - {k}))
+
+
 def test_no_kernel_is_left_out(ready: set[Any]) -> None:
     called = {k for k, _ in ready}
-    inside = {callee for k in called for callee in _jit._callees(k)}
+    inside = {callee for k in called for callee in callees(k)}
     assert len(called) > 50
     assert {k.__name__ for k in ours() - called - inside} == set()
 
@@ -169,6 +176,36 @@ print(json.dumps([first.made, second.made, first.size, [str(f) for f in first.fo
     assert (made, again, told) == (2, 0, [2, 2])
     assert all(Path(f).is_relative_to(tmp_path) for f in folders)
     assert size == sum(f.stat().st_size for f in tmp_path.rglob("*.nb[ic]"))
+
+
+@pytest.mark.parametrize("how", ["cut short", "half", "zeros", "flipped", "garbage"])
+def test_damaged_code_is_made_anew(how: str, tmp_path: Path) -> None:
+    """The file of a kernel that another calls is damaged, too; what an older version left is deleted."""
+    code = f"""
+import json, numba, numpy as np, lampyris.warming as w
+from pathlib import Path
+from lampyris.kernels import _jit
+from lampyris.kernels.bits import ahead, bit
+from test_start import DAMAGES
+types = numba.typeof(np.zeros(1, np.uint64)), numba.int64
+w.wanted = lambda: ((ahead, types), (bit, types))
+w.warm()
+for file in Path({str(tmp_path)!r}).rglob("*.nb[ic]"):
+    file.write_bytes(DAMAGES[{how!r}](file.read_bytes()))
+old = Path(bit.kept_in()) / "bits.bit_0123456789abcdef-9.py311.nbi"
+old.touch()
+_jit.forget()
+again = w.warm()
+_jit.forget()
+print(json.dumps([again.made, w.warm().made, old.exists(), w._machine.damaged(old.parent)]))
+"""
+    env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | {
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parent)]),
+    }
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == [2, 0, False, []]
 
 
 def test_without_a_compiler_there_is_nothing_to_warm(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -23,7 +23,7 @@ from lampyris import api, kernels
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.field.layers import clearance
 from lampyris.field.solve import checked, fill, solve
-from lampyris.kernels import _jit
+from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.movers import Movers, Track
@@ -66,7 +66,7 @@ class Warmed:
 
 
 def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
-    """Compile what there is not yet.
+    """Compile what there is not yet, or is damaged, and delete what other versions of the kernels left.
 
     Parameters
     ----------
@@ -84,6 +84,29 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
             todo="unset it, and ask again",
         )
     asked = wanted()
+    try:
+        made, folders = _prepare(asked, progress)
+    except _jit.DAMAGE:
+        damaged = {file for k, _ in asked for file in k.damaged()}
+        if not damaged:
+            raise
+        for file in damaged:
+            file.unlink(missing_ok=True)
+        _jit.forget()
+        made, folders = _prepare(asked, progress)
+    if progress:
+        progress(len(asked), len(asked), "")
+    for file in [file for folder in folders for file in _kept(folder)]:
+        if _machine.edition() not in file.name:
+            file.unlink(missing_ok=True)
+    size = sum(file.stat().st_size for folder in folders for file in _kept(folder))
+    return Warmed(len({k for k, _ in asked}), len(asked), made, tuple(folders), size)
+
+
+def _prepare(
+    asked: Sequence[Wanted], progress: Callable[[int, int, str], None] | None
+) -> tuple[int, dict[Path, None]]:
+    """How many were compiled, and where all are kept."""
     made = 0
     folders: dict[Path, None] = {}
     for done, (kernel, types) in enumerate(asked):
@@ -97,9 +120,7 @@ def warm(progress: Callable[[int, int, str], None] | None = None) -> Warmed:
         if folder is None:
             raise _nowhere("no folder for it can be written to")
         folders[Path(folder)] = None
-    if progress:
-        progress(len(asked), len(asked), "")
-    return Warmed(len({k for k, _ in asked}), len(asked), made, tuple(folders), sum(map(_size, folders)))
+    return made, folders
 
 
 def _nowhere(why: str) -> FileError:
@@ -112,8 +133,8 @@ def _nowhere(why: str) -> FileError:
     )
 
 
-def _size(folder: Path) -> int:
-    return sum(f.stat().st_size for f in folder.glob("*.nb[ic]"))
+def _kept(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.nb[ic]"))
 
 
 def wanted() -> tuple[Wanted, ...]:

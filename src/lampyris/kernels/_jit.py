@@ -30,13 +30,12 @@ Rules for kernel source
   and numba turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write
   ``u64(1)``);
 * a kernel may call other kernels, of its own file or imported by name. numba's disk cache notices a changed
-  file, not a changed callee elsewhere; so what is kept on disk is named after the other files, too.
+  file, not what it took from another; so what is kept on disk is named after all files of kernels, too.
 """
 
 from __future__ import annotations
 
 import gc
-import hashlib
 import math
 import os
 import sys
@@ -70,6 +69,9 @@ WAY = "way"
 _LEAN: Mapping[str, Any] = {"_nrt": False}
 """Nothing is allocated, so nothing has to be counted. If it is, each call of a kernel by a kernel counts its
 arrays up and down with locked instructions: a quarter of the time of whole simulations."""
+
+DAMAGE = (EOFError, UnpicklingError, ValueError, LookupError, AttributeError, ImportError, TypeError)
+"""What reading damaged machine code may come to; whether it is, :meth:`Kernel.damaged` finds out."""
 
 KERNELS: list[Kernel] = []
 """Every kernel of the modules that are imported."""
@@ -165,14 +167,26 @@ class Kernel:
         return self._in_machine_code(args)
 
     def _in_machine_code(self, args: tuple[Any, ...]) -> Any:
+        keeping = _keeping  # as it was: another thread may come upon the same and say so first
         try:
             return self.compiled()(*args)
-        except (OSError, EOFError, UnpicklingError) as error:
+        except (OSError, *DAMAGE) as error:
             # A kernel reads and writes nothing: this is numba at what it keeps, and the kernel has not begun.
-            if not _keeping:
+            if not keeping or (_keeping and not self._says_so(error)):
                 raise
-            keep_nothing(str(error))
             return self.compiled()(*args)
+
+    def _says_so(self, error: Exception) -> bool:
+        """Keep nothing from here on if it was numba's disk; whether it was."""
+        if isinstance(error, OSError):
+            keep_nothing("compiled code cannot be kept on disk", str(error))
+            return True
+        damaged = self.damaged()
+        if damaged:
+            more = f" and {len(damaged) - 1} more" if damaged[1:] else ""
+            what = f"compiled code kept in {damaged[0].parent} is damaged"
+            keep_nothing(what, f"{damaged[0].name}{more}", "delete it, or run `lampyris warm`")
+        return bool(damaged)
 
     def price(self, args: tuple[Any, ...]) -> int:
         """About how many nanoseconds the plain form takes."""
@@ -216,9 +230,14 @@ class Kernel:
 
     def compiled(self) -> Callable[..., Any]:
         """The compiled form; compiling happens at its first call and is kept on disk."""
-        if self._compiled is None:
-            self._compiled = _compile(self)
-        return self._compiled
+        made = self._compiled
+        if made is None:
+            keeping = _keeping
+            made = self._compiled = _compile(self)
+            if keeping and not _keeping:
+                # Another thread had everything forgotten meanwhile; this would try to keep it.
+                made = self._compiled = _compile(self)
+        return made
 
     def forget(self) -> None:
         """Compile anew when it is needed next."""
@@ -241,6 +260,13 @@ class Kernel:
         dispatcher: Any = self.compiled()
         folder: str | None = dispatcher.stats.cache_path
         return folder
+
+    def damaged(self) -> list[Path]:
+        """What is kept beside its machine code and cannot be read. Imports numba."""
+        from lampyris.kernels import _machine as machine
+
+        folder = self.kept_in()
+        return [] if folder is None else machine.damaged(Path(folder))
 
 
 def kernel(
@@ -294,17 +320,21 @@ def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
         Kernel.__call__ = as_it_was  # type: ignore[method-assign]
 
 
-def keep_nothing(why: str) -> None:
+def keep_nothing(what: str, why: str, todo: str = "") -> None:
     """Go on without keeping machine code on disk, and say so, once."""
     global _keeping
     if not _keeping:
         return
     _keeping = False
+    forget()
+    todo = todo or "set NUMBA_CACHE_DIR to a folder that can be written to"
+    warnings.warn(NothingKept(f"{what}, so each run compiles anew: {why}; {todo}"), stacklevel=3)
+
+
+def forget() -> None:
+    """Compile every kernel anew, or read it from disk, when it is needed next."""
     for k in KERNELS:
         k.forget()
-    text = f"compiled code cannot be kept on disk, so each run compiles anew: {why}"
-    text += "; set NUMBA_CACHE_DIR to a folder that can be written to"
-    warnings.warn(NothingKept(text), stacklevel=3)
 
 
 def _tell(on: bool) -> None:
@@ -327,10 +357,8 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     }
     twin = _twin(k, lambda callee: callee.compiled(), helpers)
     keep = _keeping and _cache_works(k)
-    elsewhere = {callee.plain.__code__.co_filename for callee in _callees(k)} - {k.plain.__code__.co_filename}
-    if keep and elsewhere:
-        content = b"".join(Path(name).read_bytes() for name in sorted(elsewhere))
-        twin.__qualname__ += f"_{hashlib.sha256(content).hexdigest()[:16]}"
+    if keep:
+        twin.__qualname__ += f"_{machine.edition()}"
     try:
         return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
     except RuntimeError as error:
@@ -338,21 +366,8 @@ def _compile(k: Kernel) -> Callable[..., Any]:
         # folder for caches can be written to.
         if not keep or "no locator" not in str(error):
             raise
-        keep_nothing("no folder for it can be written to")
+        keep_nothing("compiled code cannot be kept on disk", "no folder for it can be written to")
         return _compile(k)
-
-
-def _callees(k: Kernel) -> set[Kernel]:
-    """The kernels that a kernel calls, and those that they call."""
-    found: set[Kernel] = set()
-    ahead = [k]
-    while ahead:
-        plain = ahead.pop().plain
-        known = plain.__globals__
-        fresh = {c for name in plain.__code__.co_names if isinstance(c := known.get(name), Kernel)} - found
-        found |= fresh
-        ahead += fresh
-    return found
 
 
 def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:

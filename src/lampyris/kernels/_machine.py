@@ -1,9 +1,12 @@
-"""What only machine code has: the compiled forms of the helpers in :mod:`._jit`, and numba's events."""
+"""What only machine code has: the compiled forms of the helpers in :mod:`._jit`, numba's events and files."""
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 
@@ -28,6 +31,17 @@ def listen(tell: Callable[[bool], None]) -> None:
                 tell(False)
 
     event.register("numba:compile", Ear())
+
+
+@cache
+def edition() -> str:
+    """What the files of kernels hold, in sixteen letters: it is in the name of what is kept of them.
+
+    All of them, not those that a kernel has callees in: it may have a constant from another, and how it is
+    compiled stands here.
+    """
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
 @cache
@@ -68,3 +82,26 @@ def bit(instruction: str) -> Any:
         return types.int64(types.uint64), generate
 
     return intrinsic(count)
+
+
+def damaged(folder: Path) -> list[Path]:
+    """The files of a folder of numba's that cannot be read as numba reads them.
+
+    An index (.nbi) is numba's version and, if that is the present one, a table; the rest (.nbc) is in one
+    piece. Damage within the machine code itself is not noticed, by numba neither.
+    """
+    import numba
+
+    found = []
+    for file in sorted(folder.glob("*.nb[ic]")):
+        try:
+            with file.open("rb") as stream:
+                first = pickle.load(stream)
+                if file.suffix == ".nbi" and first == numba.__version__:
+                    _, table = pickle.load(stream)
+                    dict(table)
+        except FileNotFoundError:
+            continue  # another process deletes them, too
+        except Exception:  # whatever a broken pickle may come to
+            found.append(file)
+    return found
