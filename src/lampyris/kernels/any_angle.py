@@ -154,7 +154,7 @@ def _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, reached, p)
     put(heap, place, f, h, v)
 
 
-@kernel(out=("heap", "place", "f", "h", "g", "seen", "parent", "chain", "result"), each=2200)
+@kernel(out=("heap", "place", "f", "h", "g", "seen", "parent", "chain", "result"), each=4300)
 def theta(
     free, weight, mask, stride, start, goal, budget, run, offset, via, across, dx, dy, rule, lazy,
     heap, place, f, h, g, seen, parent, chain, result,

@@ -72,7 +72,7 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
         cost[i] = cost[i] if cost[i] <= limit else -1
 
 
-@kernel(out=("cost", "step"), each=1500)
+@kernel(out=("cost", "step"), each=1100)
 def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
     """The local parent rule for any step set (arguments as for :func:`ripple`); costs above ``limit``
     become -1.

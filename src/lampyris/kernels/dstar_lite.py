@@ -81,7 +81,7 @@ def edit(
             _file(g, rhs, low, key, heap, place, setup, cell)
 
 
-@kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=1500)
+@kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=2600)
 def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget):
     """D* Lite's ComputeShortestPath, optimised version; returns how it ended and how many cells it expanded.
 

@@ -252,7 +252,7 @@ def _leaps(order, fresh, p, w, tail):
     return tail
 
 
-@kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=4000)
+@kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=2200)
 def three_heads(
     free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, knight, never
 ):

@@ -31,7 +31,7 @@ TERRAIN_UNIT = 63
 """What plain ground weighs."""
 
 
-@kernel(out=("cost", "weight"))
+@kernel(out=("cost", "weight"), each=150)
 def lay_out(free, terrain, cost, weight, width, pad, never):
     """A map and its terrain into their frame.
 
@@ -63,6 +63,33 @@ def lay_out(free, terrain, cost, weight, width, pad, never):
     for i in range(at, u64(len(cost))):
         cost[i] = -1
         weight[i] = 0
+
+
+@kernel(out=("cost", "order"), inline=True)
+def _straights(cost, order, p, c, w, tail, never):
+    """Offer ``c`` to what straight steps into ``p`` come from; the new end of the list."""
+    one = u64(1)
+    n = p - w
+    old = cost[n]
+    order[tail] = n
+    tail = tail + one if old == never else tail
+    cost[n] = old if old < c else c
+    n = p - one
+    old = cost[n]
+    order[tail] = n
+    tail = tail + one if old == never else tail
+    cost[n] = old if old < c else c
+    n = p + one
+    old = cost[n]
+    order[tail] = n
+    tail = tail + one if old == never else tail
+    cost[n] = old if old < c else c
+    n = p + w
+    old = cost[n]
+    order[tail] = n
+    tail = tail + one if old == never else tail
+    cost[n] = old if old < c else c
+    return tail
 
 
 @kernel(out=("cost", "order"), inline=True)
@@ -165,7 +192,7 @@ def _leaps(cost, order, p, c, w, tail, never):
     return tail
 
 
-@kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=1500)
+@kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=800)
 def settle(
     weight, cost, order, toll, load, links, heads, bench, width, goal, stop, straight, diagonal, knight,
     guard, shift, mask, never,
@@ -248,26 +275,7 @@ def settle(
             c = toll[i] + straight * (TERRAIN_UNIT + load[i])
             i = u64(links[i])
             waiting -= one
-            n = p - w
-            old = cost[n]
-            order[tail] = n
-            tail = tail + one if old == never else tail
-            cost[n] = old if old < c else c
-            n = p - one
-            old = cost[n]
-            order[tail] = n
-            tail = tail + one if old == never else tail
-            cost[n] = old if old < c else c
-            n = p + one
-            old = cost[n]
-            order[tail] = n
-            tail = tail + one if old == never else tail
-            cost[n] = old if old < c else c
-            n = p + w
-            old = cost[n]
-            order[tail] = n
-            tail = tail + one if old == never else tail
-            cost[n] = old if old < c else c
+            tail = _straights(cost, order, p, c, w, tail, never)
         if diagonal == 0:
             continue
         s += ring

@@ -9,7 +9,7 @@ from lampyris.kernels._jit import kernel, u64
 from lampyris.kernels.weighted import TERRAIN_UNIT
 
 
-@kernel(out=("cost", "step", "near", "far"), each=1400)
+@kernel(out=("cost", "step", "near", "far"), each=600)
 def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, guard, limit):
     """The local parent rule for eight moves over terrain; costs above ``limit`` become -1.
 
@@ -74,7 +74,7 @@ def _departures(cost, weight, near, far, row, place, width, straight, diagonal):
         far[place + x] = d + diagonal * burden if d >= 0 else -1
 
 
-@kernel(out=("cost", "step"), each=2700)
+@kernel(out=("cost", "step"), each=1700)
 def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limit):
     """The same for any step set (``price``: of each step, in the order of ``step``)."""
     w = u64(width)

@@ -80,7 +80,7 @@ def sink(keys, ties, items, place, size, at, key, tie, item):
     place[u64(item)] = at
 
 
-@kernel(out=("keys", "ties", "items", "place", "g", "step", "result"), each=8000)
+@kernel(out=("keys", "ties", "items", "place", "g", "step", "result"), each=3800)
 def weighted_search(
     free, weight, stride, start, goal, budget, base, span,
     offset, via, across, dx, dy, price, first, follow, slope,
