@@ -1,4 +1,7 @@
-"""The same field in C++, built by the compiler of this machine where it has one."""
+"""The same field in C++, built by the compiler of this machine where it has one.
+
+Twice: for any processor of the kind, and for this one, as numba compiles.
+"""
 
 from __future__ import annotations
 
@@ -11,91 +14,107 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.field.frame import AHEAD, Frame
-from lampyris.model.moves import MOVES
+from lampyris.field.frame import AHEAD, SPARING, Frame
+from lampyris.model.moves import Moves
 
-FLAGS = ("-O3", "-ffp-contract=off", "-shared", "-fPIC")
-_MOVES = MOVES["dissertation"]
+BUILDS = {"-O3": ("-O3",), "-O3 -march=native": ("-O3", "-march=native")}
+"""What the table calls a build, and the flags that make it."""
+FLAGS = ("-ffp-contract=off", "-shared", "-fPIC")
+"""Of every build. A product and a sum stay two roundings: the results are ours to the last bit."""
 
 
-def build() -> ctypes.CDLL | None:
-    """The compiled library, or None where no compiler is found."""
+def build() -> dict[str, ctypes.CDLL]:
+    """The compiled library of each build; none where there is no compiler, fewer where it lacks a flag."""
     found = shutil.which("g++") or shutil.which("clang++")
     if found is None:
-        return None
+        return {}
     source = Path(__file__).with_name("wavefront.cpp")
+    made: dict[str, ctypes.CDLL] = {}
     with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "wavefront.so"
-        subprocess.run([found, *FLAGS, "-o", str(made), str(source)], check=True)
-        return ctypes.CDLL(str(made))
+        for name, flags in BUILDS.items():
+            library = Path(folder) / f"wavefront{len(made)}.so"
+            command = [found, *flags, *FLAGS, "-o", str(library), str(source)]
+            if subprocess.run(command, check=name == "-O3").returncode == 0:
+                made[name] = ctypes.CDLL(str(library))
+    return made
 
 
 class Native:
-    """The field of one map in C++: arrays once, stages one by one.
+    """The field of one map in C++, by the loops that :mod:`lampyris.field.waves` picks; arrays made once.
 
     Parameters
     ----------
-    library : see :func:`build`.
+    library : one of :func:`build`.
     free : bool, (height, width).
+    moves : of :data:`lampyris.model.moves.MOVES`.
     goal : x, y.
     """
 
-    def __init__(self, library: ctypes.CDLL, free: np.ndarray, goal: tuple[int, int]) -> None:
-        self.frame = frame = Frame(free, _MOVES)
-        n = frame.size
-        self._library = library
-        library.costs.restype = ctypes.c_int64
-        self._free = np.ascontiguousarray(free).view(np.uint8)
-        self.cost = np.empty(n, np.int32)
+    def __init__(self, library: ctypes.CDLL, free: np.ndarray, moves: Moves, goal: tuple[int, int]) -> None:
+        self.frame = frame = Frame(free, moves)
+        self._library, self._moves = library, moves
+        n, cells = frame.size, frame.cells
+        self._free = np.ascontiguousarray(free).view(np.uint8).ravel()
+        self.cost = np.empty(n, frame.dtype)
         self.step = np.empty(n, np.int8)
         self.luciferin = np.empty(n)
-        self._fresh = np.empty(n, np.uint8)
-        self._order = np.zeros(n + AHEAD, np.uint32)
-        self._levels = np.empty(n + 1, np.uint32), np.empty(n + 1, np.uint32)
-        self._jump = frame.table(_MOVES)[0]
+        self._order = np.zeros(2 * cells + 2 + AHEAD, np.uint32)
+        self._levels = np.empty(cells + 1, np.uint32), np.empty(cells + 1, np.uint32)
+        self._table = frame.table(moves)
+        self._price = np.array(moves.costs, dtype=frame.dtype)
+        self._jump = np.zeros(128, np.int64)
+        self._jump[: len(moves.costs)] = self._table[0]
         self._goal = frame.index(goal)
-        self._count = 0
+        self._bits = self.cost.itemsize * 8
 
-    def costs(self) -> None:
-        """The first stage alone."""
-        frame, levels = self.frame, self._levels
-        many = self._library.costs(
-            *(_at(a) for a in (self._free, self.cost, self._fresh, self._order, *levels)),
-            *(ctypes.c_size_t(v) for v in (frame.width, frame.rows, self._goal)),
-            ctypes.c_int64(_MOVES.unit),
-            ctypes.c_int64(_MOVES.diagonal),
-            ctypes.c_int32(frame.never),
-        )
-        self._count = int(levels[1][many - 1])
-
-    def parents(self) -> None:
-        """The second stage, after :meth:`costs`."""
-        frame = self.frame
-        self._library.parents(
-            _at(self.cost), _at(self.step), ctypes.c_size_t(frame.width), ctypes.c_size_t(frame.rows),
-            *(ctypes.c_int32(v) for v in (_MOVES.unit, _MOVES.diagonal, frame.never - 1)),
-        )  # fmt: skip
-
-    def glow(self) -> None:
-        """The third stage."""
-        self._library.glow(
-            _at(self._order), ctypes.c_size_t(self.frame.size), ctypes.c_size_t(self._count),
-            *(_at(a) for a in (self.cost, self.step, self._jump, self.luciferin)),
-            *(ctypes.c_double(v) for v in (np.inf, 0.6, 0.6, float(_MOVES.unit))),
-        )  # fmt: skip
-
-    def whole(self) -> None:
+    def __call__(self) -> None:
         """Cost, parents and luciferin."""
-        self.costs()
-        self.parents()
-        self.glow()
+        count = self._windows() if self._moves.name == "octile" else self._heads()
+        unit = float(self._moves.unit)
+        if self.frame.size >= SPARING:
+            maps = (self.cost, self.step, self._jump, self.luciferin)
+            self._run(
+                f"shine_{self._bits}", *maps, self.frame.size, self.frame.width, self._goal, *_RATES, unit
+            )
+        else:
+            maps = (self.cost, self.step, self._jump, self.luciferin)
+            self._run(f"glow_{self._bits}", self._order, self.frame.size, count, *maps, *_RATES, unit)
 
-    def floor(self) -> None:
-        """Every result written once: what no program can be quicker than."""
-        self._library.floor_of_memory(
-            _at(self.cost), _at(self.step), _at(self.luciferin), ctypes.c_size_t(self.frame.size)
-        )
+    def _heads(self) -> int:
+        frame, moves = self.frame, self._moves
+        prices = sorted(set(moves.costs))
+        many = self._run(
+            ("one_head", "two_heads", "three_heads")[len(prices) - 1], self._free, self.cost, self.step,
+            self._order, *self._levels, frame.cells, frame.size, frame.width, self._goal, *prices,
+            frame.never,
+        )  # fmt: skip
+        lay = (self.cost, self.step, frame.width, frame.rows)
+        if len(prices) == 2:
+            self._run("parents8_32", *lay, *prices, 0, frame.never - 1)
+        else:
+            table = (*self._table, self._price, len(self._price))
+            self._run("parents", *lay, frame.pad, *table, frame.never - 1)
+        return int(self._levels[1][many - 1])
+
+    def _windows(self) -> int:
+        frame, a, b = self.frame, self._moves.unit, self._moves.diagonal
+        where = (frame.cells, frame.size, frame.width, self._goal)
+        count = self._run("windows_64", self._free, self.cost, self._order, *where, a, b, -1, frame.never)
+        lay = (self.cost, self.step, frame.width, frame.rows)
+        self._run("parents8_64", *lay, a, b, -1, frame.never - 1)
+        return count
+
+    def _run(self, name: str, *given: Any) -> int:
+        called = getattr(self._library, name)
+        called.restype = ctypes.c_int64
+        return int(called(*(_passed(value) for value in given)))
 
 
-def _at(array: np.ndarray) -> Any:
-    return ctypes.c_void_p(array.ctypes.data)
+_RATES = (np.inf, 0.6, 0.6)
+"""What cells get that were not reached; 1 - rho; gamma."""
+
+
+def _passed(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return ctypes.c_void_p(value.ctypes.data)
+    return ctypes.c_double(value) if isinstance(value, float) else ctypes.c_int64(value)

@@ -89,7 +89,7 @@ def _notes(figures: list[Figure]) -> list[str]:
     lines = []
     for note, of in tasks.items():
         more = f" and {len(of) - 3} more" if len(of) > 3 else ""
-        lines.append(f"- {', '.join(of[:3])}{more}: {note}")
+        lines.append(f"- {'; '.join(of[:3])}{more}: {note}")
     return [*lines, ""] if lines else []
 
 

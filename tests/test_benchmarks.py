@@ -219,7 +219,7 @@ def test_the_page_says_what_the_run_took_and_what_figures_note() -> None:
     text = page([json.loads(json.dumps(s.record())) for s in (shown, other)])
     assert "; the sections below took 1,042 s together" in text
     assert "two minutes" not in text
-    assert "- map 0, map 1, map 2 and 2 more: slow start\n" in text
+    assert "- map 0; map 1; map 2 and 2 more: slow start\n" in text
     # Where one does not say, nobody knows the sum.
     quiet = section(name="query", title="Queries", about={})
     assert "took" not in page([json.loads(json.dumps(s.record())) for s in (shown, quiet)]).split("##")[0]
@@ -266,6 +266,175 @@ def test_every_section_has_a_module() -> None:
         assert "\nTITLE = " in text
         assert "\ndef bench(quick: bool) -> Section:" in text
         assert "argparse" not in text
+
+
+def small_maps() -> list[Any]:
+    import numpy as np
+
+    frees = [np.random.default_rng(k).random((17, 23)) >= share for k, share in enumerate((0.0, 0.1, 0.3))]
+    for free in frees:
+        free[7:10, 10:13] = True
+        free.setflags(write=False)
+    return frees
+
+
+def test_stages_leave_out_what_they_say_and_nothing_else() -> None:
+    pytest.importorskip("scipy")
+    from functools import partial
+
+    import numpy as np
+    from benchmarks.field_stages import LUCIFERIN, PARENTS, without
+
+    from lampyris.field.solve import solve
+    from lampyris.model.moves import MOVES
+
+    for free in small_maps():
+        for moves in MOVES.values():
+            whole = solve(free, moves, (11, 8))
+            reached = whole.exact >= 0
+            alone = without((*PARENTS, *LUCIFERIN), partial(solve, free, moves, (11, 8)))
+            np.testing.assert_array_equal(alone.exact[reached], whole.exact[reached])
+            assert alone.expansions == whole.expansions
+            assert (whole.step >= 0).sum() == reached.sum() - 1
+            # For heads its memory says what is fresh: then it is laid out for parents, and none are there.
+            assert not (alone.step >= 0).any()
+            parented = without(LUCIFERIN, partial(solve, free, moves, (11, 8)))
+            np.testing.assert_array_equal(parented.step, whole.step)
+            again = solve(free, moves, (11, 8))
+            np.testing.assert_array_equal(again.luciferin, whole.luciferin)
+    with pytest.raises(ZeroDivisionError):
+        without(LUCIFERIN, lambda: 1 // 0)  # type: ignore[arg-type, return-value]
+    np.testing.assert_array_equal(solve(free, moves, (11, 8)).luciferin, whole.luciferin)
+
+
+@pytest.mark.parametrize("sparing", [False, True])
+def test_the_loops_in_cpp_give_our_bits(sparing: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("scipy")
+    import numpy as np
+    from benchmarks import native
+
+    from lampyris.field.solve import solve
+    from lampyris.model.moves import MOVES
+
+    monkeypatch.setattr(native, "SPARING", 0 if sparing else 2**60)
+    # What is compared is the source, so let the compiler be quick about it.
+    monkeypatch.setattr(native, "BUILDS", {"-O3": ("-O1",)})
+    built = native.build()
+    if not built:
+        pytest.skip("no compiler here")
+    for free in small_maps():
+        for moves in MOVES.values():
+            field = solve(free, moves, (11, 8))
+            twin = native.Native(built["-O3"], free, moves, (11, 8))
+            for _ in range(2):
+                twin()
+            for ours, theirs in (
+                (field.exact, twin.cost),
+                (field.step, twin.step),
+                (field.luciferin, twin.luciferin),
+            ):
+                np.testing.assert_array_equal(ours, twin.frame.inside(theirs))
+
+
+def test_cpp_is_built_for_this_processor_too() -> None:
+    from benchmarks import field_stages, native
+
+    assert native.BUILDS == {"-O3": ("-O3",), "-O3 -march=native": ("-O3", "-march=native")}
+    assert {f"C++ {name}" for name in native.BUILDS} <= set(field_stages.HEADS)
+
+
+def test_rivals_answers_are_compared() -> None:
+    pytest.importorskip("scipy")
+    import numpy as np
+    from benchmarks.field_rivals import check, contestants
+
+    from lampyris.model.moves import MOVES
+
+    others = {"tcod", "scikit-image", "dijkstra3d", "rustworkx", "networkx", "pathfinding"}
+    free = small_maps()[2]
+    calls = contestants_at_hand(free, "octile")
+    assert check(free, MOVES["octile"], (11, 8), calls) == calls["lampyris"]().expansions
+    right = calls["scipy"]()
+    wrong = np.where(np.arange(right.size) == right.size // 2, right + 1, right)
+    with pytest.raises(AssertionError, match="scipy"):
+        check(free, MOVES["octile"], (11, 8), calls | {"scipy": lambda: wrong})
+    for name in others & calls.keys():
+        # The answer for another map is wrong for this one.
+        other = contestants_at_hand(small_maps()[0], "octile")
+        with pytest.raises((AssertionError, ValueError, IndexError)):
+            check(free, MOVES["octile"], (11, 8), {"lampyris": calls["lampyris"], name: other[name]})
+    assert "scipy" not in contestants(free, MOVES["sixteen"], (11, 8), without=("scipy", "pathfinding"))
+
+
+def contestants_at_hand(free: Any, kind: str) -> Any:
+    """Everybody where the rivals are installed, else scipy alone."""
+    from importlib.util import find_spec
+
+    from benchmarks import field_rivals
+
+    from lampyris.model.moves import MOVES
+
+    there = all(find_spec(name) for name in ("skimage", "tcod", "dijkstra3d", "rustworkx", "pathfinding"))
+    if there:
+        return field_rivals.contestants(free, MOVES[kind], (11, 8), without=())
+    from functools import partial
+
+    from lampyris.field.solve import solve
+
+    graphs = field_rivals._by_graphs(free, MOVES[kind], (11, 8), slow=False)
+    return {"lampyris": partial(solve, free, MOVES[kind], (11, 8))} | graphs
+
+
+def test_pathfinding_makes_its_grid_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("scipy")
+    grid = pytest.importorskip("pathfinding.core.grid")
+    from benchmarks.field_rivals import Pathfinding
+
+    call = Pathfinding(small_maps()[0], (11, 8))
+    monkeypatch.setattr(grid, "build_nodes", None)
+    first = call()
+    call.clean()
+    # Clean already: nothing is left of that to the call.
+    monkeypatch.setattr(grid.Grid, "cleanup", None)
+    assert call() == first
+    assert len(first) > 5
+
+
+def test_claims_of_fields_are_figures_that_ask() -> None:
+    pytest.importorskip("scipy")
+    from benchmarks.bench_field import BEST, left_out, verdicts
+
+    # On the largest maps graphs are left out where nothing is claimed of them, and nobody else ever.
+    assert "dijkstra3d" not in left_out("4096 random 10 %", 4096)
+    assert "scipy" not in left_out("4096 random 10 %", 4096)
+    assert "scipy" in left_out("4096 open", 4096)
+
+    def asks(task: str, rival: str, theirs: float, asked: float) -> Any:
+        return figure(1.0, theirs, task=task, rival=rival, asked=asked)
+
+    several = [
+        asks("512 open, dissertation", "scikit-image", 26.0, 25.0),
+        asks("512 maze, branching, dissertation", "scikit-image", 24.0, 25.0),
+        asks("512 open, dissertation", BEST, 11.0, 12.0),
+        asks("512 maze, branching, dissertation", BEST, 9.0, 8.0),
+        asks("4096 random 10 %, dissertation", BEST, 9.0, 10.0),
+        asks("stages, 512 open, four", "C++ -O3 -march=native", 1 / 1.3, 1 / 1.2),
+        asks("stages, 512 open, four", "C++ -O3", 1 / 1.1, 1 / 1.2),
+        asks("stages, 512 open, octile", "cost alone", 1 / 1.8, 1 / 1.7),
+        asks("flat, 512", "open to 30 %", 0.6, 0.5),
+        figure(1.0, 2.0, task="stages, 50 open, octile", rival="cost alone"),
+    ]
+    told = {v.text.split(":")[0]: v.holds for v in verdicts(several)}
+    assert told == {
+        "beside scikit-image, every map, dissertation moves": False,
+        "beside the best of all rivals, random and open maps, dissertation moves": False,
+        "beside the best of all rivals, mazes, dissertation moves": True,
+        "beside the best of all rivals, 4096 random 10 %, dissertation": False,
+        "the whole field beside C++ -O3, four moves": True,
+        "the whole field beside C++ -O3 -march=native, four moves": False,
+        "the whole field beside cost alone, octile moves": False,
+        "flat from open to 30 % clutter, the slowest beside the quickest": True,
+    }
 
 
 def test_nouns_are_frozen() -> None:
