@@ -200,6 +200,17 @@ def check_limits(free: BoolGrid, moves: Moves) -> None:
         )
 
 
+def check_cells(cells: int) -> None:
+    """Whether a map is no larger than planners are made for: they take 18 to 95 bytes a cell.
+
+    Raises
+    ------
+    LimitError : it is.
+    """
+    if cells > MAX_CELLS:
+        raise LimitError("LIMIT", f"{cells} cells", allowed=f"at most {MAX_CELLS} cells to plan on")
+
+
 class Board:
     """A map in a border of blocked cells as wide as the longest step.
 

@@ -18,6 +18,7 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
+from lampyris.planners._graph import check_cells
 from lampyris.planners._timed_search import LIMIT, Route, TimedSearch, Timetable
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
@@ -99,6 +100,7 @@ class TimedSession:
         self._lay(scene)
 
     def _lay(self, scene: Scene) -> None:
+        check_cells(scene.grid.blocked.size)
         self._scene = scene
         self._free: BoolGrid = free_space(scene)
         self._moves = _single(moves_for(scene))

@@ -19,6 +19,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import path_of, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planners._graph import check_cells
 from lampyris.planners.ad_gso_session import AdGsoSession
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
@@ -47,6 +48,7 @@ class LayeredSession:
     """
 
     def __init__(self, settings: AdGso, scene: Scene, rng: np.random.Generator, *, record: bool) -> None:
+        check_cells(scene.grid.blocked.size)
         self._settings = settings
         self._bare = replace(settings, crowding=0.0, warmth=0.0, keep_away=0)
         self._rng = rng

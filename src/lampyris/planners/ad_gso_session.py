@@ -16,6 +16,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planners._graph import check_cells
 from lampyris.planners._grounds import Grounds
 from lampyris.planners._living import LivingMap
 from lampyris.planners.ad_gso_walk import NO_LIMIT, Flat, Trip, Walker, walls
@@ -46,6 +47,7 @@ class AdGsoSession:
     """
 
     def __init__(self, settings: AdGso, scene: Scene, rng: np.random.Generator, *, record: bool) -> None:
+        check_cells(scene.grid.blocked.size)
         self._settings = settings
         self._scene = scene
         self._robot = scene.start

@@ -10,6 +10,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planners._graph import check_cells
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
 from lampyris.planners.swarm_ground import Ground
@@ -48,6 +49,7 @@ class Memory:
         self._see()
 
     def _see(self) -> None:
+        check_cells(self.scene.grid.blocked.size)
         self._moves = moves_for(self.scene)
         self._free = free_space(self.scene)
         self._grounds: dict[frozenset[Cell], Ground] = {}
