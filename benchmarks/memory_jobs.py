@@ -120,6 +120,48 @@ def simulation(size: int) -> Job:
     return lambda: lampyris.simulate(scene, "ad-gso", RandomWalk(min(100, size)), seed=1, ticks=40)
 
 
+def drive(size: int) -> Job:
+    """A scene is there; four seconds of continuous time among a hundred walkers."""
+    import lampyris
+    from lampyris.model.traffic import RandomWalk
+
+    scene = _scene(size)
+    return lambda: lampyris.drive(scene, "ad-gso", RandomWalk(min(100, size)), seed=1, time_limit=4.0)
+
+
+def profile(size: int) -> Job:
+    """A plan from corner to corner is there; its speeds."""
+    import lampyris
+
+    scene = _scene(size)
+    found = lampyris.plan(scene, "jps")
+    return lambda: lampyris.profile(found, scene)
+
+
+STUDY = """
+version: 1
+name: memory
+preset: dissertation
+maps:
+  - {{file: m.npy, queries: [{{start: [0, 0], goal: [{last}, {last}]}}]}}
+planners: [ad-gso]
+traffic: [{{kind: random-walk, tracks: live, count: 20}}]
+ticks: 40
+seeds: 2
+"""
+
+
+def study(size: int) -> Job:
+    """A study is there, its map read; two short runs of it, refereed and measured."""
+    import lampyris
+
+    folder = Path(tempfile.mkdtemp())
+    np.save(folder / "m.npy", blocked_map(size))
+    (folder / "study.yaml").write_text(STUDY.format(last=size - 1), encoding="utf-8")
+    known = lampyris.load_study(folder / "study.yaml")
+    return lambda: lampyris.run_study(known)
+
+
 def picture(size: int) -> Job:
     """A plan and its field are there; the picture as PNG."""
     import lampyris
@@ -173,7 +215,10 @@ def frames(size: int) -> Job:
 
 
 def rival(size: int, who: str) -> Job:
-    """Free cells are there; costs alone, with all that must be made of the cells for it."""
+    """Free cells are there; costs, with all that must be made of the cells for it.
+
+    scikit-image keeps where each cell was reached from besides, whether one wants it or not.
+    """
     from benchmarks import field_rivals
 
     from lampyris.model.moves import MOVES
@@ -218,7 +263,8 @@ def rival(size: int, who: str) -> Job:
 
 MAKERS: dict[str, Callable[..., Job]] = {
     "field": field, "mender": mender, "layer": layer, "plan": plan, "simulation": simulation,
-    "picture": picture, "loading": loading, "frames": frames, "rival": rival,
+    "drive": drive, "profile": profile, "study": study, "picture": picture,
+    "loading": loading, "frames": frames, "rival": rival,
 }  # fmt: skip
 
 
@@ -245,7 +291,17 @@ def _now() -> dict[str, int]:
 
 
 def main() -> int:
-    """Do the job and print what it took."""
+    """Do the job and print what it took; what lampyris refuses has its own exit code."""
+    from lampyris.errors import LampyrisError
+
+    try:
+        return _do()
+    except LampyrisError as fault:
+        print(fault, file=sys.stderr)
+        return fault.exit_code
+
+
+def _do() -> int:
     from lampyris.kernels._jit import prefer_compiled
 
     (name, *words), size = sys.argv[1].split(":"), int(sys.argv[2])

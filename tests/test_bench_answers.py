@@ -76,3 +76,31 @@ def test_the_textbook_goes_straight_where_nothing_is_in_the_way(monkeypatch: pyt
     # Somebody stands in the way for good, at the last step: it waits for nobody, it goes around.
     held = {(side - 2, side - 2, t) for t in range(60)}
     assert bench_timed.textbook(free, left, (0, 6), (side - 1, side - 1), held, set(), 50) == 11
+
+
+def test_only_a_limit_is_a_refusal() -> None:
+    from benchmarks.bench_memory import refused
+
+    assert refused("plan:astar", 5, "error[LIMIT]: 268435456 cells\n")[0].holds
+    for code, said in ((1, "Traceback ...\nerror[LIMIT]: x"), (5, "error[MEMORY]: x"), (0, ""), (-9, "")):
+        verdict, _ = refused("plan:astar", code, said)
+        assert not verdict.holds
+        assert f"exit code {code}" in verdict.text
+
+
+def test_of_a_large_field_the_whole_process_counts() -> None:
+    """One verdict, and what falls short is named."""
+    from benchmarks.bench_memory import _verdicts
+    from benchmarks.figures import Figure, Spread
+
+    def figure(task: str, value: float, *beside: Any) -> Any:
+        return Figure(task, "MB", Spread.of([value]), *beside)
+
+    rival = figure("field 512, octile", 10.0, "scipy", Spread.of([40.0]))
+    sizes = {"four": 399.0, "octile": 467.0}
+    figures = [figure(f"field 4096, {kind}, whole process", mb) for kind, mb in sizes.items()]
+    figures += [figure(f"field 4096, {kind}, its own", 300.0) for kind in sizes]
+    first, *rest = _verdicts([*figures, rival])
+    assert not first.holds
+    assert first.text.endswith("short of it: octile")
+    assert not any("4096" in one.text for one in rest)
