@@ -131,6 +131,38 @@ def test_kernels_that_a_plan_compiles(size: int, planner: str, want: list[str], 
     assert last(run(code, *square(tmp_path, size), "--json", "--planner", planner)) == want
 
 
+@pytest.mark.parametrize(
+    ("size", "planner", "terrain", "plain"),
+    [
+        (316, "ad-gso", True, True),
+        (316, "dstar-lite", True, True),
+        (316, "bidirectional-astar", False, True),
+        (316, "astar", True, False),
+        (316, "theta-star", False, False),
+        (316, "lpa-star", False, False),
+        (200, "theta-star", True, True),
+        (200, "sipp", True, True),
+        (200, "dstar", False, True),
+    ],
+)
+def test_plans_that_need_no_numba(size: int, planner: str, terrain: bool, plain: bool) -> None:
+    """The corners of the table in docs/performance.md."""
+    code = f"""
+    import json, numpy as np
+    from lampyris import api
+    from lampyris.model.grid import Grid
+    from lampyris.model.scene import Scene
+    rng = np.random.default_rng({size})
+    blocked = rng.random(({size}, {size})) < 0.1
+    blocked[:3, :3] = blocked[-3:, -3:] = False
+    ground = np.where(blocked, 0, rng.integers(0, 200, blocked.shape)).astype(np.uint8)
+    scene = Scene(Grid(blocked, terrain=ground if {terrain} else None), (0, 0), ({size - 1}, {size - 1}))
+    assert api.plan(scene, {planner!r}).path is not None
+    print(json.dumps(not compiled))
+    """
+    assert last(run(PRETEND + textwrap.dedent(code))) is plain
+
+
 def test_the_second_process_compiles_nothing(tmp_path: Path) -> None:
     code = COUNT + CLI + "print(__import__('json').dumps(sum(made)))"
     words = ("plan", "guide", "--planner", "dijkstra", "--json")
