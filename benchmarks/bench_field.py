@@ -54,7 +54,7 @@ HUGE = {"best": 10.0, "scikit-image": 30.0}
 FLAT = 2.0
 KINDS = ("four", "dissertation", "octile", "sixteen")
 SIZES = (50, 128, 256, 512, 1024, 2048, 4096)
-MOST_EDGES = 2048
+MOST_EDGES = 1024
 """The largest map that a graph is made of, but for the one that is claimed of: it takes gigabytes."""
 BEST = "the quickest of them"
 Maps = Iterator[tuple[str, np.ndarray]]
