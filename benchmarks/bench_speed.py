@@ -10,14 +10,17 @@ import numpy as np
 import toppra
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict, judge
+from benchmarks.maps import random_map
 from benchmarks.turns import take_turns
 from toppra import algorithm, constraint
 
+import lampyris
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.traffic import RandomWalk
 from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import curve_of
@@ -34,8 +37,10 @@ HOW = """Milliseconds of this thread's processor time, code compiled.
   makes the constraints and the solver too, as every new path asks for. Its times and ours agree to 1e-4.
 - jerk: the passes with a limit on jerk, which TOPP-RA does not have.
 - laws: `motion.laws.profile` on a course of 1,000 nodes among the walls of a random map: the law as it
-  stands; then with zones, ten moving obstacles and the approach to the goal; then each rule of the related
-  work besides.
+  stands; then among ten moving obstacles; then with zones, the same obstacles and the approach to the goal;
+  then each rule of the related work besides.
+- driving: a whole drive of `lampyris.drive` on 50 x 50 cells among ten walkers, planning and placing of the
+  obstacles and the referee included, by its periods of 0.1 s.
 
 By turns with TOPP-RA, everybody once a round; jerk and laws each by itself, again and again.
 
@@ -103,7 +108,11 @@ def bench(quick: bool) -> Section:
     """Beside TOPP-RA, then the laws."""
     prefer_compiled()
     figures: list[Figure] = []
-    tables = (_beside_toppra(figures, 3 if quick else 10, 5 if quick else 20), _of_laws(figures, quick))
+    tables = (
+        _beside_toppra(figures, 3 if quick else 10, 5 if quick else 20),
+        _of_laws(figures, quick),
+        _of_driving(figures, quick),
+    )
     verdicts = [
         judge(f"a profile of {NODES} nodes beside TOPP-RA, {what}", [f for f in figures if f.rival == name])
         for what, name in (("solved", "toppra, solved"), ("made and solved", "toppra, whole"))
@@ -163,6 +172,7 @@ def _of_laws(figures: list[Figure], quick: bool) -> Table:
     every = PhysicalLaw(approach=Approach())
     calls = {
         "physical": partial(laws.profile, course, bare, law="physical", movers=None),
+        "moving obstacles": partial(laws.profile, course, bare, law="physical", movers=around),
         "with all caps": partial(laws.profile, course, scene, law=every, movers=around),
     }
     for name in ("uncertainty", "blind", "three-speed", "cloud"):
@@ -173,3 +183,18 @@ def _of_laws(figures: list[Figure], quick: bool) -> Table:
     figures += [Figure(f"law {name}", "ms", spent) for name, spent in times.items()]
     rows = [(name, f"{t.middle:.3f} ({t.low:.3f} to {t.high:.3f})") for name, t in times.items()]
     return Table(("law", "ms"), tuple(rows), f"A course of {len(course)} nodes, ten moving obstacles")
+
+
+def _of_driving(figures: list[Figure], quick: bool) -> Table:
+    """A period of a whole drive."""
+    free = random_map(50, 0.1)
+    free[:2, :2] = free[-2:, -2:] = True
+    scene = Scene(Grid(~free), (0, 0), (49, 49), robot=Robot(a_max=A_MAX, d_max=D_MAX))
+    call = partial(lampyris.drive, scene, "ad-gso", RandomWalk(10), seed=1)
+    found = call()
+    periods = float(found.t[-1]) / found.period
+    spent = take_turns({"drive": call}, rounds=3 if quick else 9, per=1e6 * periods)["drive"]
+    figures.append(Figure("a period of a drive, 50 x 50 among 10", "ms", spent))
+    told = f"{spent.middle:.3f} ({spent.low:.3f} to {spent.high:.3f})"
+    row = (f"{periods:.0f}", f"{float(found.t[-1]):.1f}", told)
+    return Table(("periods", "seconds driven", "ms a period"), (row,), "A drive on 50 x 50 among ten walkers")
