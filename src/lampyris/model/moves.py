@@ -17,7 +17,7 @@ and what :meth:`Moves.value` gives is right to the same share.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -61,6 +61,14 @@ class Moves:
     unit: int
     corner_cutting: bool
     scale: int = 1
+    _dear: tuple[int, int] = field(init=False, repr=False, compare=False)
+    """Exact costs of a diagonal and of a knight's step: every query asks for them."""
+
+    def __post_init__(self) -> None:
+        steps: dict[int, int] = {}
+        for (dx, dy), cost in zip(self.offsets, self.costs, strict=False):
+            steps.setdefault(abs(dx * dy), cost)
+        object.__setattr__(self, "_dear", (steps.get(1, 0), steps.get(2, 0)))
 
     def weighed(self) -> Moves:
         """The same steps with costs in 63rds, for maps with terrain. Those that are already: themselves."""
@@ -84,12 +92,12 @@ class Moves:
     @property
     def diagonal(self) -> int:
         """Exact cost of a diagonal step; 0 where there is none."""
-        return next((c for o, c in zip(self.offsets, self.costs, strict=True) if abs(o[0] * o[1]) == 1), 0)
+        return self._dear[0]
 
     @property
     def knight(self) -> int:
         """Exact cost of a knight's step; 0 where there is none."""
-        return next((c for o, c in zip(self.offsets, self.costs, strict=True) if abs(o[0] * o[1]) == 2), 0)
+        return self._dear[1]
 
     @property
     def reach(self) -> int:
@@ -98,7 +106,7 @@ class Moves:
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""
-        return sum(n * c for n, c in zip(counts, (self.straight, self.diagonal, self.knight), strict=False))
+        return sum(n * c for n, c in zip(counts, (self.unit, *self._dear), strict=False))
 
     def value(self, exact: int) -> float:
         """A cost as a length in cells, correctly rounded from the exact integer."""

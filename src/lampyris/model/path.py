@@ -63,10 +63,15 @@ class Path:
 
 def count_steps(cells: Cells, moves: Moves) -> tuple[int, ...]:
     """How many straights, diagonals (and knight's steps, where the moves have them) a walk takes."""
-    d = np.abs(np.diff(np.asarray(cells, dtype=np.int64).reshape(-1, 2), axis=0))
+    walk = np.asarray(cells).reshape(-1, 2)
+    d = walk[1:] - walk[:-1]
     product = d[:, 0] * d[:, 1]
-    counts = tuple(int(np.count_nonzero(product == k)) for k in (0, 1, 2))
-    return counts if moves.knight else counts[:2]
+    dear = int(np.count_nonzero(product))
+    straight = len(product) - dear
+    if not moves.knight:
+        return straight, dear
+    knights = int(np.count_nonzero(np.abs(product) == 2))
+    return straight, dear - knights, knights
 
 
 def path_of(cells: Cells, moves: Moves, terrain: ByteGrid | None = None) -> Path:

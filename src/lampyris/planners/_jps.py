@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,19 +176,18 @@ class JumpSearch:
 
         ``expansions`` are jump points, ``pack_s`` what packing and mending took since the answer before.
         """
-        shut = np.array(sorted({c for c in closed if self._free[c[1], c[0]]}), dtype=np.int64).reshape(-1, 2)
+        shut = sorted({c for c in closed if self._free[c[1], c[0]]})
         self._shut(shut, True)
         try:
-            answer = self._run(start, goal, budget)
+            return self._run(start, goal, budget)
         finally:
             self._shut(shut, False)
-        pack_s, self._pack_s = self._pack_s, 0.0
-        return replace(answer, pack_s=pack_s)
 
-    def _shut(self, cells: _Ints, blocked: bool) -> None:
-        if len(cells):
+    def _shut(self, cells: list[Cell], blocked: bool) -> None:
+        if cells:
             began = time.perf_counter()
-            self.packed.edit(cells[:, 0], cells[:, 1], blocked=blocked)
+            x, y = np.array(cells, dtype=np.int64).T
+            self.packed.edit(x, y, blocked=blocked)
             self._pack_s += time.perf_counter() - began
 
     def _room(self, nodes: int) -> None:
@@ -211,11 +209,12 @@ class JumpSearch:
                 break
             # As many as there are cells are always enough.
             self._room(min((height + 2) * (width + 2), len(self._nodes)))
+        pack_s, self._pack_s = self._pack_s, 0.0
         if ending != FOUND:
-            return Answer(ending, expansions, None)
+            return Answer(ending, expansions, None, pack_s=pack_s)
         path = np.empty(2 * length, dtype=np.int32)
         unroll(self._nodes, ends[2], ends[3], last, path)
-        return Answer(ending, expansions, path.reshape(-1, 2)[::-1])
+        return Answer(ending, expansions, path.reshape(-1, 2)[::-1], pack_s=pack_s)
 
 
 def _turns(cutting: bool) -> _Ints:

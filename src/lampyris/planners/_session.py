@@ -84,9 +84,10 @@ class GraphSession:
         began = time.perf_counter()
         change = change or Change()
         self._take(change)
-        made = self._answer(change, None if budget is None else budget.expansions)
-        packed = made.timing.get("pack_s", 0.0)
-        return replace(made, timing={**made.timing, "search_s": time.perf_counter() - began - packed})
+        timing: dict[str, float] = {}
+        made = self._answer(change, None if budget is None else budget.expansions, timing)
+        timing["search_s"] = time.perf_counter() - began - timing.get("pack_s", 0.0)
+        return made if made.timing is timing else replace(made, timing=timing)
 
     def _take(self, change: Change) -> None:
         scene = edited(self._scene, change)
@@ -99,7 +100,7 @@ class GraphSession:
             if not self._search.take(self._free, scene.grid.terrain):
                 self._search = self._make(self._free, scene.grid.terrain, self._moves)
 
-    def _answer(self, change: Change, budget: int | None) -> Plan:
+    def _answer(self, change: Change, budget: int | None, timing: dict[str, float]) -> Plan:
         start, goal = self._robot, self._scene.goal
         if not self._free[start[1], start[0]]:
             return Plan(Status.START_OCCUPIED, self._name)
@@ -108,6 +109,8 @@ class GraphSession:
         contains = self._scene.grid.contains
         closed = sorted(c for c in change.obstacles if c not in (start, goal) and contains(c))
         answer = self._search.way(start, goal, budget, closed)
+        if answer.pack_s is not None:
+            timing["pack_s"] = answer.pack_s
         if answer.cells is not None:
             path = path_of(answer.cells, self._moves, self._scene.grid.terrain)
             return Plan(
@@ -118,7 +121,7 @@ class GraphSession:
                 expansions=answer.expansions,
                 optimal_exact=path.exact if self._optimal and not change.obstacles else None,
                 waypoints=answer.waypoints,
-                timing={} if answer.pack_s is None else {"pack_s": answer.pack_s},
+                timing=timing,
             )
         if answer.ending == LIMIT:
             return Plan(Status.LIMIT, self._name, iterations=1, expansions=answer.expansions)
