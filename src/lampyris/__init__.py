@@ -23,6 +23,7 @@ _HOME = {
     "load_study": "lampyris.study.file",
     "run_study": "lampyris.study.front",
     "solve_field": "lampyris.field.solve",
+    "solve_fields": "lampyris.field.many",
     "dissertation_speeds": "lampyris.motion.dissertation",
     "Budget": "lampyris.planners.base",
     "Change": "lampyris.model.change",
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from lampyris.api import profile as profile
     from lampyris.api import simulate as simulate
     from lampyris.errors import LampyrisError as LampyrisError
+    from lampyris.field.many import solve_fields as solve_fields
     from lampyris.field.solve import solve_field as solve_field
     from lampyris.maps.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change

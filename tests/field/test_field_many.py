@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import lampyris
 from lampyris.errors import SceneError, SettingError
 from lampyris.field.many import solve_many
 from lampyris.field.solve import solve
+from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
 from reference.kernel_forms import use
 
 
@@ -34,6 +39,21 @@ def test_same_fields_in_the_order_of_the_goals(
                 alone = solve(free, moves, field.goal, terrain=ground)
                 for what in ("exact", "step", "luciferin"):
                     assert getattr(field, what).tobytes() == getattr(alone, what).tobytes()
+
+
+def test_the_map_of_a_scene() -> None:
+    rng = np.random.default_rng(8)
+    blocked = rng.random((20, 30)) < 0.2
+    blocked[0, 0] = blocked[19, 29] = False
+    ground = np.where(blocked, 0, rng.integers(0, 200, blocked.shape)).astype(np.uint8)
+    goals = [(0, 0), (29, 19), (3, 3)]
+    for terrain, radius in ((None, 0.0), (ground, 0.0), (None, 1.2)):
+        scene = Scene(Grid(blocked, terrain=terrain), (0, 0), (29, 19), robot=Robot(radius=radius))
+        for goal, field in zip(goals, lampyris.solve_fields(scene, goals, gamma=0.5), strict=True):
+            alone = lampyris.solve_field(replace(scene, goal=goal), gamma=0.5)
+            assert field.goal == goal
+            assert field.luciferin.tobytes() == alone.luciferin.tobytes()
+            assert np.array_equal(field.exact, alone.exact)
 
 
 def test_goals_are_drawn_as_fields_are_taken() -> None:

@@ -7,11 +7,44 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from lampyris.errors import SettingError
+from lampyris.field.layers import free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.model.field import Field
 from lampyris.model.moves import Moves
+from lampyris.model.scene import Scene
 from lampyris.processors import processors
 from lampyris.typing import BoolGrid, ByteGrid, Cell
+
+
+def solve_fields(
+    scene: Scene,
+    goals: Iterable[Cell],
+    *,
+    rho: float = 0.4,
+    gamma: float = 0.6,
+    workers: int | None = None,
+) -> Iterator[Field]:
+    """The fields of many goals on the map of one scene, in the order of the goals: its own goal is not used.
+
+    For tables of distances, heuristics and the choice of the nearest goal::
+
+        nearest = min(lampyris.solve_fields(scene, chargers), key=lambda field: field.cost[y, x])
+
+    Parameters
+    ----------
+    goals : cells; drawn from as fields are taken.
+    rho, gamma : as for :func:`lampyris.solve_field`.
+    workers : how many threads, 1 or more; None for one for each processor of this process.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    SceneError : a goal outside the map, when its field's turn has come.
+    """
+    return solve_many(
+        free_space(scene), moves_for(scene), goals, terrain=scene.grid.terrain, rho=rho, gamma=gamma,
+        workers=workers,
+    )  # fmt: skip
 
 
 def solve_many(
