@@ -358,7 +358,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     twin = _twin(k, lambda callee: callee.compiled(), helpers)
     keep = _keeping and _cache_works(k)
     if keep:
-        twin.__qualname__ += f"_{machine.edition()}"
+        twin.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
         return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
     except RuntimeError as error:

@@ -33,14 +33,17 @@ def listen(tell: Callable[[bool], None]) -> None:
     event.register("numba:compile", Ear())
 
 
+HERE = Path(__file__).resolve().parent
+
+
 @cache
-def edition() -> str:
+def edition(folder: Path = HERE) -> str:
     """What the files of kernels hold, in sixteen letters: it is in the name of what is kept of them.
 
-    All of them, not those that a kernel has callees in: it may have a constant from another, and how it is
-    compiled stands here.
+    All of them in that folder, and here, not those that a kernel has callees in: it may have a constant from
+    another, and how it is compiled stands here.
     """
-    files = sorted(Path(__file__).parent.glob("*.py"))
+    files = sorted({*HERE.glob("*.py"), *folder.glob("*.py")})
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 
