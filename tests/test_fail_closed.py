@@ -18,7 +18,7 @@ import pytest
 from lampyris.errors import InputError
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
-from maps.map_files import bmp, chunk, npy, png
+from lampyris.selfcheck.twins.map_files import bmp, chunk, npy, png
 
 GREYS = (0, 1, 89, 90, 100, 128, 204, 205, 206, 254, 255)
 LEGEND = ((255, 0, 0), (255, 215, 0), (255, 20, 147))

@@ -35,7 +35,7 @@ from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
 from lampyris.report import style
 from lampyris.report.raster import draw_map
-from maps.map_files import bmp, npy, png, put, rows
+from lampyris.selfcheck.twins.map_files import bmp, npy, png, put, rows
 
 SIDE = 256
 CELLS = SIDE * SIDE

@@ -13,7 +13,7 @@ from lampyris.errors import FileError, LampyrisError, SceneError
 from lampyris.maps.make import make
 from lampyris.maps.movingai import ScenQuery
 from lampyris.model.plan import Status
-from reference.search_twin import distances
+from lampyris.selfcheck.twins.search_twin import distances
 
 MAP = """type octile
 height 4

@@ -21,8 +21,8 @@ from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
 from lampyris.planners.base import Budget, Planner, Session, Traits
 from lampyris.testing import cheapest, check_planner
-from reference import terrain_twin
-from reference.search_twin import distances
+from lampyris.selfcheck.twins import terrain_twin
+from lampyris.selfcheck.twins.search_twin import distances
 
 
 def small(name: str) -> Planner:

@@ -21,7 +21,7 @@ from lampyris.app.decode import decode, files_of
 from lampyris.app.library import container
 from lampyris.app.said import unpacked
 from lampyris.errors import InternalFault, LampyrisError, LimitError
-from maps.map_files import png, rows
+from lampyris.selfcheck.twins.map_files import png, rows
 
 GREY = 0
 SMALL = png(3, 2, 8, GREY, rows([0, 255, 255], [255, 255, 0]))

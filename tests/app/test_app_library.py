@@ -22,7 +22,7 @@ from lampyris.errors import FileError, LimitError
 from lampyris.maps import library as bundled
 from lampyris.maps.map_hash import map_hash
 from lampyris.study.ground import pack
-from maps.map_files import png, rows
+from lampyris.selfcheck.twins.map_files import png, rows
 
 SMALL = png(3, 2, 8, 0, rows([0, 255, 255], [255, 255, 0]))
 OTHER = png(2, 2, 8, 0, rows([0, 255], [255, 255]))

@@ -8,7 +8,7 @@ import pytest
 from lampyris.field.gates import find_gates, gate_mask
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
-from reference import field_twin as twin
+from lampyris.selfcheck.twins import field_twin as twin
 
 
 def _grid(text: str) -> Grid:

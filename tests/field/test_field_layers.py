@@ -10,7 +10,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from reference import field_twin as twin
+from lampyris.selfcheck.twins import field_twin as twin
 
 
 def test_clearance_by_trying_all() -> None:

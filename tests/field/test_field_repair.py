@@ -15,9 +15,9 @@ from lampyris.field.solve import solve
 from lampyris.kernels import repair as kernels
 from lampyris.model.field import Field
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
-from reference import field_twin
-from reference.changing_twin import World, costs
-from reference.edit_stories import Story, story
+from lampyris.selfcheck.twins import field_twin
+from lampyris.selfcheck.twins.changing_twin import World, costs
+from lampyris.selfcheck.twins.edit_stories import Story, story
 from reference.kernel_forms import use
 
 ARRAYS = ("exact", "step", "luciferin", "free")

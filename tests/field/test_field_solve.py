@@ -17,7 +17,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from reference import field_twin as twin
+from lampyris.selfcheck.twins import field_twin as twin
 from reference.kernel_forms import use
 
 

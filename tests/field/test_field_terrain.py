@@ -22,7 +22,7 @@ from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planners.edits import edited
-from reference import field_twin, terrain_twin
+from lampyris.selfcheck.twins import field_twin, terrain_twin
 from reference.kernel_forms import use
 
 Cell = tuple[int, int]

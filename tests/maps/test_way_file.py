@@ -14,7 +14,7 @@ from lampyris.maps import way_file
 from lampyris.maps.movers_file import read_movers
 from lampyris.maps.way_file import read_way
 from lampyris.model.grid import Grid
-from maps.map_files import put
+from lampyris.selfcheck.twins.map_files import put
 
 GRID = Grid(np.zeros((30, 40), bool), resolution=0.05, origin=(-1.5, 2.25, 0.0))
 TURNED = Grid(np.zeros((30, 40), bool), resolution=0.05, origin=(-1.5, 2.25, 0.7))

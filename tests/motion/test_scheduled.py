@@ -14,7 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol, Recorded
 from lampyris.motion.scheduled import divided, scheduled_profile
 from lampyris.motion.tracks import tracks_from_recorded
-from reference.path_time_twin import least_gap
+from lampyris.selfcheck.twins.path_time_twin import least_gap
 
 
 def corridor() -> Scene:

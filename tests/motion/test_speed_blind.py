@@ -19,7 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion.blind import BlindArea, blind_cap, hiding_distance, need, stop_within, visible_cells
 from lampyris.motion.cap import Around
 from lampyris.motion.course import Course, course_of
-from reference import sight_twin
+from lampyris.selfcheck.twins import sight_twin
 from reference.kernel_forms import use
 
 ROBOT = Robot(radius=0.2)

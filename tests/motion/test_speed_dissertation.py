@@ -13,7 +13,7 @@ from lampyris.errors import SettingError
 from lampyris.motion import caps
 from lampyris.motion.dissertation import DissertationLaw, dissertation_profile, dissertation_speeds
 from lampyris.reproduce import data
-from reference import speed_twins
+from lampyris.selfcheck.twins import speed_twins
 
 TABLES = {table: data.velocity_rows(table) for table in data.VELOCITY_TABLES}
 # Rows whose printed velocity is not what the law gives on the printed cells and counts.

@@ -15,7 +15,7 @@ from lampyris.kernels.speed import clock
 from lampyris.motion.cap import Cap
 from lampyris.motion.profile import Feasible, feasible_profile, stop_to_stop
 from lampyris.referee import check_motion
-from reference import profile_twin
+from lampyris.selfcheck.twins import profile_twin
 from reference.kernel_forms import use
 
 Floats = Any

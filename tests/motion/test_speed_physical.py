@@ -17,7 +17,7 @@ from lampyris.model.path import Path, path_of
 from lampyris.motion import caps, laws
 from lampyris.motion.physical import PhysicalLaw, body_squares, wall_squares
 from lampyris.referee import check_profile
-from reference import speed_twins
+from lampyris.selfcheck.twins import speed_twins
 
 STEPS = MOVES["sixteen"].offsets
 

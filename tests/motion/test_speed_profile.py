@@ -10,7 +10,7 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.motion.profile import Feasible, feasible_profile, lowest, stop_to_stop
-from reference import speed_twins
+from lampyris.selfcheck.twins import speed_twins
 
 Case = tuple[np.ndarray, list[tuple[str, np.ndarray]], dict[str, float]]  # type: ignore[type-arg]
 

@@ -12,7 +12,7 @@ import pytest
 from lampyris.errors import SettingError
 from lampyris.motion.rings import ring_counts
 from lampyris.reproduce import data
-from reference import speed_twins
+from lampyris.selfcheck.twins import speed_twins
 
 STEPS = [(dx, dy) for dx in range(-2, 3) for dy in range(-2, 3) if math.gcd(dx, dy) == 1]
 AROUND = [(dx, dy) for dx in range(-2, 3) for dy in range(-2, 3) if (dx, dy) != (0, 0)]

@@ -18,8 +18,8 @@ from lampyris.planners._graph import Answer, GridSearch
 from lampyris.planners._terrain_graph import search_of
 from lampyris.planners.bidirectional_astar import BidirectionalAStar
 from lampyris.referee import check_plan
-from reference import terrain_twin
-from reference.field_twin import surd
+from lampyris.selfcheck.twins import terrain_twin
+from lampyris.selfcheck.twins.field_twin import surd
 from reference.kernel_forms import use
 
 

@@ -23,7 +23,7 @@ from lampyris.planners.astar import AStar
 from lampyris.planners.base import Budget, Planner, Session
 from lampyris.planners.dijkstra import Dijkstra
 from lampyris.referee import check_path
-from reference.search_twin import cost_of, distances, verdict
+from lampyris.selfcheck.twins.search_twin import cost_of, distances, verdict
 
 PLANNERS = [AStar(), Dijkstra()]
 NAMES = sorted(MOVES)

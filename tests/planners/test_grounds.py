@@ -16,7 +16,7 @@ from lampyris.planners._grounds import Grounds
 from lampyris.planners._living import LivingMap
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.edits import edited
-from reference.edit_stories import story
+from lampyris.selfcheck.twins.edit_stories import story
 
 
 def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:

@@ -31,8 +31,8 @@ from lampyris.planners.edits import edited
 from lampyris.planners.focussed_dstar import FocussedDStar
 from lampyris.planners.lpa_star import LpaStar
 from lampyris.referee import check_path
-from reference.changing_twin import World, costs
-from reference.edit_stories import Story, story
+from lampyris.selfcheck.twins.changing_twin import World, costs
+from lampyris.selfcheck.twins.edit_stories import Story, story
 from reference.kernel_forms import use
 
 PLANNERS: list[Planner] = [DStar(), FocussedDStar(), LpaStar(), DStarLite()]

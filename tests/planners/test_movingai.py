@@ -26,7 +26,7 @@ from lampyris.planners.focussed_dstar import FocussedDStar
 from lampyris.planners.jps import JumpPointSearch
 from lampyris.planners.lpa_star import LpaStar
 from lampyris.referee import check_path
-from reference.search_twin import read_map, read_queries
+from lampyris.selfcheck.twins.search_twin import read_map, read_queries
 
 PLANNERS = [AStar(), Dijkstra(), JumpPointSearch(), BidirectionalAStar()]
 LIVING = [DStar(), FocussedDStar(), LpaStar(), DStarLite(), Fastest()]

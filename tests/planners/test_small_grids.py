@@ -19,7 +19,7 @@ from lampyris.planners.bidirectional_astar import BidirectionalAStar
 from lampyris.planners.dijkstra import Dijkstra
 from lampyris.planners.jps import JumpPointSearch
 from lampyris.referee import check_path
-from reference.search_twin import Cell, Counts, cost_of, distances, verdict
+from lampyris.selfcheck.twins.search_twin import Cell, Counts, cost_of, distances, verdict
 
 PLANNERS = [AStar(), Dijkstra(), JumpPointSearch(), BidirectionalAStar()]
 CELLS = list(product(range(3), repeat=2))

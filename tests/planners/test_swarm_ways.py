@@ -17,7 +17,7 @@ from lampyris.planners.swarm_ground import Ground
 from lampyris.planners.swarm_terms import TERMS, Weights, score
 from lampyris.planners.swarm_ways import anywhere, evenly, on_lines, trace, walk_of, waypoints_of
 from planners.swarm_scenes import NAMES, random_scene, scene_of
-from reference.search_twin import cost_of, distances
+from lampyris.selfcheck.twins.search_twin import cost_of, distances
 
 
 def ground_of(scene: Scene) -> Ground:

@@ -25,7 +25,7 @@ from lampyris.planners.astar import AStar
 from lampyris.planners.base import Budget
 from lampyris.planners.dijkstra import Dijkstra
 from lampyris.referee import check_path, check_plan
-from reference import terrain_twin
+from lampyris.selfcheck.twins import terrain_twin
 from reference.kernel_forms import use
 
 RNG = np.random.default_rng(0)  # Never drawn from by these planners.

@@ -26,9 +26,9 @@ from lampyris.planners.theta_star import LazyThetaStar, ThetaStar
 from lampyris.referee import check_plan
 from lampyris.referee.any_angle import line_meets
 from lampyris.testing import check_planner
-from reference.any_angle_twin import all_lines, clearance, sees, shortest
+from lampyris.selfcheck.twins.any_angle_twin import all_lines, clearance, sees, shortest
 from reference.kernel_forms import use
-from reference.search_twin import distances
+from lampyris.selfcheck.twins.search_twin import distances
 
 PUBLISHED = LazyThetaStar(put_back=False)
 PLANNERS: list[Planner] = [ThetaStar(), LazyThetaStar(), PUBLISHED]

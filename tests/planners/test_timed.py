@@ -23,7 +23,7 @@ from lampyris.planners.base import Budget
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
 from lampyris.testing import check_planner
-from reference.timed_twin import EIGHT, FOUR, Body, Cell, clash, earliest, legal
+from lampyris.selfcheck.twins.timed_twin import EIGHT, FOUR, Body, Cell, clash, earliest, legal
 
 RNG = np.random.default_rng(0)  # never drawn from
 PLANNERS = [Sipp(margin=0), SpaceTimeAStar(margin=0)]

@@ -11,7 +11,7 @@ from lampyris import referee
 from lampyris.model.edit import Edit
 from lampyris.model.traffic import Recorded
 from lampyris.report.plain import trace_record
-from reference.edit_twin import EditMonitor
+from lampyris.selfcheck.twins.edit_twin import EditMonitor
 
 LANE = grid_of("......", "......", "......")
 

@@ -24,7 +24,7 @@ from lampyris.sim import fast
 from lampyris.sim.editing import Walls
 from lampyris.sim.loop import run
 from lampyris.sim.space import Shape
-from reference.edit_twin import EditMonitor
+from lampyris.selfcheck.twins.edit_twin import EditMonitor
 
 
 def story(trace):

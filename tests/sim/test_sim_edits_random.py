@@ -21,7 +21,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol
 from lampyris.planners import registry
 from lampyris.sim.loop import run
-from reference.edit_twin import EditMonitor, reach_of
+from lampyris.selfcheck.twins.edit_twin import EditMonitor, reach_of
 
 # ---- exhaustively --------------------
 

@@ -17,7 +17,7 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planners import registry
 from lampyris.sim.loop import run
-from reference.sim_monitor import Monitor
+from lampyris.selfcheck.twins.sim_monitor import Monitor
 
 KINDS = ("random-walk", "rate", "patrol", "crossing", "recorded", "all")
 

@@ -15,7 +15,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.motion import laws
 from lampyris.planners import registry
 from lampyris.sim.loop import run
-from reference.sim_monitor import Monitor
+from lampyris.selfcheck.twins.sim_monitor import Monitor
 
 
 @pytest.mark.parametrize("law", ["physical", "dissertation"])

@@ -16,7 +16,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.sim.loop import run
 from lampyris.sim.space import footprint
-from reference.sim_monitor import Monitor, disc
+from lampyris.selfcheck.twins.sim_monitor import Monitor, disc
 
 OPEN = Grid(np.zeros((12, 12), dtype=bool))
 

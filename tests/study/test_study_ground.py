@@ -15,7 +15,7 @@ from lampyris.maps import library
 from lampyris.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.study.ground import pack, unpack
-from reference.watching import memory
+from lampyris.selfcheck.twins.watching import memory
 
 
 def grids(seed: int, many: int) -> list[Grid]:

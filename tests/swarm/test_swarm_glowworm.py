@@ -13,7 +13,7 @@ from lampyris.swarm.functions import FUNCTIONS
 from lampyris.swarm.glowworm import GSO, GlowwormSwarm, adaptive_gso, igso, roulette
 from lampyris.swarm.loop import Stop, maximise
 from lampyris.swarm.steps import CoolingStep, DecayingStep, FixedStep
-from reference import glowworm_twin
+from lampyris.selfcheck.twins import glowworm_twin
 
 J1, J9 = FUNCTIONS["J1"], FUNCTIONS["J9"]
 

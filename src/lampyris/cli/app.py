@@ -15,6 +15,7 @@ from lampyris.cli import (
     maps_verbs,
     reproduce_verb,
     scen_verb,
+    selfcheck_verb,
     speed_verb,
     study_verb,
     warm_verb,
@@ -259,3 +260,4 @@ app.command()(compare_verb.compare)
 app.command()(reproduce_verb.reproduce)
 app.command()(app_verb.app)
 app.command()(warm_verb.warm)
+app.command()(selfcheck_verb.selfcheck)

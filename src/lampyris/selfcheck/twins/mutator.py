@@ -68,7 +68,7 @@ class Corpus:
         """One mutant: mostly one or two changes, seldom more."""
         data = pick(rng, self.seeds)
         for _ in range(1 + int(rng.geometric(0.6) if rng.random() < 0.3 else 0)):
-            change = pick(rng, TEXT_CHANGES if self.text and rng.random() < 0.8 else BYTE_CHANGES)
+            change: Change = pick(rng, TEXT_CHANGES if self.text and rng.random() < 0.8 else BYTE_CHANGES)
             if self.change is not None and rng.random() < 0.8:
                 change = self.change
             data = change(rng, data, self)[:MAX_BYTES]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 from fractions import Fraction
 
-from reference.field_twin import COSTS, OFFSETS, Surd, legal, surd
+from lampyris.selfcheck.twins.field_twin import COSTS, OFFSETS, Surd, legal, surd
 
 
 def weighs(terrain, cell):

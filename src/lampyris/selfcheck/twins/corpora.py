@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from maps.map_files import adam7, bmp, chunk, npy, png, rows
-from reference.mutator import Corpus, change_png, mend_npy
+from lampyris.selfcheck.twins.map_files import adam7, bmp, chunk, npy, png, rows
+from lampyris.selfcheck.twins.mutator import Corpus, change_png, mend_npy
 
 _PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
 _TWO = bytes(4) + b"\xff" * 4

@@ -7,7 +7,7 @@ fractions (:mod:`reference.sim_monitor`), maps are lists, and every tick is work
 from __future__ import annotations
 
 from lampyris.model.trace import Trace
-from reference.sim_monitor import Monitor
+from lampyris.selfcheck.twins.sim_monitor import Monitor
 
 
 class EditMonitor(Monitor):
@@ -15,7 +15,9 @@ class EditMonitor(Monitor):
 
     def __init__(self, trace: Trace) -> None:
         super().__init__(trace)
-        self.maps, self.turned, self.held = [self.blocked], {}, {}
+        self.maps = [self.blocked]
+        self.turned: dict = {}
+        self.held: dict = {}
         edits = {edit.tick: edit for edit in trace.scene.edits}
         for t in range(1, trace.ticks + 1):
             self.maps.append(self.next_map(t, edits.get(t)))

@@ -1,0 +1,26 @@
+"""Every promise at its commit size: what ``lampyris selfcheck`` proves, as tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lampyris.selfcheck import registry, runner
+from lampyris.selfcheck.check import Ask
+
+ASK = Ask()
+
+
+def _cases() -> list[tuple[str, str]]:
+    return [(name, kind) for name in registry.NAMES for kind in registry.check(name).kinds_for(ASK)]
+
+
+@pytest.mark.parametrize(("name", "kind"), _cases())
+def test_the_promise_holds(name: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    check = registry.check(name)
+    if not check.kinds_for(ASK)[kind].commit:
+        pytest.skip("this kind has larger sizes only")
+    result = runner.run(check, ASK, runner.Range(only=kind))
+    assert result.holds, "\n".join(f"{f.kind} {f.number}: {f.what}" for f in result.outcome.failures[:5])
