@@ -35,10 +35,10 @@ from lampyris.maps.zones import read_zones
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
 from lampyris.scenarios import completed, load_scenario, run, save_scenario
-from lampyris.typing import Cell
 from lampyris.selfcheck.twins import corpora
 from lampyris.selfcheck.twins.mutator import Corpus
 from lampyris.selfcheck.twins.watching import memory, no_longer_than, watched
+from lampyris.typing import Cell
 
 BUNDLED = Path(lampyris.__file__).parent / "maps" / "data"
 KEPT = Path(__file__).parent / "data" / "fuzz"

@@ -20,9 +20,9 @@ from lampyris.planners import registry
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
 from lampyris.planners.base import Budget, Planner, Session, Traits
-from lampyris.testing import cheapest, check_planner
 from lampyris.selfcheck.twins import terrain_twin
 from lampyris.selfcheck.twins.search_twin import distances
+from lampyris.testing import cheapest, check_planner
 
 
 def small(name: str) -> Planner:

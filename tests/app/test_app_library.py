@@ -21,8 +21,8 @@ from lampyris.app.said import said_scenario
 from lampyris.errors import FileError, LimitError
 from lampyris.maps import library as bundled
 from lampyris.maps.map_hash import map_hash
-from lampyris.study.ground import pack
 from lampyris.selfcheck.twins.map_files import png, rows
+from lampyris.study.ground import pack
 
 SMALL = png(3, 2, 8, 0, rows([0, 255, 255], [255, 255, 0]))
 OTHER = png(2, 2, 8, 0, rows([0, 255], [255, 255]))

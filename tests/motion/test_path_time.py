@@ -17,8 +17,8 @@ from lampyris.motion.path_time import through_tracks
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.spread import Blocked, parts_of, walk
 from lampyris.motion.tracks import Way, discs_of, tracks_from_recorded
-from reference.kernel_forms import use
 from lampyris.selfcheck.twins.path_time_twin import least_gap, steps_to_goal
+from reference.kernel_forms import use
 
 ROBOT = Robot(radius=0.25, v_max=1.0, a_max=0.5, d_max=1.0)
 

@@ -16,8 +16,8 @@ from lampyris.planners.swarm_field import repulsion
 from lampyris.planners.swarm_ground import Ground
 from lampyris.planners.swarm_terms import TERMS, Weights, score
 from lampyris.planners.swarm_ways import anywhere, evenly, on_lines, trace, walk_of, waypoints_of
-from planners.swarm_scenes import NAMES, random_scene, scene_of
 from lampyris.selfcheck.twins.search_twin import cost_of, distances
+from planners.swarm_scenes import NAMES, random_scene, scene_of
 
 
 def ground_of(scene: Scene) -> Ground:

@@ -25,10 +25,10 @@ from lampyris.planners.base import Planner
 from lampyris.planners.theta_star import LazyThetaStar, ThetaStar
 from lampyris.referee import check_plan
 from lampyris.referee.any_angle import line_meets
-from lampyris.testing import check_planner
 from lampyris.selfcheck.twins.any_angle_twin import all_lines, clearance, sees, shortest
-from reference.kernel_forms import use
 from lampyris.selfcheck.twins.search_twin import distances
+from lampyris.testing import check_planner
+from reference.kernel_forms import use
 
 PUBLISHED = LazyThetaStar(put_back=False)
 PLANNERS: list[Planner] = [ThetaStar(), LazyThetaStar(), PUBLISHED]

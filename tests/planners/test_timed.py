@@ -22,8 +22,8 @@ from lampyris.planners._timed_session import _hidden
 from lampyris.planners.base import Budget
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
-from lampyris.testing import check_planner
 from lampyris.selfcheck.twins.timed_twin import EIGHT, FOUR, Body, Cell, clash, earliest, legal
+from lampyris.testing import check_planner
 
 RNG = np.random.default_rng(0)  # never drawn from
 PLANNERS = [Sipp(margin=0), SpaceTimeAStar(margin=0)]

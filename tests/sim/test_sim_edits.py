@@ -20,11 +20,11 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planners import registry
+from lampyris.selfcheck.twins.edit_twin import EditMonitor
 from lampyris.sim import fast
 from lampyris.sim.editing import Walls
 from lampyris.sim.loop import run
 from lampyris.sim.space import Shape
-from lampyris.selfcheck.twins.edit_twin import EditMonitor
 
 
 def story(trace):

@@ -20,8 +20,8 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol
 from lampyris.planners import registry
-from lampyris.sim.loop import run
 from lampyris.selfcheck.twins.edit_twin import EditMonitor, reach_of
+from lampyris.sim.loop import run
 
 # ---- exhaustively --------------------
 

@@ -16,8 +16,8 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planners import registry
-from lampyris.sim.loop import run
 from lampyris.selfcheck.twins.sim_monitor import Monitor
+from lampyris.sim.loop import run
 
 KINDS = ("random-walk", "rate", "patrol", "crossing", "recorded", "all")
 

@@ -14,8 +14,8 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Recorded
 from lampyris.motion import laws
 from lampyris.planners import registry
-from lampyris.sim.loop import run
 from lampyris.selfcheck.twins.sim_monitor import Monitor
+from lampyris.sim.loop import run
 
 
 @pytest.mark.parametrize("law", ["physical", "dissertation"])

@@ -14,8 +14,8 @@ from lampyris.errors import LampyrisError
 from lampyris.maps import library
 from lampyris.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
-from lampyris.study.ground import pack, unpack
 from lampyris.selfcheck.twins.watching import memory
+from lampyris.study.ground import pack, unpack
 
 
 def grids(seed: int, many: int) -> list[Grid]:
