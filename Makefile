@@ -65,15 +65,14 @@ check-nightly: $(VENV)/.nightly
 	@mkdir -p build
 	$(BIN)/python -m pytest -q -n auto -m nightly -s
 	$(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger --failures build/failures
-	$(MAKE) coverage audit
+	$(MAKE) coverage
 
 coverage: $(VENV)/.nightly
 	@tools/browser.sh
 	$(BIN)/python tools/coverage_rooms.py
 
 audit: $(VENV)/.nightly
-	$(BIN)/python -m pytest -q tests/app/test_threats_supply.py
-	$(BIN)/python -m pip_audit --no-deps --disable-pip -r requirements/run.txt
+	$(BIN)/python -m pip_audit --strict --no-deps --disable-pip -r requirements/run.txt
 
 test-wheel: $(VENV)/.dev
 	@rm -rf dist build/wheel-venv && mkdir -p build

@@ -2,7 +2,7 @@
 
 ::
 
-    python tools/promises.py page            # docs/promises.md from promises.toml and promises.jsonl beside it
+    python tools/promises.py page            # docs/promises.md from the .toml and .jsonl beside it
     python tools/promises.py run G19 G25     # run the commands of these goals and record what came of them
     python tools/promises.py run all
 
