@@ -99,7 +99,8 @@ def plan(
     _budget(budget)
     began = time.perf_counter()
     # Nobody keeps the session: its memory is free for what comes after it.
-    found = chosen.open(scene, np.random.default_rng(_seed(seed)), record=record).plan(None, budget)
+    draws = np.random.Generator(np.random.PCG64(_seed(seed)))
+    found = chosen.open(scene, draws, record=record).plan(None, budget)
     planned = time.perf_counter()
     found = assess(found, scene)
     found = replace(found, detail=why(found, scene))

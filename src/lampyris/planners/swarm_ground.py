@@ -57,7 +57,7 @@ class Ground:
     def __init__(self, scene: Scene, moves: Moves, free: BoolGrid, closed: frozenset[Cell]) -> None:
         if closed:
             left = free.copy()
-            for x, y in closed:
+            for x, y in closed:  # bits: each sets its own cell
                 left[y, x] = False
             left.setflags(write=False)
             free = left
@@ -74,9 +74,9 @@ class Ground:
         self.terrain: Ints | None = None if terrain is None else self._framed(terrain.astype(np.int64), 0)
         rules = rules_of(moves, False)
         line = np.array([1, self.stride], dtype=np.int64)
-        self.jump: Ints = np.stack((rules.dx, rules.dy), axis=1) @ line
-        self._via: Ints = rules.via @ line
-        self._across: Ints = rules.across @ line
+        self.jump: Ints = np.stack((rules.dx, rules.dy), axis=1) @ line  # bits: whole numbers
+        self._via: Ints = rules.via @ line  # bits: whole numbers
+        self._across: Ints = rules.across @ line  # bits: whole numbers
         self.price: Ints = rules.cost
         self.number = {offset: k for k, offset in enumerate(moves.offsets)}
 
