@@ -9,7 +9,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
-	@echo "make test           lint, types, floors and the whole test suite"
+	@echo "make test           lint, types, floors, the lint for determinism and the whole test suite"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings beside rivals (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
 	@echo "make bench-quick    the same in under two minutes, printed and not written"
@@ -54,6 +54,7 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tools/lint_determinism.py
 
 unit: $(VENV)/.dev
 	@tools/browser.sh
