@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
+import pickle
+from collections.abc import Callable
 from types import ModuleType
 
 import numpy as np
@@ -258,6 +261,29 @@ def test_fields_are_views_until_the_next_mend_and_snapshots_for_good() -> None:
         for field in (second, kept):
             with pytest.raises(ValueError, match="read-only"):
                 getattr(field, what)[0, 0] = 0
+
+
+@pytest.mark.parametrize(
+    "way", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)), Mender.copy]
+)
+def test_copies_are_mended_apart(way: Callable[[Mender], Mender]) -> None:
+    """What a copy showed, before, was not what it mended."""
+    free = np.random.default_rng(24).random((12, 15)) >= 0.2
+    free[4, 4] = True
+    first = Mender(free, MOVES["octile"], (4, 4))
+    first.mend(blocked=[(5, 5)])
+    second = way(first)
+    assert same(second.field, first.field)
+    assert (second.field.revision, second.padded.cost.base is None) == (1, False)
+    for one, cell in ((second, (3, 4)), (first, (4, 5))):
+        one.mend(blocked=[cell])
+    for one, cell in ((second, (3, 4)), (first, (4, 5))):
+        now = free.copy()
+        now[5, 5] = now[cell[1], cell[0]] = False
+        assert same(one.field, solve(now, MOVES["octile"], (4, 4)))
+        assert np.array_equal(one.padded.frame.inside(one.padded.cost), one.field.exact)
+        with pytest.raises(ValueError, match="read-only"):
+            one.field.exact[0, 0] = 0
 
 
 @pytest.mark.parametrize(
