@@ -10,7 +10,7 @@ import pytest
 
 from lampyris.model.plan import Plan, Status
 from lampyris.planners._session import GraphSession
-from lampyris.selfcheck import _drawn_maps
+from lampyris.selfcheck import _drawn_maps, _worlds
 from lampyris.selfcheck import random as check
 from lampyris.selfcheck._answers import exact, own
 from lampyris.selfcheck._grid_costs import Q, cost_at, costs_to, room_for
@@ -39,7 +39,7 @@ def test_the_quick_reference_agrees_with_a_plain_one_in_every_cell() -> None:
         width, height = (int(n) for n in rng.integers(2, 16, size=2))
         blocked = _drawn_maps.walls(rng, width, height)
         terrain = _drawn_maps.terrain(rng, blocked) if case % 2 else None
-        radius = float(rng.choice([0.0, *check.RADII]))
+        radius = float(rng.choice([0.0, *_worlds.RADII]))
         name = check.MOVES[case // 2 % 4]
         world = World(blocked.tolist(), None if terrain is None else terrain.tolist(), radius)
         free = room_for(blocked, radius)
@@ -84,7 +84,7 @@ def test_the_cases_are_as_varied_as_promised(kind: str) -> None:
         ask = Ask()
         world = check._world(ask, kind, number // check.SHARED[kind])
         question = check._question(ask, kind, number, world)
-        words.append(check._truth(world, question).word)
+        words.append(_worlds.truth(world, question.start, question.goal, question.index).word)
         shapes.add(world.free.shape)
         styles += world.terrain is not None
     low, high = (65, 512) if kind == "large" else (5, 32 if kind == "others" else 64)

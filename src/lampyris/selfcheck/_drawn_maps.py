@@ -37,7 +37,8 @@ def _rooms(rng: np.random.Generator, width: int, height: int) -> BoolGrid:
     side = int(rng.integers(3, 10))
     blocked[side::side] = True
     blocked[:, side::side] = True
-    return blocked & (rng.random((height, width)) >= rng.choice([0.05, 0.2, 0.4]))
+    blocked &= rng.random((height, width)) >= rng.choice([0.05, 0.2, 0.4])
+    return blocked
 
 
 def _corridors(rng: np.random.Generator, width: int, height: int) -> BoolGrid:
@@ -63,5 +64,5 @@ def terrain(rng: np.random.Generator, blocked: BoolGrid) -> ByteGrid | None:
         values = ROUGHEST * (rng.random(shape) < 0.5)
     else:
         values = rng.integers(0, 3, shape)
-    values = np.where(blocked, 0, values).astype(np.uint8)
-    return values if values.any() else None
+    grades: ByteGrid = np.where(blocked, 0, values).astype(np.uint8)
+    return grades if grades.any() else None

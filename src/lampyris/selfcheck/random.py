@@ -10,22 +10,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lampyris.field.layers import moves_for
 from lampyris.field.solve import solve_field
-from lampyris.model.grid import Grid
-from lampyris.model.moves import moves_named
-from lampyris.model.robot import Robot
-from lampyris.model.scene import Scene
-from lampyris.selfcheck import _drawn_maps
-from lampyris.selfcheck._answers import Truth, asked, drawn, exact, own, wrong
-from lampyris.selfcheck._grid_costs import cost_at, costs_to, parts_of, room_for
+from lampyris.selfcheck import _worlds as worlds
+from lampyris.selfcheck._answers import asked, drawn, exact, own, wrong
+from lampyris.selfcheck._grid_costs import parts_of
+from lampyris.selfcheck._worlds import World
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.search_twin import Cell
-from lampyris.typing import BoolGrid, ByteGrid
-
-Rows = list[list[bool]]
 
 MOVES = ("octile", "dissertation", "four", "sixteen")
 SMALLEST, SMALL, LARGE, OTHERS = 5, 64, 512, 32
@@ -33,64 +26,18 @@ SMALLEST, SMALL, LARGE, OTHERS = 5, 64, 512, 32
 SHARED = {"plain": 20, "rough": 20, "large": 40, "others": 20}
 """How many questions share a map."""
 GOALS = {"plain": 4, "rough": 4, "large": 2, "others": 4}
-RADII = (0.3, 0.5, 0.8, 1.3, 1.5, 2.2)
-"""Of robots with a size, cells; half a cell and one and a half touch walls exactly."""
-RESOLUTIONS = (1.0, 0.05, 0.1, 0.37)
-WIDE = 0.3
-"""Share of maps whose robot has a size."""
 SAME, START_BLOCKED, GOAL_BLOCKED = 0.02, 0.07, 0.12
 """Start = goal, of these one in ten on a blocked cell; then 10 % with one blocked end."""
 SHOWN = 40 * 40
 """Cells of the largest map that a failure tells whole; others are known by their number."""
 
 
-@dataclass(frozen=True, eq=False)
-class World:
-    """A map with the answers to all questions about some of its cells.
-
-    Parameters
-    ----------
-    scene : the map, a robot and its moves; the ends are any.
-    free : where the robot's centre may be; ``rows``: the same as lists.
-    goals : free cells; none where none is free.
-    costs : see :func:`lampyris.selfcheck._grid_costs.costs_to`.
-    """
-
-    scene: Scene
-    free: BoolGrid
-    rows: Rows
-    goals: tuple[Cell, ...]
-    costs: NDArray[np.int64]
-
-    @property
-    def terrain(self) -> ByteGrid | None:
-        """What cells cost besides."""
-        return self.scene.grid.terrain
-
-    @property
-    def wide(self) -> bool:
-        """Whether the robot has a size."""
-        return self.scene.robot.radius > 0
-
-
 @lru_cache(maxsize=2)
 def _world(ask: Ask, kind: str, group: int) -> World:
     rng = ask.rng("random", f"{kind} map", group)
     width, height = _sides(rng, kind)
-    blocked = _drawn_maps.walls(rng, width, height)
     rough = kind == "rough" or (kind != "plain" and group % 2 == 1)
-    terrain = _drawn_maps.terrain(rng, blocked) if rough else None
-    radius = float(rng.choice(RADII)) if rng.random() < WIDE else 0.0
-    resolution = float(rng.choice(RESOLUTIONS))
-    name = MOVES[group // 2 % 4]
-    grid = Grid(blocked, terrain=terrain, resolution=resolution)
-    free = room_for(blocked, radius)
-    goals = tuple(_one(rng, free) for _ in range(GOALS[kind])) if free.any() else ()
-    costs = np.zeros((0, height, width), dtype=np.int64)
-    if goals:
-        costs = costs_to(goals, free, name, wide=radius > 0, terrain=grid.terrain)
-    scene = Scene(grid, (0, 0), (0, 0), moves_named(name), Robot(radius=radius * resolution))
-    return World(scene, free, free.tolist(), goals, costs)
+    return worlds.made(rng, width, height, MOVES[group // 2 % 4], rough=rough, goals=GOALS[kind])
 
 
 def _sides(rng: np.random.Generator, kind: str) -> tuple[int, int]:
@@ -101,13 +48,6 @@ def _sides(rng: np.random.Generator, kind: str) -> tuple[int, int]:
     else:
         sides = rng.integers(SMALLEST, (OTHERS if kind == "others" else SMALL) + 1, size=2)
     return int(sides[0]), int(sides[1])
-
-
-def _one(rng: np.random.Generator, where: BoolGrid) -> Cell:
-    """One of the cells that are true."""
-    cells = np.flatnonzero(where)
-    y, x = divmod(int(cells[rng.integers(len(cells))]), where.shape[1])
-    return x, y
 
 
 @dataclass(frozen=True)
@@ -134,31 +74,18 @@ def _question(ask: Ask, kind: str, number: int, world: World) -> Question:
     goal = world.goals[index]
     walled = not free.all()
     if draw < SAME:
-        end = _one(rng, ~free) if draw < SAME / 10 and walled else goal
+        end = worlds.one(rng, ~free) if draw < SAME / 10 and walled else goal
         return Question(end, end, index, planner)
     if draw < START_BLOCKED and walled:
-        return Question(_one(rng, ~free), goal, index, planner)
+        return Question(worlds.one(rng, ~free), goal, index, planner)
     if draw < GOAL_BLOCKED and walled:
-        return Question(_one(rng, free), _one(rng, ~free), -1, planner)
-    return Question(_one(rng, free), goal, index, planner)
-
-
-def _truth(world: World, question: Question) -> Truth:
-    (sx, sy), (gx, gy) = question.start, question.goal
-    word, cost = "no-path", None
-    if not world.free[sy, sx]:
-        word = "start-occupied"
-    elif not world.free[gy, gx]:
-        word = "goal-occupied"
-    else:
-        cost = cost_at(world.costs[question.index], question.start, world.scene.moves.name)
-        word = word if cost is None else "found"
-    return Truth(world.rows, word, cost, world.terrain, world.wide)
+        return Question(worlds.one(rng, free), worlds.one(rng, ~free), -1, planner)
+    return Question(worlds.one(rng, free), goal, index, planner)
 
 
 def _field_wrong(world: World, index: int) -> str:
     """Every cell's cost to a goal in the field, against the reference."""
-    scene = _scene(world, world.goals[index], world.goals[index])
+    scene = worlds.scene_of(world, world.goals[index], world.goals[index])
     moves = moves_for(scene)
     n, m = parts_of(world.costs[index], moves.name)
     if moves.name == "octile":
@@ -174,17 +101,12 @@ def _field_wrong(world: World, index: int) -> str:
     return f"the field has {told[y, x]} at ({x}, {y}), should be {right[y, x]}"
 
 
-def _scene(world: World, start: Cell, goal: Cell) -> Scene:
-    scene = world.scene
-    return Scene(scene.grid, start, goal, scene.moves, scene.robot)
-
-
 def _judge(ask: Ask, kind: str, number: int) -> tuple[Question, World, str, str]:
     """The question, its world, the right word and what is wrong."""
     world = _world(ask, kind, number // SHARED[kind])
     question = _question(ask, kind, number, world)
-    truth = _truth(world, question)
-    scene = _scene(world, question.start, question.goal)
+    truth = worlds.truth(world, question.start, question.goal, question.index)
+    scene = worlds.scene_of(world, question.start, question.goal)
     rng = ask.rng("random", f"{kind} planner", number) if kind == "others" else None
     try:
         plan = asked(question.planner, scene, rng)

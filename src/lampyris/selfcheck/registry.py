@@ -17,6 +17,7 @@ NAMES: tuple[str, ...] = (
     "store",
     "flake",
     "swarm",
+    "determinism",
 )
 """Each the name of a module of this room that holds ``CHECK``; in the order in which they are run."""
 
