@@ -18,6 +18,7 @@ NAMES: tuple[str, ...] = (
     "flake",
     "swarm",
     "determinism",
+    "scen",
 )
 """Each the name of a module of this room that holds ``CHECK``; in the order in which they are run."""
 
