@@ -12,6 +12,7 @@ NAMES: tuple[str, ...] = (
     "random",
     "moving",
     "profile",
+    "sim",
     "fuzz",
     "repair",
     "store",
@@ -19,6 +20,7 @@ NAMES: tuple[str, ...] = (
     "swarm",
     "determinism",
     "scen",
+    "referee",
 )
 """Each the name of a module of this room that holds ``CHECK``; in the order in which they are run."""
 
