@@ -15,6 +15,7 @@ NAMES: tuple[str, ...] = (
     "sim",
     "fuzz",
     "repair",
+    "reuse",
     "store",
     "flake",
     "swarm",
