@@ -51,7 +51,9 @@ class Asked:
         moves = MOVES[self.moves]
         counts = counted(self.cells, moves) if self.claimed is None else self.claimed
         exact = moves.exact(counts) - self.cheaper if self.cheaper else None
-        return Path(np.array(self.cells, dtype=np.int64).reshape(-1, 2), moves, counts, exact)
+        return Path(
+            np.array(self.cells, dtype=np.int64).astype(np.int32).reshape(-1, 2), moves, counts, exact
+        )
 
 
 def counted(cells: tuple[Cell, ...], moves: Moves) -> tuple[int, ...]:
@@ -107,8 +109,8 @@ def other_query(rng: np.random.Generator, asked: Asked) -> Asked | None:
     k = int(rng.integers(1, len(asked.cells) - 1))
     if asked.cells[k] in (asked.start, asked.goal):
         return None
-    end = bool(rng.integers(0, 2))
-    return replace(asked, **{"goal" if end else "start": asked.cells[k]})
+    cell = asked.cells[k]
+    return replace(asked, goal=cell) if rng.integers(0, 2) else replace(asked, start=cell)
 
 
 def backwards(rng: np.random.Generator, asked: Asked) -> Asked | None:

@@ -152,7 +152,7 @@ def _holes(rng: np.random.Generator, number: int, tally: Tally) -> None:
         asked = drawn(rng, None)
     grid, rows = asked.grid, asked.blocked.tolist()
     start, goal = asked.start, asked.goal
-    nothing = Path(np.zeros((0, 2), dtype=np.int64), _OCTILE, (0, 0))
+    nothing = Path(np.zeros((0, 2), dtype=np.int32), _OCTILE, (0, 0))
     single = Path(np.array([start]), _OCTILE, (0, 0))
     cells = {
         "no cells, ends apart": (nothing, start, goal, {"empty"}),
