@@ -16,6 +16,7 @@ NAMES: tuple[str, ...] = (
     "fuzz",
     "repair",
     "reuse",
+    "metamorphic",
     "store",
     "flake",
     "swarm",
