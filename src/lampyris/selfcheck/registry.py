@@ -13,6 +13,7 @@ NAMES: tuple[str, ...] = (
     "moving",
     "profile",
     "sim",
+    "monitor",
     "fuzz",
     "repair",
     "reuse",

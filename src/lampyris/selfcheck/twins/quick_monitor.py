@@ -27,14 +27,15 @@ _PAIR_TICKS = 400_000
 
 
 @lru_cache(maxsize=256)
-def _offsets(radius: float, resolution: float) -> Ints:
+def footprint(radius: float, resolution: float) -> Ints:
+    """Cells that a disc covers, as offsets, (n, 2); in order."""
     return np.array(sorted(disc(radius, resolution)), dtype=np.int64)
 
 
 @lru_cache(maxsize=256)
 def _table(one: float, other: float, resolution: float) -> Bools:
     """Which differences of places let two footprints share a cell; (2 r + 1, 2 r + 1), by dy and dx."""
-    a, b = _offsets(one, resolution), _offsets(other, resolution)
+    a, b = footprint(one, resolution), footprint(other, resolution)
     apart = (a[:, None] - b[None]).reshape(-1, 2)
     r = int(np.abs(apart).max()) + 2
     table = np.zeros((2 * r + 1, 2 * r + 1), dtype=np.bool_)
@@ -146,7 +147,7 @@ def _walls(trace: Trace, crowd: _Crowd, t0: int, t1: int, blocked: Bools) -> Ite
     scene, high, wide = trace.scene, *blocked.shape
     since = max(t0 - 1, 0)
     for radius in sorted(set(crowd.radii)):
-        offsets = _offsets(radius, scene.grid.resolution)
+        offsets = footprint(radius, scene.grid.resolution)
         mine = np.array([k for k, r in enumerate(crowd.radii) if r == radius])
         shut = _grown(blocked, offsets)
         x, y, there = (a[since : t1 + 1][:, mine] for a in (crowd.x, crowd.y, crowd.there))
