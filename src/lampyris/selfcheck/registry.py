@@ -19,6 +19,7 @@ NAMES: tuple[str, ...] = (
     "reuse",
     "metamorphic",
     "store",
+    "kill",
     "flake",
     "swarm",
     "determinism",
