@@ -17,6 +17,7 @@ from lampyris.errors import LampyrisError
 from lampyris.maps import library
 from lampyris.maps.json_text import JsonDocument
 from lampyris.maps.map_hash import map_hash
+from lampyris.maps.scenario_maps import Files
 from lampyris.maps.scenario_save import json_of, yaml_of
 from lampyris.maps.yaml_text import read_yaml
 from lampyris.motion import laws
@@ -543,3 +544,14 @@ def test_of_thousands_of_mistakes_a_hundred_are_placed(monkeypatch: pytest.Monke
         load_study("s.json")
     assert caught.value.__notes__[-1] == "and 4,979 more"
     assert len(asked) < 300
+
+
+def test_a_map_that_is_named_many_times_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fifty kilobytes that name one large map a thousand times took as long as a thousand maps."""
+    read: list[object] = []
+    map_of = Files.map_of
+    monkeypatch.setattr(Files, "map_of", lambda self, *spec: (read.append(spec), map_of(self, *spec))[1])
+    one = "{bundled: guide, queries: [{start: [%d, 9], goal: [7, 0]}]}"
+    found = load(MAPS + "[" + ", ".join(one % k for k in (1, 2, 3)) + ", guide]")
+    assert len(found.worlds) == 7
+    assert len(read) == 2

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from lampyris.study.who import Made, Tried
 from lampyris.typing import BoolGrid, Cell
 
 T = TypeVar("T")
+_Read: TypeAlias = tuple[MapDocument, Ground, BoolGrid]
 MAX_ALL_CELLS = 2**27
 """Cells of all maps of a study together: 128 MiB."""
 MAX_WORLDS = 1_000_000
@@ -61,6 +62,7 @@ class Worlds:
         self.made: Made[World] = []
         self._names: dict[str, tuple[Ground, Where]] = {}
         self._hashes: dict[str, str] = {}
+        self._read_maps: dict[bytes, _Read] = {}
         self._cells = 0
 
     def of(self, given: list[Any]) -> Made[World]:
@@ -80,11 +82,8 @@ class Worlds:
     def _map(self, spec: Any, way: Where) -> None:
         if isinstance(spec, form.StudyFileMap):
             self._need_folder()
-        found, _ = self.files.map_of(spec, way)
         queries: Any = "stored" if isinstance(spec, str) else spec.queries
-        name = (None if isinstance(spec, str) else spec.name) or found.grid.name
-        ground = self._ground(name, found.grid, way)
-        free = free_cells(ground.grid, self.robot.radius)
+        found, ground, free = self._read(spec, way)
         pairs: list[tuple[Cell, Cell, Where]]
         if isinstance(queries, form.RandomTable):
             drawn = self._drawn(ground, free, queries)
@@ -96,6 +95,21 @@ class Worlds:
         for start, goal, at in spread(pairs, None if isinstance(spec, str) else spec.limit):
             if self.tried(at, self._check, ground.grid, free, start, goal) is not None:
                 self._add(World(ground, start, goal), at)
+
+    def _read(self, spec: Any, way: Where) -> _Read:
+        """A map, its ground, and where the robot fits; maps that are said alike are read once.
+
+        A small file can name one large map a thousand times.
+        """
+        plain = spec if isinstance(spec, str) else spec.model_dump(mode="json", exclude={"queries", "limit"})
+        key = canonical(plain)
+        if key not in self._read_maps:
+            found, _ = self.files.map_of(spec, way)
+            name = (None if isinstance(spec, str) else spec.name) or found.grid.name
+            ground = self._ground(name, found.grid, way)
+            kept = MapDocument(ground.grid, found.start, found.goal, queries=found.queries)
+            self._read_maps[key] = (kept, ground, free_cells(ground.grid, self.robot.radius))
+        return self._read_maps[key]
 
     def _check(self, grid: Grid, free: BoolGrid, start: Cell, goal: Cell) -> Scene:
         """Whether a robot can stand on both ends."""
