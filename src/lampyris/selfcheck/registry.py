@@ -20,6 +20,7 @@ NAMES: tuple[str, ...] = (
     "metamorphic",
     "store",
     "kill",
+    "mutants",
     "flake",
     "swarm",
     "determinism",
