@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -161,6 +163,19 @@ def test_each_defect_has_its_place_and_its_check(group: str, defect: Defect) -> 
     assert defect.kind in kinds
     whole = kinds[defect.kind].whole
     assert whole is None or defect.first + defect.cases <= whole
+
+
+def test_there_are_as_many_as_promised_and_each_has_a_name() -> None:
+    count = Counter(group for group, defect in REAL if not defect.equivalent)
+    promised = {"planner": 30, "repair": 15, "profile": 15, "sim": 10, "parsers": 10}
+    assert {group: count[group] >= least for group, least in promised.items()} == dict.fromkeys(
+        promised, True
+    )
+    names = [defect.id for _, defect in REAL]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name) for name in names)
+    files = {path.stem for path in mutants.FOLDER.glob("*.toml")}
+    assert files <= mutants.GROUPS.keys()
 
 
 def test_the_check_that_must_see_a_defect_is_not_this_one() -> None:
