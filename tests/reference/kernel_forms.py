@@ -15,6 +15,6 @@ def use(monkeypatch: pytest.MonkeyPatch, form: str) -> None:
         pytest.skip("NUMBA_DISABLE_JIT is set: there is no compiled form")
 
     def call(self: _jit.Kernel, *args: Any) -> Any:
-        return self.run_plain(*args) if form == "plain" else self.compiled()(*args)
+        return self.run_plain(*args) if form == "plain" else self.compiled()(*self.complete(args))
 
     monkeypatch.setattr(_jit.Kernel, "__call__", call)
