@@ -86,6 +86,8 @@ class Watch:
     """
 
     __slots__ = ("_over", "deadline", "outer", "stop", "stops", "word")
+    deadline: float
+    stops: tuple[Stop, ...]
 
     def __init__(self, seconds: float | None, stop: Stop | None, outer: Watch | None) -> None:
         self.outer = outer
@@ -201,6 +203,17 @@ def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator
     finally:
         _here.watch, _here.word = outer, was
         made.end()
+
+
+@contextlib.contextmanager
+def unheard() -> Iterator[None]:
+    """Finish what is done inside, whatever the watch says: it is short and must not be left half done."""
+    was = _here.watch, _here.word
+    _here.watch, _here.word = None, NEVER
+    try:
+        yield
+    finally:
+        _here.watch, _here.word = was
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""What the source of kernels uses besides arithmetic: its plain form; the compiled one is in :mod:`._machine`."""
+"""What the source of kernels uses besides arithmetic: plain; compiled it is in :mod:`._machine`."""
 
 from __future__ import annotations
 

@@ -223,7 +223,7 @@ class Kernel:
         args = self.complete(args)
         given = [self._easy(a) if isinstance(a, np.ndarray) else a for a in args]
         if self._halts and isinstance(args[-1], np.ndarray):
-            given[-1] = memoryview(args[-1])  # no copy: it changes meanwhile
+            given[-1] = args[-1].data  # no copy: it changes meanwhile
         result = self.linked()(*given)
         for k in self._out:
             if isinstance(given[k], list):

@@ -79,8 +79,8 @@ def mend(
         work[ENOUGH] = 1
     else:
         count = _doubt(
-            free, weight, cost, step, after, before, mark, seen, count, jump, side, other, price, ground, mask,
-            halt,
+            free, weight, cost, step, after, before, mark, seen, count,
+            jump, side, other, price, ground, mask, halt,
         )  # fmt: skip
         if count > hopeless:
             work[ENOUGH] = 1

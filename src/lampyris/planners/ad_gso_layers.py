@@ -20,6 +20,7 @@ from lampyris.model.path import path_of, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._graph import check_cells
+from lampyris.planners._limits import limited
 from lampyris.planners.ad_gso_session import AdGsoSession
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
@@ -60,7 +61,15 @@ class LayeredSession:
         self._margin = settings.keep_away
         self._given: Scene | None = None
         self._inner: AdGsoSession | None = None
+        self._settled = False
 
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`. The planner inside has let go by itself."""
+        if anywhere or not self._settled:
+            self._inner = None
+        return self._bare.name
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """As :meth:`AdGsoSession.plan`; the path's cost, and what it is compared with, are the real map's.
 
@@ -76,7 +85,9 @@ class LayeredSession:
         self._scene = scene
         spent = 0
         if self._inner is None or altered or self._is_shut(self._robot):
+            self._settled = False
             spent = self._settle()
+            self._settled = True
         if self._settings.warmth > 0:
             self._warm(change.obstacles)
         assert self._inner is not None
