@@ -5,17 +5,19 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint unit check-nightly bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint unit check-nightly coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
-	@echo "make test           lint, types, floors and the whole test suite"
+	@echo "make test           lint, types, floors, the lint for determinism and the whole test suite"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings beside rivals (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
 	@echo "make bench-quick    the same in under two minutes, printed and not written"
 	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json beside an older record, ratio by ratio"
 	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
-	@echo "make check-nightly  the large sizes"
+	@echo "make check-nightly  the large sizes: tests, every promise, coverage, known advisories (hours)"
+	@echo "make coverage       branches covered, room by room"
+	@echo "make audit          is anything it runs on known to be bad"
 
 $(VENV)/.made:
 	@tools/make_venv.sh "$(PYTHON)" "$(VENV)"
@@ -30,6 +32,11 @@ $(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml
 $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 	@echo "installing the development tools ..."
 	@$(PIP) -r requirements/dev.txt
+	@touch $@
+
+$(VENV)/.nightly: $(VENV)/.dev requirements/nightly.txt
+	@echo "installing what the nightly checks need ..."
+	@$(PIP) -r requirements/nightly.txt
 	@touch $@
 
 $(VENV)/.bench: $(VENV)/.run requirements/bench.txt
@@ -47,13 +54,26 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tools/lint_determinism.py
 
 unit: $(VENV)/.dev
 	@tools/browser.sh
 	$(BIN)/python -m pytest -q -n auto -m "not nightly"
 
-check-nightly: $(VENV)/.dev
+# Each check goes on where it was stopped: delete build/nightly.ledger to begin anew.
+check-nightly: $(VENV)/.nightly
+	@tools/browser.sh
+	@mkdir -p build
 	$(BIN)/python -m pytest -q -n auto -m nightly -s
+	$(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger --failures build/failures
+	$(MAKE) coverage
+
+coverage: $(VENV)/.nightly
+	@tools/browser.sh
+	$(BIN)/python tools/coverage_rooms.py
+
+audit: $(VENV)/.nightly
+	$(BIN)/python -m pip_audit --strict --no-deps --disable-pip -r requirements/run.txt
 
 test-wheel: $(VENV)/.dev
 	@rm -rf dist build/wheel-venv && mkdir -p build

@@ -103,3 +103,58 @@ def _digest(got: list[np.ndarray]) -> int:
         for bits in values.view(np.uint64).tolist():
             total = (total * 1_000_003 + bits) % 2**61
     return total
+
+
+def line(x: float, xp: list[float], fp: list[float]) -> float:
+    """The line through points, one product and one sum at a time."""
+    if x < xp[0]:
+        return fp[0]
+    k = max(j for j in range(len(xp)) if xp[j] <= x)
+    if k == len(xp) - 1 or x == xp[k]:
+        return fp[k]
+    return (fp[k + 1] - fp[k]) / (xp[k + 1] - xp[k]) * (x - xp[k]) + fp[k]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_line_between_points_bit_by_bit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    # Whole numbers: some points are one above the other, and some x are just at a point.
+    xp = np.sort(rng.integers(0, 9, n)) * float(rng.choice([1.0, 0.37]))
+    fp = rng.normal(size=n)
+    x = np.concatenate((rng.uniform(-2.0, 11.0, 40), xp, [-np.inf, np.inf]))
+    got = elementary.interp(x, xp, fp)
+    assert got.tolist() == [line(at, xp.tolist(), fp.tolist()) for at in x.tolist()]
+    np.testing.assert_allclose(got, np.interp(x, xp, fp), rtol=1e-12, atol=1e-12)
+
+
+def test_the_line_between_points_at_the_edges() -> None:
+    inf, nan = np.inf, np.nan
+    assert elementary.interp([0.5, 1.0, 1.5, 2.0, 2.5], [0, 1, 2, 3], [5, 6, inf, inf]).tolist() == [
+        5.5, 6.0, inf, inf, inf,
+    ]  # fmt: skip
+    assert elementary.interp([0.5], [0, 1], [inf, 5]).tolist() == [inf]
+    assert np.isnan(elementary.interp([nan, nan], [0, 1], [inf, inf])).all()
+    assert np.isnan(elementary.interp(nan, [0], [1]))
+    assert elementary.interp(np.zeros((2, 3)), [1], [4]).tolist() == [[4.0] * 3] * 2
+    assert elementary.interp(0.25, [0, 1], [0, 4]) == 1.0
+
+
+def test_lengths() -> None:
+    rng = np.random.default_rng(1)
+    x, y = rng.normal(size=(2, 1000))
+    assert elementary.hypot(x, y).tolist() == [
+        math.sqrt(a * a + b * b) for a, b in zip(x.tolist(), y.tolist(), strict=True)
+    ]
+    assert elementary.hypot(3, -4) == 5.0
+    assert elementary.hypot(1e200, 1.0) == np.inf
+
+
+def test_directions() -> None:
+    assert elementary.direction(0.0) == (1.0, 0.0)
+    assert elementary.direction(-0.5) == (float(elementary.cos(-0.5)), float(elementary.sin(-0.5)))
+    # Beyond the range of sin and cos it is still a direction, near enough.
+    cos, sin = elementary.direction(1e9)
+    assert (cos, sin) == pytest.approx((math.cos(1e9), math.sin(1e9)), abs=1e-7)
+    cos, sin = elementary.direction(-1e300)
+    assert cos * cos + sin * sin == pytest.approx(1.0)

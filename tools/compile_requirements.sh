@@ -13,3 +13,4 @@ compile() {
 compile run.txt
 compile dev.txt --constraint requirements/run.txt --extra dev
 compile bench.txt --constraint requirements/run.txt --extra bench
+compile nightly.txt --constraint requirements/run.txt --constraint requirements/dev.txt --extra nightly

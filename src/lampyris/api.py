@@ -99,7 +99,7 @@ def plan(
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
     _typed("budget", budget or Budget(), Budget)
-    began, rng = time.perf_counter(), np.random.default_rng(_seed(seed))
+    began, rng = time.perf_counter(), np.random.Generator(np.random.PCG64(_seed(seed)))
     answers: list[tuple[Plan, float]] = []
 
     def answer() -> Plan:

@@ -2,7 +2,8 @@
 
 The mathematics library of a system, and NumPy's own vector loops, round ``exp``, ``log``, ``sin``, ``cos``
 and ``atan2`` as they please: one machine's last bit is not another's, and a swarm that compares two such
-numbers takes another way from there. Code that decides calls these instead. They use ``+ - * /``, rounding to
+numbers takes another way from there. So do ``hypot``, and ``np.interp``, whose product and sum a compiler may
+round once instead of twice. Code that decides calls these instead. They use ``+ - * /``, rounding to
 whole numbers, and taking a number apart into mantissa and exponent: all exactly defined (IEEE 754), in a
 stated order, one NumPy operation at a time, so that nothing can be contracted.
 
@@ -15,6 +16,7 @@ five times slower than NumPy's own, and not for code where only the picture coun
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,9 +36,9 @@ TURNS = 2**20
 
 _EXP = tuple(1.0 / math.factorial(k) for k in range(13, 1, -1))
 _ATANH = tuple(1.0 / k for k in range(23, 1, -2))
-_SIN = tuple((-1.0) ** (k // 2) / math.factorial(k) for k in range(17, 1, -2))
-_COS = tuple((-1.0) ** (k // 2) / math.factorial(k) for k in range(18, 2, -2))
-_ATAN = tuple((-1.0) ** (k // 2) / k for k in range(15, 1, -2))
+_SIN = tuple((1 - k // 2 % 2 * 2) / math.factorial(k) for k in range(17, 1, -2))
+_COS = tuple((1 - k // 2 % 2 * 2) / math.factorial(k) for k in range(18, 2, -2))
+_ATAN = tuple((1 - k // 2 % 2 * 2) / k for k in range(15, 1, -2))
 
 # atan(k / 8) for k = 0 to 8, and 0, pi / 2 and pi: the nearest double, and what it leaves over.
 _EIGHTHS = np.array(
@@ -138,6 +140,51 @@ def atan2(y: ArrayLike, x: ArrayLike) -> Reals:
     lost = (lost + (sign * z - (whole - near))) + (_QUARTERS[base, 1] + sign * rest)
     angle: Reals = np.copysign(whole + lost, y)
     return angle
+
+
+def hypot(x: ArrayLike, y: ArrayLike) -> Reals:
+    """``sqrt(x x + y y)``, float64, shape of both together; infinite where a square is."""
+    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    with np.errstate(over="ignore", under="ignore"):
+        out: Reals = np.sqrt(x * x + y * y)
+    return out
+
+
+@lru_cache(maxsize=256)
+def direction(angle: float) -> tuple[float, float]:
+    """Cosine and sine of one finite angle in radians; kept, because a map asks for its own again and again.
+
+    Angles too far for :func:`cos` lose whole turns first, of the nearest double to 2 pi.
+    """
+    near = angle if abs(angle) < TURNS else math.fmod(angle, 4.0 * _QUARTERS.item(1, 0))
+    return float(cos(near)), float(sin(near))
+
+
+def interp(x: ArrayLike, xp: ArrayLike, fp: ArrayLike) -> Reals:
+    """Values at x of the line through the points (xp, fp), float64, shape of x; as ``np.interp``.
+
+    Parameters
+    ----------
+    x : where; values before the first point and after the last are those of these points.
+    xp : (n,), rising, n >= 1; of several points with one xp the last counts.
+    fp : (n,), values.
+    """
+    given = np.asarray(x, dtype=np.float64)
+    at, value = np.asarray(xp, dtype=np.float64), np.asarray(fp, dtype=np.float64)
+    if len(at) == 1:
+        return np.where(np.isnan(given), np.nan, value[0])
+    k = np.minimum(np.maximum(at.searchsorted(given, side="right") - 1, 0), len(at) - 2)
+    left, low, high = at[k], value[k], value[k + 1]
+    with np.errstate(all="ignore"):
+        slope = (high - low) / (at[k + 1] - left)
+        out = slope * (given - left) + low
+        if not np.isfinite(value).all():
+            out = np.where(np.isnan(out), slope * (given - at[k + 1]) + high, out)
+            out = np.where(np.isnan(out) & (low == high), low, out)
+            out = np.where(np.isnan(given), np.nan, out)
+    out = np.where(given == left, low, out)
+    out = np.where(given < at[0], value[0], out)
+    return np.where(given >= at[-1], value[-1], out)
 
 
 def _reduced(x: ArrayLike) -> tuple[Reals, NDArray[np.int64]]:

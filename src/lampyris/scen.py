@@ -227,7 +227,7 @@ def tolerances(queries: Sequence[ScenQuery]) -> list[float]:
     """
     zeros_cut = any(q.decimals for q in queries)
     return [
-        max(RELATIVE * q.length, 0.0 if zeros_cut and not q.decimals else 0.5 * 10.0**-q.decimals)
+        max(RELATIVE * q.length, 0.0 if zeros_cut and not q.decimals else float(f"5e-{q.decimals + 1}"))
         for q in queries
     ]
 
@@ -274,7 +274,7 @@ def ask(
     # a common goal are not worth gathering.
     for k, query in enumerate(benchmark.queries[:limit]):
         scene = Scene(grid_for(benchmark.document, query.start), query.start, query.goal, steps)
-        stream = np.random.default_rng((seed, query.line))
+        stream = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, query.line))))
         at = time.perf_counter()
         found = chosen.open(scene, stream).plan()
         planned = time.perf_counter()

@@ -76,7 +76,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(tmp_path: Path) -> None:
 
 
 def test_what_it_runs_on_is_pinned() -> None:
-    for name in ("run.txt", "dev.txt"):
+    for name in ("run.txt", "dev.txt", "nightly.txt", "bench.txt"):
         lines = (ROOT / "requirements" / name).read_text(encoding="utf-8").splitlines()
         pins = [line.split(";")[0].strip(" \\") for line in lines if re.match(r"[a-z0-9]", line)]
         assert len(pins) > 20
@@ -84,17 +84,43 @@ def test_what_it_runs_on_is_pinned() -> None:
             assert re.fullmatch(r"[a-z0-9._-]+(\[[a-z,]+\])?==[0-9][a-z0-9.]*", pin), pin
 
 
+def test_the_list_of_licences_is_of_what_is_pinned() -> None:
+    spec = importlib.util.spec_from_file_location("licences", ROOT / "tools" / "licences.py")
+    assert spec is not None
+    assert spec.loader is not None
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    page = (ROOT / "docs" / "licences.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:4]] for line in page.splitlines()]
+    told = {row[0]: (row[1], row[2]) for row in rows if len(row) == 3 and re.match(r"[0-9]", row[1])}
+    assert {name: version for name, (version, _) in told.items()} == tool.pins(), "python tools/licences.py"
+    for name, (_, licence) in told.items():
+        assert licence != "not told", name
+        assert not re.search(r"GPL|SSPL|BUSL|Commons Clause", licence), name
+
+
 @pytest.mark.nightly
 def test_nothing_it_runs_on_has_a_known_advisory() -> None:
     """At a release; needs pip-audit and its database."""
     pytest.importorskip("pip_audit", reason="pip-audit is not installed")
     done = subprocess.run(
-        [sys.executable, "-m", "pip_audit", "--no-deps", "--disable-pip", "-r", "requirements/run.txt"],
+        [
+            sys.executable,
+            "-m",
+            "pip_audit",
+            "--strict",
+            "--no-deps",
+            "--disable-pip",
+            "-r",
+            "requirements/run.txt",
+        ],
         cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,
     )
-    if re.search(r"ConnectionError|Max retries|timed out|HTTPError", done.stderr):
+    if re.search(
+        r"ConnectionError|Max retries|timed out|HTTPError|could not be audited|not found on PyPI", done.stderr
+    ):
         pytest.skip("the database of advisories does not answer")
     assert done.returncode == 0, done.stdout + done.stderr

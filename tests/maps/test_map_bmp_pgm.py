@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import bmp, cells, load_bytes, put
 from PIL import Image
 
 from lampyris.errors import FileError, LimitError
 from lampyris.maps.load import load_map
+from lampyris.selfcheck.twins.map_files import bmp, cells, load_bytes, put
 
 BW = bytes([0, 0, 0, 0, 255, 255, 255, 0])
 RAMP = b"".join(bytes((v, v, v, 0)) for v in range(256))

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import adam7, bmp, cells, chunk, npy, png, put, rows
 
 from lampyris.errors import FileError, LampyrisError, SettingError
 from lampyris.maps.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
+from lampyris.selfcheck.twins.map_files import adam7, bmp, cells, chunk, npy, png, put, rows
 
 ROW = [0, 1, 100, 252, 253, 254, 255]
 CELLS = ["....##?"]

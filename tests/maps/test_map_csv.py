@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import cells, load_bytes, put
 
 from lampyris.errors import FileError, LimitError
 from lampyris.maps import csv_file
 from lampyris.maps.csv_file import MARKER, csv_text
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
+from lampyris.selfcheck.twins.map_files import cells, load_bytes, put
 
 
 @pytest.mark.parametrize("separator", [b",", b";", b"\t", b", ", b" ;  "])

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import adam7, bmp, chunk, npy, png, put, rows
 
 from lampyris.errors import LampyrisError
 from lampyris.maps.load import load_map
 from lampyris.maps.movingai import read_scen
+from lampyris.selfcheck.twins.map_files import adam7, bmp, chunk, npy, png, put, rows
 
 PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
 SEEDS = {

@@ -7,10 +7,10 @@ import socket
 from pathlib import Path
 
 import pytest
-from map_files import bmp, cells, load_bytes, png, put, rows
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
 from lampyris.maps.load import load_map
+from lampyris.selfcheck.twins.map_files import bmp, cells, load_bytes, png, put, rows
 
 
 def test_a_bundled_name_or_a_file_of_that_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

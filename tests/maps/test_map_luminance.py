@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import bmp, cells, chunk, png, put, rows
 
 from lampyris.errors import FileError
 from lampyris.maps.colours import BRIGHTNESS, luma
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
+from lampyris.selfcheck.twins.map_files import bmp, cells, chunk, png, put, rows
 
 # (306 R + 601 G + 117 B) >> 10, by hand; then occ = 1 - grey / 255: blocked from 0.65, free up to 0.196.
 BY_HAND = {

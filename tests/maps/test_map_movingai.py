@@ -6,11 +6,11 @@ import time
 from pathlib import Path
 
 import pytest
-from map_files import cells, load_bytes, put
 
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.maps.load import load_map
 from lampyris.maps.movingai import ScenQuery, read_scen
+from lampyris.selfcheck.twins.map_files import cells, load_bytes, put
 
 HEAD = b"type octile\nheight 2\nwidth 7\nmap\n"
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import SIGNATURE, adam7, cells, chunk, load_bytes, png, put, rows
 
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.maps.load import load_map
+from lampyris.selfcheck.twins.map_files import SIGNATURE, adam7, cells, chunk, load_bytes, png, put, rows
 
 
 def test_grey_is_read_by_the_thresholds_of_map_servers(tmp_path: Path) -> None:

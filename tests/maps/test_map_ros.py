@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import cells, chunk, png, put, rows
 from PIL import Image
 
 import lampyris
@@ -23,6 +22,7 @@ from lampyris.maps.load import load_map
 from lampyris.maps.ros_write import save_ros
 from lampyris.maps.save import save_map
 from lampyris.model.grid import Grid
+from lampyris.selfcheck.twins.map_files import cells, chunk, png, put, rows
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 YAML = """\

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from map_files import cells, png, put, rows
 from test_map_fuzz import mutate
 from test_map_ros import YAML, pgm, ros
 
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
+from lampyris.selfcheck.twins.map_files import cells, png, put, rows
 
 WATCHED: list[tuple[str, tuple[Any, ...]]] = []
 _on = False

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import cells
 from PIL import Image
 
 from lampyris.errors import FileError, UsageError
@@ -14,6 +13,7 @@ from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
 from lampyris.maps.save import WRITERS, save_map
 from lampyris.model.grid import Grid
+from lampyris.selfcheck.twins.map_files import cells
 
 
 def _document(seed: int, width: int, height: int) -> MapDocument:

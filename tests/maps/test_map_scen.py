@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import cells, load_bytes, put
 
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError
 from lampyris.maps.document import Query
@@ -22,6 +21,7 @@ from lampyris.maps.movingai import (
 )
 from lampyris.maps.save import save_map
 from lampyris.model.grid import Grid
+from lampyris.selfcheck.twins.map_files import cells, load_bytes, put
 
 HEAD = "type octile\nheight 3\nwidth 7\nmap\n"
 LAKE = HEAD + ".G@OTSW\nWW....@\n.WWW.SS\n"

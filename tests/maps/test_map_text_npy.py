@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from map_files import cells, load_bytes, npy
 
 from lampyris.errors import FileError, LimitError
+from lampyris.selfcheck.twins.map_files import cells, load_bytes, npy
 
 
 @pytest.mark.parametrize("end", [b"", b"\n", b"\n\n\n", b"\n  \n"])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from speed_courses import random_course
 
 from lampyris import Grid, Robot, Scene
 from lampyris.errors import SettingError
@@ -213,3 +214,21 @@ def test_one_cell_stands_still() -> None:
 def test_creep_is_a_share(creep: Any) -> None:
     with pytest.raises(SettingError, match=r"LAW_SETTING.*physical\.creep"):
         PhysicalLaw(creep=creep)
+
+
+@pytest.mark.parametrize("name", ["v_max", "a_max", "d_max"])
+def test_raising_a_limit_of_the_robot_never_slows_it_anywhere_on_a_course(name: str) -> None:
+    # A robot that brakes harder looks less far for walls; it was told less room then, and drove slower.
+    rng = np.random.default_rng(3)
+    slowed = 0
+    for _ in range(250):
+        course, scene = random_course(rng)
+        found = bodies(rng, scene, 5)
+        before = laws.profile(course, scene, obstacles=found)
+        factor = float(rng.uniform(1, 1.05) if rng.random() < 0.5 else rng.uniform(1, 4))
+        more = replace(scene.robot, **{name: getattr(scene.robot, name) * factor})
+        after = laws.profile(course, replace(scene, robot=more), obstacles=found)
+        assert (after.v >= before.v * (1 - 1e-12)).all()
+        assert after.duration <= before.duration * (1 + 1e-12)
+        slowed += not {"clearance", "obstacle"}.isdisjoint(before.cause)
+    assert slowed > 150

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from itertools import pairwise
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -23,20 +19,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.base import Budget, Planner, Session
-
-
-def _twin() -> ModuleType:
-    path = Path(__file__).resolve().parents[1] / "reference" / "walk_twin.py"
-    spec = importlib.util.spec_from_file_location("walk_twin", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["walk_twin"] = module  # dataclasses look their module up by name
-    spec.loader.exec_module(module)
-    return module
-
-
-twin = _twin()
+from lampyris.selfcheck.twins import walk_twin as twin
 
 
 def scene_of(text: str, moves: str = "octile") -> Scene:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +13,6 @@ from lampyris.errors import SettingError
 from lampyris.field.footprint import footprint, reach_of
 from lampyris.model.change import Change, Seen
 from lampyris.model.grid import Grid
-from lampyris.model.moves import MOVES
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -22,7 +21,7 @@ from lampyris.planners._timed_session import _hidden
 from lampyris.planners.base import Budget
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
-from lampyris.selfcheck.twins.timed_twin import EIGHT, FOUR, Body, Cell, clash, earliest, legal
+from lampyris.selfcheck.twins.timed_twin import EIGHT, Body, Cell, clash, earliest, legal
 from lampyris.testing import check_planner
 
 RNG = np.random.default_rng(0)  # never drawn from
@@ -66,139 +65,6 @@ def judge(plan: Plan, want: int | None, free, cutting: bool, bodies: Sequence[Bo
     for t, (a, b) in enumerate(pairwise(places), 1):
         assert a == b or legal(free, a, b, cutting)
         assert not any(clash(a, b, own, body, t) for body in bodies)
-
-
-def random_case(rng: np.random.Generator):
-    height, width = (int(v) for v in rng.integers(1, 8, 2))
-    free = rng.random((height, width)) >= rng.choice([0.0, 0.15, 0.35])
-    cells = [(int(x), int(y)) for y, x in np.argwhere(free)]
-    if len(cells) < 2:
-        return None
-    start, goal = (cells[int(k)] for k in rng.integers(0, len(cells), 2))
-    seen = []
-    for k in range(int(rng.integers(0, 5))):
-        at = (int(rng.integers(width)), int(rng.integers(height)))
-        track = [at]
-        for _ in range(int(rng.integers(0, 9))):
-            dx, dy = (int(v) for v in rng.integers(-1, 2, 2))
-            at = (min(max(at[0] + dx, 0), width - 1), min(max(at[1] + dy, 0), height - 1))
-            track.append(at)
-        period = int(rng.integers(1, len(track) + 1)) if rng.random() < 0.5 else 1
-        (ax, ay), (bx, by) = track[-1], track[-period]
-        if max(abs(ax - bx), abs(ay - by)) > 1:
-            period = 1  # it could not begin again
-        shape = ONE if rng.random() < 0.7 else footprint(0.9, 1.0)
-        seen.append(Seen(k, tuple(track), 0, period, shape))
-    return free, start, goal, seen
-
-
-def differ(planner, rng: np.random.Generator, cases: int) -> int:
-    solved = 0
-    for _ in range(cases):
-        case = random_case(rng)
-        if case is None:
-            continue
-        free, start, goal, seen = case
-        moves = str(rng.choice(["octile", "dissertation", "four"]))
-        bodies = [(place(s.track, s.period), s.footprint) for s in seen]
-        cutting = MOVES[moves].corner_cutting
-        steps = FOUR if moves == "four" else EIGHT
-        want = earliest(free.tolist(), steps, cutting, start, goal, bodies, until=150)
-        plan = asked(planner, free, moves, start, goal, seen)
-        judge(plan, want, free.tolist(), cutting, bodies)
-        solved += bool(plan)
-    return solved
-
-
-@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
-def test_the_arrival_is_the_earliest_among_known_tracks(planner) -> None:
-    assert differ(planner, np.random.default_rng(4), 150) > 60
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
-def test_the_arrival_is_the_earliest_in_ten_thousand_cases(planner) -> None:
-    assert differ(planner, np.random.default_rng(5), 10_000) > 4_000
-
-
-@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
-def test_a_robot_with_a_size_keeps_its_disc_clear(planner) -> None:
-    rng = np.random.default_rng(6)
-    own = footprint(0.7, 1.0)
-    met = 0
-    for _ in range(60):
-        case = random_case(rng)
-        if case is None:
-            continue
-        free, start, goal, seen = case
-        free = np.ones_like(free)  # no walls: what is asked here is about the obstacles
-        bodies = [(place(s.track, s.period), s.footprint) for s in seen]
-        want = earliest(free.tolist(), EIGHT, False, start, goal, bodies, own=own, until=150)
-        plan = asked(planner, free, "octile", start, goal, seen, radius=0.7)
-        judge(plan, want, free.tolist(), False, bodies, own)
-        met += want is None or want > max(abs(start[0] - goal[0]), abs(start[1] - goal[1]))
-    assert met > 5
-
-
-# ---- every case there is ----------------------------------------------------
-
-
-def grids(width: int, height: int) -> Iterator[np.ndarray]:
-    for bits in range(1 << (width * height)):
-        yield np.array([bits >> k & 1 for k in range(width * height)], dtype=bool).reshape(height, width)
-
-
-def patrols(cells: list[Cell], start: Cell) -> list[tuple[Cell, Cell]]:
-    return [
-        (a, b) for a in cells if a != start for b in cells if max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= 1
-    ]
-
-
-def every_case(width: int, height: int, both: bool) -> Iterator[tuple[np.ndarray, Cell, Cell, list]]:
-    for free in grids(width, height):
-        cells = [(int(x), int(y)) for y, x in np.argwhere(free)]
-        for start in cells:
-            ways = patrols(cells, start)
-            pairs = [[p] for p in ways]
-            if both:
-                pairs = [[p, q] for p in ways for q in ways if p[0] != q[0]]
-            for goal in cells:
-                if goal != start:
-                    for some in pairs:
-                        yield free, start, goal, some
-
-
-def exhaust(planner, width: int, height: int, both: bool, share: int) -> int:
-    known: dict = {}
-    cases = 0
-    for k, (free, start, goal, ways) in enumerate(every_case(width, height, both)):
-        if k % share:
-            continue
-        cases += 1
-        bodies = [(place(way, 2), ONE) for way in ways]
-        # Within 18 ticks (9 cells, patrols of two ticks) every state has come round again.
-        want = earliest(free.tolist(), EIGHT, False, start, goal, bodies, until=2 * width * height)
-        seen = tuple(Seen(i, way, 0, 2) for i, way in enumerate(ways))
-        key = (free.tobytes(), start, goal)
-        if key not in known:
-            known.clear()
-            known[key] = planner.open(Scene(Grid(~free), start, goal), RNG)
-        plan = known[key].plan(Change(robot=start, bodies=seen))
-        judge(plan, want, free.tolist(), False, bodies)
-    return cases
-
-
-@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
-@pytest.mark.parametrize(("width", "height", "both"), [(3, 3, False), (3, 2, True)])
-def test_a_sample_of_every_patrol_on_small_grids(planner, width, height, both) -> None:
-    assert exhaust(planner, width, height, both, 499) > 90
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
-@pytest.mark.parametrize(("width", "height", "both", "cases"), [(3, 3, False, 154_112), (3, 2, True, 47_920)])
-def test_every_patrol_on_small_grids(planner, width, height, both, cases) -> None:
-    assert exhaust(planner, width, height, both, 1) == cases
 
 
 # ---- the contract, and what a person relies on ------------------------------

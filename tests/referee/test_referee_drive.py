@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,9 +28,7 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Body
 from lampyris.referee import certify, check_drive
 from lampyris.referee.drive import measure
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "reference"))
-from drive_monitor import watch
+from lampyris.selfcheck.twins.drive_monitor import watch
 
 
 def judge(drive: Drive) -> str | None:

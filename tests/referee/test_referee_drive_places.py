@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,9 +19,7 @@ from lampyris.model.trace import Outcome
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
 from lampyris.referee.way import arc_to_squares, pieces_of, segment_to_squares
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "reference"))
-from drive_monitor import watch
+from lampyris.selfcheck.twins.drive_monitor import watch
 
 
 def judge(drive: Drive) -> str | None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from pathlib import Path
 
 import pytest
@@ -37,6 +40,51 @@ def test_what_the_system_refuses_is_told_with_the_place(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="FILE_WRITE") as told, whole_file(tmp_path / "no" / "t"):
         pass
     assert str(tmp_path / "no" / "t") in str(told.value)
+
+
+@pytest.mark.parametrize("number", [errno.EINVAL, errno.ENOTSUP, errno.ENOSYS])
+def test_a_file_system_that_knows_no_waiting_for_folders_is_none_the_worse(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """A file was then told to be unwritten, though it was there under its name."""
+    _folders_answer(monkeypatch, number)
+    with whole_file(tmp_path / "t") as file:
+        file.write(b"new")
+    assert (tmp_path / "t").read_bytes() == b"new"
+
+
+def test_a_folder_that_the_disk_fails_to_write_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _folders_answer(monkeypatch, errno.EIO)
+    with pytest.raises(FileError, match="FILE_WRITE"), whole_file(tmp_path / "t") as file:
+        file.write(b"new")
+
+
+def test_permissions_are_kept_where_open_files_have_none_to_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows has no fchmod: every second writing of a file ended in a fault of ours."""
+    monkeypatch.delattr(os, "fchmod")
+    monkeypatch.setattr(os, "supports_fd", os.supports_fd - {os.chmod})
+    path = tmp_path / "t"
+    path.write_text("old")
+    path.chmod(0o640)
+    with whole_file(path) as file:
+        file.write(b"new")
+    assert (path.read_bytes(), path.stat().st_mode & 0o777) == (b"new", 0o640)
+
+
+def _folders_answer(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """Waiting for a folder is refused with that error; for a file it is not."""
+    sync = os.fsync
+
+    def refusing(fd: int) -> None:
+        if stat.S_ISDIR(os.fstat(fd).st_mode):
+            raise OSError(number, os.strerror(number))
+        sync(fd)
+
+    monkeypatch.setattr(os, "fsync", refusing)
 
 
 def test_there_is_no_other_writer() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from pathlib import Path
@@ -289,6 +290,23 @@ def test_every_pair_is_drawn_about_as_often() -> None:
     assert 3 < small < 19  # 10 on average, deviation 3
     assert len(load(MAPS + "[" + rows.replace("1}", "32}") + "]").worlds) == 32
     assert refused(MAPS + "[" + rows.replace("1}", "33}") + "]")[0].what == "32 of 33 queries found on 'r'"
+
+
+def test_more_queries_than_a_map_has_are_refused_before_one_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two million draws were made before that; 32 pairs on this map, and none 7 cells apart in one room."""
+    rows = "{rows: ['......#..'], name: r, queries: {random: %s}}"
+    monkeypatch.setattr("lampyris.study.worlds.np.random.Generator", None)
+    for asked, there in (("33", 32), ("100000", 32), ("1, least: 7", 0), ("31, least: 5", 30)):
+        fault = refused(MAPS + "[" + rows % asked + "]")[0]
+        assert fault.code == "QUERIES"
+        assert fault.what.startswith(f"{there} of ")
+
+
+def test_drawn_queries_are_those_of_the_releases_before() -> None:
+    """How pairs are remembered while they are drawn must not change which they are."""
+    data = {"version": 1, "planners": ["astar"], "maps": [{"bundled": "guide", "queries": {"random": 500}}]}
+    said = repr([(w.start, w.goal) for w in load(data).worlds])
+    assert hashlib.sha256(said.encode()).hexdigest()[:10] == "eb8e3bb0ab"
 
 
 def test_one_map_may_have_several_entries() -> None:

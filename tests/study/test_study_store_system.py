@@ -224,3 +224,16 @@ def test_a_connection_that_may_only_read_is_a_clear_line(tmp_path: Path) -> None
         store._writer.execute("PRAGMA query_only=OFF")
         store.add(rows(of))
         assert list(store.rows().values()) == rows(of)
+
+
+def test_a_system_without_fdatasync_keeps_stores_too(tmp_path: Path) -> None:
+    """macOS is one; every store there failed when it was made."""
+    code = """
+    import os
+    del os.fdatasync
+    from store_samples import *
+    filled(Path(sys.argv[1]), study())
+    """
+    child(code, tmp_path / "a")
+    with Store.open(tmp_path / "a", writable=False) as store:
+        assert list(store.rows().values()) == rows(study())

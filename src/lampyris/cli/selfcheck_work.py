@@ -56,7 +56,7 @@ def selfcheck(asked: Asked) -> int:
         with _progress(check.name, quiet=asked.json) as tell:
             result = run(check, asked.ask, asked.which, ledger, tell)
         results.append(result)
-        record = _record(result)
+        record = _record(result, asked.which)
         if asked.json:
             verbs.print_json(record)
         else:
@@ -104,13 +104,14 @@ def _checks(asked: Asked) -> list[Check]:
     return [registry.check(name) for name in asked.names or registry.NAMES]
 
 
-def _record(result: Result) -> dict[str, Any]:
+def _record(result: Result, which: Range) -> dict[str, Any]:
     outcome = result.outcome
     return {
         "check": result.check.name,
         "goals": list(result.check.goals),
         "holds": result.holds,
-        "size": result.ask.size,
+        "size": result.ask.size if which == Range(which.only) else "part",
+        "only": which.only,
         "seed": result.ask.seed,
         "kinds": {name: {"first": first, "cases": cases} for name, (first, cases) in result.kinds.items()},
         "cases": outcome.cases,

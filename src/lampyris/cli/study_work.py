@@ -207,7 +207,7 @@ def _as_stored(study: Study, store: Store) -> Study:
     """The study by the names that its store was made with: the same store gives the same bytes."""
     from lampyris.study.plain import study_plain
 
-    if store.plain()["called"] == study_plain(study)["called"]:
+    if store.plain().get("called") == study_plain(study)["called"]:
         return study
     verbs.remarks((f"{store.path} keeps the names it was made with (name, about, labels)",))
     return store.study()

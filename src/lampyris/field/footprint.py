@@ -24,7 +24,8 @@ def footprint(radius: float, resolution: float) -> tuple[Cell, ...]:
     need = math.ceil(reach * reach * (1.0 - FORGIVEN))
     far = math.ceil(reach / 2.0) + 1
     span = range(-far, far + 1)
-    gap = {d: max(2 * abs(d) - 1, 0) ** 2 for d in span}
+    half = {d: max(2 * abs(d) - 1, 0) for d in span}
+    gap = {d: half[d] * half[d] for d in span}
     return tuple((dx, dy) for dy in span for dx in span if gap[dx] + gap[dy] < need)
 
 

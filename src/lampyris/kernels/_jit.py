@@ -376,7 +376,7 @@ def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) 
     """
     scope = dict(k.plain.__globals__)
     used = set(k.plain.__code__.co_names)
-    for name in used & scope.keys():
+    for name in sorted(used & scope.keys()):
         value = scope[name]
         if isinstance(value, Kernel):
             scope[name] = form(value)

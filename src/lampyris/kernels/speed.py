@@ -10,7 +10,7 @@ from lampyris.kernels._jit import kernel
 ACCELERATION, BRAKING = 0, 1
 """Causes that the passes themselves write."""
 
-_EPSILON = 2.0**-52
+_EPSILON = 1.0 / 2**52
 
 
 @kernel(out=("x", "cause", "about"))

@@ -155,7 +155,7 @@ def _format(source: Source) -> Format:
 
 def _missing(name: str) -> FileError:
     try:
-        beside = os.listdir(os.path.dirname(name) or ".")[:1000]
+        beside = sorted(os.listdir(os.path.dirname(name) or "."))[:1000]
     except (OSError, ValueError):
         beside = []
     near = did_you_mean(os.path.basename(name), beside, 0.75) or did_you_mean(name, library.names())

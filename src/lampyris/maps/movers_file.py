@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import os
 
 import numpy as np
 
+from lampyris import elementary
 from lampyris.errors import FileError, LimitError
 from lampyris.maps.csv_table import read_table
 from lampyris.model.grid import Grid
@@ -47,8 +47,9 @@ def read_movers(path: str | os.PathLike[str], grid: Grid) -> Movers:
     sizes = [[table.number(line, row, k, 0.0) for k in (radius, top)] for line, row in table.rows]
     going = [[table.number(line, row, k) for k in velocity] for line, row in table.rows]
     for (line, _), (_, speed), (vx, vy) in zip(table.rows, sizes, going, strict=True) if velocity else ():
-        if math.hypot(vx, vy) > speed * (1 + 1e-9):
-            what = f"a velocity of {math.hypot(vx, vy):g} m/s"
+        fast = float(elementary.hypot(vx, vy))
+        if fast > speed * (1 + 1e-9):
+            what = f"a velocity of {fast:g} m/s"
             allowed = f"at most the top speed, {speed:g}"
             raise FileError("MOVERS_FILE", what, where=f"{table.where}:{line}", allowed=allowed)
     xy, size = (np.array(rows, dtype=np.float64).reshape(-1, 2) for rows in (places, sizes))
@@ -58,5 +59,5 @@ def read_movers(path: str | os.PathLike[str], grid: Grid) -> Movers:
 
 def _on_the_grid(v: Points, grid: Grid) -> Points:
     """Velocities of the map frame along the grid's own axes, y down."""
-    cos, sin = math.cos(grid.origin[2]), math.sin(grid.origin[2])
+    cos, sin = elementary.direction(grid.origin[2])
     return np.stack((cos * v[:, 0] + sin * v[:, 1], sin * v[:, 0] - cos * v[:, 1]), axis=-1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lampyris import elementary
 from lampyris.errors import SettingError
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
@@ -104,7 +105,7 @@ class Grid:
         x0, y0, yaw = self.origin
         local_x = (c[..., 0] + 0.5) * self.resolution
         local_y = (self.height - c[..., 1] - 0.5) * self.resolution
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.direction(yaw)
         return np.stack((x0 + cos * local_x - sin * local_y, y0 + sin * local_x + cos * local_y), axis=-1)
 
     def to_points(self, x_m: ArrayLike, y_m: ArrayLike) -> Floats:
@@ -114,7 +115,7 @@ class Grid:
         """
         x0, y0, yaw = self.origin
         dx, dy = np.asarray(x_m, dtype=np.float64) - x0, np.asarray(y_m, dtype=np.float64) - y0
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.direction(yaw)
         right, up = (cos * dx + sin * dy) / self.resolution, (cos * dy - sin * dx) / self.resolution
         return np.stack((right - 0.5, self.height - up - 0.5), axis=-1)
 
@@ -129,7 +130,7 @@ class Grid:
             raise SettingError("POINT", f"({x_m}, {y_m})", allowed="finite metres")
         x0, y0, yaw = self.origin
         dx, dy = x_m - x0, y_m - y0
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.direction(yaw)
         right, up = (cos * dx + sin * dy) / self.resolution, (-sin * dx + cos * dy) / self.resolution
         if not (math.isfinite(right) and math.isfinite(up)):
             raise SettingError("POINT", f"({x_m}, {y_m})", allowed="metres near the map")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lampyris import elementary
 from lampyris.errors import SettingError
 from lampyris.model.grid import frozen
 from lampyris.typing import Floats, Points
@@ -89,4 +90,4 @@ class Track:
     def at(self, t: Floats) -> Points:
         """Its centre at some times, cells, (m, 2); where it appeared for times before the first."""
         t = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        return np.stack([np.interp(t, self.t, self.xy[:, k]) for k in (0, 1)], axis=-1)
+        return np.stack([elementary.interp(t, self.t, self.xy[:, k]) for k in (0, 1)], axis=-1)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.model.grid import TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
 from lampyris.typing import ByteGrid, Cells, Floats
@@ -49,16 +49,16 @@ class Path:
     def arc(self) -> Floats:
         """Distance along the path at each node, in cells, shape (n,); a diagonal is sqrt 2 here, always."""
         d = np.diff(self.cells.astype(np.float64), axis=0)
-        return np.concatenate(([0.0], np.cumsum(np.sqrt(d[:, 0] ** 2 + d[:, 1] ** 2))))
+        return np.concatenate(([0.0], np.cumsum(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]))))
 
     @property
     def heading(self) -> Floats:
         """Heading of the step that leaves each node (the last keeps its own), radians, y up; shape (n,)."""
         if len(self.cells) == 1:
             return np.zeros(1)
-        d = np.diff(self.cells, axis=0)
-        h = [math.atan2(-int(dy), int(dx)) for dx, dy in d]
-        return np.array([*h, h[-1]])
+        d = np.diff(self.cells.astype(np.int64), axis=0)
+        h = elementary.atan2(-d[:, 1], d[:, 0])
+        return np.append(h, h[-1])
 
 
 def count_steps(cells: Cells, moves: Moves) -> tuple[int, ...]:

@@ -11,11 +11,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.motion.course import Course
 from lampyris.typing import FloatGrid, Floats, Points
 
 _TOUCH = 1e-9
 """Cells: what comes as near as this to a cell touches it."""
+
+_SLACK = 1e-9
+"""Share of an edge that measured distances may be off by, and far more."""
 
 
 def least_around(edges: Floats) -> Floats:
@@ -27,12 +31,17 @@ def least_around(edges: Floats) -> Floats:
 
 
 def reach_of(course: Course, enough: float) -> float:
-    """How far surfaces must be looked for, so that :func:`room` tells ``enough``; metres."""
+    """How far surfaces must be looked for, so that :func:`room` tells up to ``enough``; metres.
+
+    Room below ``enough`` is then the same for every greater ``enough`` too: an edge with one end within reach
+    has the other at most its own length farther, so both distances are known. Were the farther one cut off at
+    the reach, a robot that brakes harder, and so looks less far, would be told less room and drive slower.
+    """
     if len(course) < 2:
         return enough
     longest = float((course.s[1:] - course.s[:-1]).max())
     bent = enough + 0.125 * float(course.curvature.max()) * longest * longest
-    return math.sqrt(bent * bent + 0.25 * longest * longest)
+    return math.sqrt(bent * bent + 0.25 * longest * longest) + longest * (1.0 + _SLACK)
 
 
 def room(course: Course, distance: Floats, reach: float) -> Floats:
@@ -129,9 +138,9 @@ def edge_zones(course: Course, zones: FloatGrid) -> Floats:
         if course.curve is not None:
             xy = course.curve.at(s)[0]
         else:
-            xy = np.stack([np.interp(s, course.s, xy[:, k]) for k in (0, 1)], axis=-1)
+            xy = np.stack([elementary.interp(s, course.s, xy[:, k]) for k in (0, 1)], axis=-1)
     bend = np.minimum(course.curvature[:-1], course.curvature[1:])
-    bulge = np.repeat(0.125 * bend * (ds / parts) ** 2 / course.resolution, parts) + _TOUCH
+    bulge = np.repeat(0.125 * bend * np.square(ds / parts) / course.resolution, parts) + _TOUCH
     a, b = xy[:-1], xy[1:]
     limit = _corner_limits(zones, np.minimum(a, b) - bulge[:, None], np.maximum(a, b) + bulge[:, None])
     least: Floats = limit.reshape(-1, parts).min(axis=1)

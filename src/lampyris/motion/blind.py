@@ -132,9 +132,9 @@ def hiding_distance(course: Course, scene: Scene, settings: BlindArea) -> Floats
     if land is not None:
         before, after = np.empty(n), np.empty(n)
         rho = settings.hidden_radius / resolution
-        longest = math.sqrt(float((np.diff(course.xy, axis=0) ** 2).sum(axis=1).max())) if n > 1 else 0.0
+        longest = math.sqrt(float(np.square(np.diff(course.xy, axis=0)).sum(axis=1).max())) if n > 1 else 0.0
         lead = 1.5 + rho + 0.25 * longest if land.dark.any() else 0.0
-        look = robot.v_max * settings.reaction + robot.v_max**2 / (2.0 * robot.d_max)
+        look = robot.v_max * settings.reaction + robot.v_max * robot.v_max / (2.0 * robot.d_max)
         last = np.minimum(np.searchsorted(course.s, course.s + look), n - 1)
         nearest_hiding(*land, last, limit, rho, lead, 2 * math.ceil(limit + rho) + 4, before, after)
         if n == 1:

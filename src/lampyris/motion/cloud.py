@@ -143,14 +143,14 @@ def drops(cloud: Cloud, count: int, rng: np.random.Generator) -> tuple[Floats, F
     ``En' ~ N(En, He^2)``, ``x ~ N(Ex, En'^2)``, ``mu = exp(-(x - Ex)^2 / (2 En'^2))``. For tests and
     pictures: the law itself draws nothing. Whatever the cloud, the mean of mu is 1 / sqrt 2.
     """
-    width = cloud.en + cloud.he * rng.standard_normal(count)
-    z = rng.standard_normal(count)
+    width = cloud.en + cloud.he * rng.standard_normal(count)  # bits: for tests and pictures
+    z = rng.standard_normal(count)  # bits: for tests and pictures
     return cloud.ex + np.abs(width) * z, elementary.exp(-0.5 * z * z)
 
 
 def drops_at(cloud: Cloud, x: float, count: int, rng: np.random.Generator) -> Floats:
     """Memberships of drops at x, by the same ``En' ~ N(En, He^2)``; their mean is :func:`membership`."""
-    width = cloud.en + cloud.he * rng.standard_normal(count)
+    width = cloud.en + cloud.he * rng.standard_normal(count)  # bits: for tests and pictures
     z = (x - cloud.ex) / np.where(width == 0.0, 1e-300, width)
     return elementary.exp(-0.5 * np.minimum(z * z, _BEYOND))
 
@@ -172,7 +172,7 @@ def approach(p: Points, r: Points, radius: float | Floats, horizon: float) -> tu
     closing = (p * r).sum(axis=1)
     rr = (r * r).sum(axis=1)
     pp = (p * p).sum(axis=1)
-    rho2 = np.asarray(radius, dtype=np.float64) ** 2
+    rho2 = np.square(np.asarray(radius, dtype=np.float64))
     moving = closing > 0.0
     safe = np.where(moving, rr, 1.0)
     nearest = np.minimum(closing / safe, horizon)

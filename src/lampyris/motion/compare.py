@@ -149,5 +149,5 @@ def jerk_of(profile: Profile) -> float:
         return 0.0
     ds, took = np.diff(s), np.diff(profile.t)[fresh[1:]]
     rest = (v[1:] == 0.0) & (v[:-1] == 0.0)
-    hops = 32.0 * ds[rest] / took[rest] ** 3
+    hops = 32.0 * ds[rest] / (took[rest] * took[rest] * took[rest])
     return max(float(jerks(ds, v).max()), float(hops.max(initial=0.0)))

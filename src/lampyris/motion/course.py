@@ -48,7 +48,7 @@ def course_of_path(path: Path, resolution: float) -> Course:
     s, heading = np.zeros(n), np.empty((n, 2))
     if n > 1:
         step = xy[1:] - xy[:-1]
-        long = np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2)
+        long = np.sqrt(step[:, 0] * step[:, 0] + step[:, 1] * step[:, 1])
         np.cumsum(long, out=s[1:])
         s *= resolution
         np.divide(step, long[:, None], out=heading[:-1])

@@ -44,7 +44,7 @@ _GAP = 1e-5
 _STEPS = 1500
 """Newton steps for a stretch between two stops; 60 are usual, 600 with nodes 1e-9 beside 10 m apart."""
 
-_NOISE = 2.0**-52
+_NOISE = 1.0 / 2**52
 """Share of v^2 over an edge's length that its acceleration cannot be told from 0 by."""
 
 _SHIFTS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
@@ -67,7 +67,7 @@ def jerks(ds: Floats, v: Floats) -> Floats:
     dt = 2.0 * ds / np.where(moving, pace, 1.0)
     a = (v[1:] - v[:-1]) / dt
     rest = v == 0.0
-    noise = _NOISE * np.maximum(v[1:], v[:-1]) ** 2 / ds
+    noise = _NOISE * np.square(np.maximum(v[1:], v[:-1])) / ds
     alone = np.where(moving, 2.0 * (np.abs(a) - noise) / dt, 0.0)
     out[:-1] = np.where(rest[:-1], alone, 0.0)
     out[1:] = np.maximum(out[1:], np.where(rest[1:], alone, 0.0))
@@ -326,8 +326,8 @@ class _Stretch:
             first[1:-1] += hold * one * two
             first[2:] += hold * two * three
             second[2:] += hold * one * three
-        diagonal[1] += ((jerk * to_right[0] - per[0]) * ends[0]) ** 2 / mu
-        diagonal[-2] += ((jerk * to_left[-1] - per[-1]) * ends[1]) ** 2 / mu
+        diagonal[1] += np.square((jerk * to_right[0] - per[0]) * ends[0]) / mu
+        diagonal[-2] += np.square((jerk * to_left[-1] - per[-1]) * ends[1]) / mu
         return diagonal, first, second
 
 

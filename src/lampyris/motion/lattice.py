@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.errors import LimitError, SettingError
 from lampyris.kernels.path_time import allow_pairs, fewest_steps
 from lampyris.model.robot import Robot
@@ -80,7 +81,7 @@ class Lattice:
 
     def s_of(self, place: NDArray[np.int64]) -> Floats:
         """Metres along the way of places; the borders of the legs exactly."""
-        out: Floats = np.interp(place, self.places, self.legs)
+        out: Floats = elementary.interp(place, self.places, self.legs)
         return out
 
     def leg_of(self, place: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -169,7 +170,7 @@ def lattice_of(
     unit = 2.0 * np.diff(legs) / (count * dt)
     m = np.arange(last + 1)
     leg = np.clip(np.searchsorted(places, m, side="right") - 1, 0, len(unit) - 1)
-    z = np.interp(np.interp(m, places, legs), s, x) / unit[leg] ** 2
+    z = elementary.interp(elementary.interp(m, places, legs), s, x) / np.square(unit[leg])
     z[places[1:]] = 0.0
     levels = min(levels, math.floor(math.sqrt(float(z.max())) * (1.0 + _HAIR)) + 1)
     rise, fall = min(rate.rise, levels - 1), min(rate.fall, levels - 1)
@@ -194,7 +195,7 @@ def _kinks(
     inner = np.flatnonzero(slope[1:] > slope[:-1]) + 1
     inner = inner[(s[inner] > legs[0]) & (s[inner] < legs[-1])]
     leg = np.clip(np.searchsorted(legs, s[inner], side="right") - 1, 0, len(unit) - 1)
-    return np.interp(s[inner], legs, places.astype(np.float64)), x[inner] / unit[leg] ** 2
+    return elementary.interp(s[inner], legs, places.astype(np.float64)), x[inner] / np.square(unit[leg])
 
 
 class Found(NamedTuple):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.kernels.speed import clock
 from lampyris.model.movers import Movers
 from lampyris.model.profile import Profile
@@ -46,7 +47,7 @@ def cells_passed(course: Course, first: int, last: int) -> tuple[NDArray[np.int6
     if course.curve is not None:
         xy = course.curve.at(fine)[0]
     else:
-        xy = np.stack([np.interp(fine, course.s, course.xy[:, k]) for k in (0, 1)], axis=-1)
+        xy = np.stack([elementary.interp(fine, course.s, course.xy[:, k]) for k in (0, 1)], axis=-1)
     found = np.floor(xy + 0.5).astype(np.int64)
     new = np.append(0, np.flatnonzero((found[1:] != found[:-1]).any(axis=1)) + 1)
     off, nearest = _centres(xy, found, fine, new)
@@ -142,7 +143,7 @@ def course_profile(
             words, of = ("start", "acceleration", "goal"), np.full(3, -1)
         here = slice(int(a), int(b) + 1)
         s = course.s[here]
-        x[here] = np.interp(s, where, (speed * scale) ** 2)
+        x[here] = elementary.interp(s, where, np.square(speed * scale))
         at = np.searchsorted(where, s)
         node = np.searchsorted(s, where, side="right") - 1 + int(a)
         for k, cell in zip(range(int(a), int(b) + 1), np.minimum(at, len(where) - 1).tolist(), strict=True):

@@ -34,7 +34,7 @@ def with_nodes(found: Profile, still: Profile, course: Course, a_max: float) -> 
         return found
     edge = np.searchsorted(found.s, course.s[at], side="right") - 1
     a, d = found.a[edge], course.s[at] - found.s[edge]
-    v = np.sqrt(np.maximum(found.v[edge] ** 2 + 2.0 * a * d, 0.0))
+    v = np.sqrt(np.maximum(np.square(found.v[edge]) + 2.0 * a * d, 0.0))
     t = found.t[edge] + 2.0 * d / (found.v[edge] + v)
     cause, about = _causes(found, still, at, edge, v, a_max)
     xy = None if found.xy is None else course.xy[at]

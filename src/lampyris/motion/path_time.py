@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.errors import SettingError
 from lampyris.model.movers import Track
 from lampyris.model.profile import Profile
@@ -255,7 +256,7 @@ class _Search:
                 for w, k in zip(end.cause[1:], end.about[1:], strict=True)
             ]
         _name_braking(cause, about)
-        ceiling = np.sqrt(np.interp(s, self.way.s, self.x))
+        ceiling = np.sqrt(elementary.interp(s, self.way.s, self.x))
         return Profile(
             law, s, v, a, t, tuple(cause), "m/s", np.array(about), (("limit", ceiling),), self._xy(s)
         )
@@ -263,7 +264,7 @@ class _Search:
     def _causes(self, kept: Motion, culprit: int) -> tuple[list[str], list[int]]:
         """What binds each node of the walk; braking is named later. ``culprit`` binds the last one."""
         t, s, v, a = kept
-        top = np.sqrt(np.interp(s, self.way.s, self.x))
+        top = np.sqrt(elementary.interp(s, self.way.s, self.x))
         cause, about = ["start"], [-1]
         tight = 1e-6 * self.robot.v_max
         for k in range(1, len(t)):
@@ -292,7 +293,7 @@ class _Search:
     def _xy(self, s: Floats) -> Points:
         if self.course.curve is not None:
             return self.course.curve.at(s)[0]
-        return np.stack([np.interp(s, self.course.s, self.course.xy[:, k]) for k in (0, 1)], axis=-1)
+        return np.stack([elementary.interp(s, self.course.s, self.course.xy[:, k]) for k in (0, 1)], axis=-1)
 
 
 def _joined(head: list[tuple[float, float, float, float]], lattice: Lattice, done: Walk, t: float) -> Motion:

@@ -327,7 +327,7 @@ def _too_jerky(way: _Way, v0: float, jerk_max: float) -> SettingError:
     """The refusal of a start speed from which no profile was found that keeps the limit on jerk."""
     known = 0.0
     for k in range(1, 13):
-        more = known + v0 * 0.5**k
+        more = known + math.ldexp(v0, -k)
         x = _swept(way, more).v
         x[0] = more * more
         limits = {"a_max": way.a_max, "d_max": way.d_max, "jerk_max": jerk_max}

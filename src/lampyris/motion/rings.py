@@ -25,10 +25,14 @@ _OFFSETS = [o for k in (1, 2) for o in _SQUARE if max(map(abs, o)) == k]
 _DX, _DY = np.array(_OFFSETS, dtype=np.int64).T.copy()
 
 
+def _squared(offset: Cell) -> int:
+    return offset[0] * offset[0] + offset[1] * offset[1]
+
+
 def _ahead(heading: Cell, offset: Cell) -> bool:
     """Whether a cell lies within 45 degrees of a heading: ``cos >= sqrt(1/2)``, squared, in whole numbers."""
     dot = heading[0] * offset[0] + heading[1] * offset[1]
-    squares = (heading[0] ** 2 + heading[1] ** 2) * (offset[0] ** 2 + offset[1] ** 2)
+    squares = _squared(heading) * _squared(offset)
     return dot > 0 and 2 * dot * dot >= squares
 
 

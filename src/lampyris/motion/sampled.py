@@ -72,12 +72,16 @@ def _of_run(p: Points) -> _Circle | None:
     return _circle(p[0], p[len(p) // 2], p[-1])
 
 
+def _dot(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[0] + a[1] * b[1])
+
+
 def _between_lines(points: Points, k: int) -> tuple[int, _Circle | None]:
     """A circle that begins at a point, of one or two short chords between two lines that touch it."""
     if not 0 < k < len(points) - 2:
         return k, None
     before = points[k] - points[k - 1]
-    before = before / np.sqrt(before @ before)
+    before = before / math.sqrt(_dot(before, before))
     for last in (k + 2, k + 1):
         if last + 1 >= len(points):
             continue
@@ -87,16 +91,16 @@ def _between_lines(points: Points, k: int) -> tuple[int, _Circle | None]:
         if length.max() > _SHORT:
             continue
         after = points[last + 1] - points[last]
-        after = after / np.sqrt(after @ after)
+        after = after / math.sqrt(_dot(after, after))
         across = p[-1] - p[0]
-        whole = float(np.sqrt(across @ across))
+        whole = math.sqrt(_dot(across, across))
         sine = float(before[0] * across[1] - before[1] * across[0]) / max(whole, 1e-300)
-        if abs(sine) < 1e-3 or float(before @ across) <= 0.0:
+        if abs(sine) < 1e-3 or _dot(before, across) <= 0.0:
             continue
         radius = 0.5 * whole / abs(sine)
         aside = np.array((-before[1], before[0])) * (radius if sine > 0.0 else -radius)
         away = p - (p[0] + aside)
-        touches = abs(float(after @ away[-1])) <= _TOUCH * radius and float(after @ across) > 0.0
+        touches = abs(_dot(after, away[-1])) <= _TOUCH * radius and _dot(after, across) > 0.0
         on = np.abs(np.sqrt((away * away).sum(axis=1)) - radius).max() <= _NEAR
         if touches and on and length.max() <= _CHORD * radius:
             x, y = (p[0] + aside).tolist()
@@ -151,9 +155,9 @@ def _circle(a: Floats, b: Floats, c: Floats) -> _Circle | None:
 def _tangents(p: Points, centre: tuple[float, float], radius: float) -> tuple[Points, Floats]:
     """The first point of a run and the corner on each of its chords, with the tangents."""
     a = p[:-1] - centre
-    half = 0.5 * np.sqrt((np.diff(p, axis=0) ** 2).sum(axis=1))
+    half = 0.5 * np.sqrt(np.square(np.diff(p, axis=0)).sum(axis=1))
     # Chord = 2 r sin(half), tangent = r tan(half); the corner is over the middle of the chord.
-    cos = np.sqrt(1.0 - (half / radius) ** 2)
+    cos = np.sqrt(1.0 - np.square(half / radius))
     middle = a + 0.5 * np.diff(p, axis=0)
     corners = np.concatenate((p[:1], middle / (cos * cos)[:, None] + centre))
     return corners, np.concatenate(([np.inf], half / cos))

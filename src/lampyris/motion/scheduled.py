@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lampyris import elementary
 from lampyris.errors import SettingError
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
@@ -69,7 +70,7 @@ def divided(path: Path, resolution: float) -> Course:
     n = len(whole)
     at = np.arange((n - 1) * _PARTS + 1) / _PARTS
     nodes = np.arange(n)
-    s = np.interp(at, nodes, whole.s)
-    xy = np.stack([np.interp(at, nodes, whole.xy[:, k]) for k in (0, 1)], axis=-1)
+    s = elementary.interp(at, nodes, whole.s)
+    xy = np.stack([elementary.interp(at, nodes, whole.xy[:, k]) for k in (0, 1)], axis=-1)
     heading = whole.heading[np.minimum(np.arange(len(at)) // _PARTS, n - 1)]
     return Course(s, xy, heading, np.zeros(len(at)), np.zeros(len(at), dtype=np.bool_), resolution)

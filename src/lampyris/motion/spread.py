@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.errors import InternalFault, LimitError
 from lampyris.kernels.meeting import taken
 from lampyris.kernels.path_time import prune, spread, walk_on
@@ -148,7 +149,7 @@ def spans_of(way: Way, lattice: Lattice, discs: Discs, t: float, begin: int, end
         moments = moments[moments >= times[0]]
         if len(moments) < 2:
             continue
-        px, py = np.interp(moments, times, x), np.interp(moments, times, y)
+        px, py = elementary.interp(moments, times, x), elementary.interp(moments, times, y)
         middle = 0.5 * (moments[1:] + moments[:-1])
         number.append(np.clip(np.searchsorted(grid, middle, side="right") - 1, 0, len(grid) - 2))
         whose.append(np.full(len(middle), m, dtype=np.int64))
@@ -165,7 +166,7 @@ def spans_of(way: Way, lattice: Lattice, discs: Discs, t: float, begin: int, end
     index = np.searchsorted(of[order], np.arange(count + 1))
     place = lattice.places.astype(np.float64)
     # What begins before the lattice or ends after it goes on there: nothing is to be squeezed in at its ends.
-    units = [np.interp(v, lattice.legs, place) for v in (low, high)]
+    units = [elementary.interp(v, lattice.legs, place) for v in (low, high)]
     units[0][low <= lattice.legs[0]] = -1.0
     units[1][high >= lattice.legs[-1]] = place[-1] + 1.0
     gone = high <= lattice.legs[0]

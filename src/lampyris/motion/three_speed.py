@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris import elementary
 from lampyris.errors import SettingError
 from lampyris.model.movers import Movers
 from lampyris.model.scene import Scene
@@ -239,7 +240,7 @@ def observed(moved: Points, expected: NDArray[np.float64], told: FloatGrid) -> F
     The observation is the intent whose expected movement is nearest; if several are equally near, any of
     them, evenly.
     """
-    gap = np.sqrt(((expected - moved[:, None, :]) ** 2).sum(axis=2))
+    gap = np.sqrt(np.square(expected - moved[:, None, :]).sum(axis=2))
     nearest = gap <= gap.min(axis=1, keepdims=True) + _SAME
     share = nearest / nearest.sum(axis=1, keepdims=True)
     likely: FloatGrid = (share[:, None, :] * told[None, :, :]).sum(axis=2)
@@ -298,7 +299,7 @@ def _nearest_ones(
 ) -> NDArray[np.int64]:
     """The obstacles that matter most at node k: least room after what both can go in the steps ahead."""
     place, velocity = _seen(course, movers)
-    gap = np.sqrt(((place + velocity * t - course.xy[k] * course.resolution) ** 2).sum(axis=1))
+    gap = np.sqrt(np.square(place + velocity * t - course.xy[k] * course.resolution).sum(axis=1))
     spare = gap - movers.radius - movers.top_speed * (settings.depth * settings.step)
     return np.sort(np.argsort(spare, kind="stable")[: settings.near])
 
@@ -321,7 +322,7 @@ def contacts(
     theirs = intended(begin[who], velocity[who], movers.top_speed[who], metres[k:], when)
     # The robot at every progress that a part of a step may end at; all speeds end on this lattice.
     reach = course.s[k] + unit / parts * np.arange((depth * fast) * parts + fast * parts + 1)
-    own = np.stack([np.interp(reach, course.s, metres[:, c]) for c in (0, 1)], axis=-1)
+    own = np.stack([elementary.interp(reach, course.s, metres[:, c]) for c in (0, 1)], axis=-1)
     places = depth * fast + 1
     enough = scene.robot.radius + settings.margin + movers.radius[who]
     out = np.zeros((depth, places, 3, len(who), 3))

@@ -254,7 +254,8 @@ class Board:
     def steps(self, r: Rules) -> tuple[_Ints, ...]:
         """What every search reads of the rules: offset, via, across, dx, dy."""
         jump = np.array([1, self.stride], dtype=np.int64)
-        at = [frozen(pairs @ jump) for pairs in (np.stack((r.dx, r.dy), axis=1), r.via, r.across)]
+        of = (np.stack((r.dx, r.dy), axis=1), r.via, r.across)
+        at = [frozen(pairs @ jump) for pairs in of]  # bits: whole numbers
         return (*at, r.dx, r.dy)
 
 

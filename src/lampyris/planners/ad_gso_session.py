@@ -181,7 +181,7 @@ class AdGsoSession:
         return Grounds(self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma)
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
-        for cell in cells:
+        for cell in cells:  # bits: each sets its own bit
             shut[self._walker.flat(cell)] |= bit
 
     def _take(self, change: Change) -> None:

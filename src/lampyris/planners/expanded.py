@@ -32,7 +32,7 @@ def expanded(planner: Planner, scene: Scene) -> Cells | None:
     """
     if scene.grid.blocked.size > MOST_CELLS:
         return None
-    session = planner.open(scene, np.random.default_rng(0))
+    session = planner.open(scene, np.random.Generator(np.random.PCG64(0)))
     if not isinstance(session, GraphSession):
         return None
     search, free = session.search, session.free

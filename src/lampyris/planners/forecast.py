@@ -287,7 +287,7 @@ def _bans(own: tuple[Cell, ...], other: tuple[Cell, ...], dx: int, dy: int) -> _
     """
     met = set(reach_of(own, other))
     found = set()
-    for x, y in met:
+    for x, y in met:  # bits: what is found is sorted below
         here = (x + dx, y + dy)  # met after the body's step
         for ex, ey in _EIGHT:
             to = (here[0] + ex, here[1] + ey)

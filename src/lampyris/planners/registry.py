@@ -57,6 +57,7 @@ def planner_class(name: str) -> type[Planner]:
     return loaded
 
 
+@cache
 def origin_of(name: str) -> str:
     """The distribution and its version that a planner of a guest comes from; empty for our own.
 

@@ -61,7 +61,7 @@ class Ground:
     def __init__(self, scene: Scene, moves: Moves, free: BoolGrid, closed: frozenset[Cell]) -> None:
         if closed:
             left = free.copy()
-            for x, y in closed:
+            for x, y in closed:  # bits: each sets its own cell
                 left[y, x] = False
             left.setflags(write=False)
             free = left
@@ -78,9 +78,9 @@ class Ground:
         self.terrain: Ints | None = None if terrain is None else self._framed(terrain, 0, np.int64)
         rules = rules_of(moves, False)
         line = np.array([1, self.stride], dtype=np.int64)
-        self.jump: Ints = np.stack((rules.dx, rules.dy), axis=1) @ line
-        self._via: Ints = rules.via @ line
-        self._across: Ints = rules.across @ line
+        self.jump: Ints = np.stack((rules.dx, rules.dy), axis=1) @ line  # bits: whole numbers
+        self._via: Ints = rules.via @ line  # bits: whole numbers
+        self._across: Ints = rules.across @ line  # bits: whole numbers
         self.price: Ints = rules.cost
         self.number = {offset: k for k, offset in enumerate(moves.offsets)}
 
@@ -155,9 +155,10 @@ class Ground:
         """How near walls are, in thousandths, int64, flat: 0 from :data:`WIDE` on, 1000 at a wall."""
         grid, robot = self.scene.grid, self.scene.robot
         reach = WIDE + robot.radius / grid.resolution
-        near = np.empty(self.room.shape, dtype=np.int64)
-        part = max(1, PART // near.shape[1])
-        for y in range(0, len(near), part):
+        height, width = self.open_cells.shape
+        near: Ints = np.empty((height, width), dtype=np.int64)
+        part = max(1, PART // width)
+        for y in range(0, height, part):
             look()
             share = 1.0 - np.minimum(self.room[y : y + part], reach) / reach
             near[y : y + part] = np.rint(THOUSAND * share)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from collections.abc import Iterator
@@ -36,22 +37,40 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
                 yield file
                 file.flush()
                 if old is not None:
-                    os.fchmod(file.fileno(), stat.S_IMODE(old.st_mode))
+                    # By the open file where the system can: a name may have become another's.
+                    of = file.fileno() if os.chmod in os.supports_fd else beside
+                    os.chmod(of, stat.S_IMODE(old.st_mode))
                 os.fsync(file.fileno())
             beside.replace(place)
         except BaseException:
             beside.unlink(missing_ok=True)
             raise
-        _sync(place.parent)
+        sync_folder(place.parent)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise FileError("FILE_WRITE", why, where=str(path), allowed="a file that can be written") from None
 
 
-def _sync(folder: Path) -> None:
-    """Wait until the folder's names are on the disk, where folders can be waited for."""
+_NO_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EBADF))
+"""What file systems say that know no waiting for a folder (network and FAT drivers, among others)."""
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the folder's names are on the disk, where folders can be waited for.
+
+    Windows opens no folder, and some file systems know no such waiting: then there is nothing to wait for.
+
+    Raises
+    ------
+    OSError : the system refuses, for any other reason.
+    """
+    if os.name == "nt":  # pragma: no cover
+        return
     fd = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(fd)
+    except OSError as error:
+        if error.errno not in _NO_SYNC:
+            raise
     finally:
         os.close(fd)

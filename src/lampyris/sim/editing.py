@@ -78,12 +78,12 @@ class Walls:
         self._given, self._world = scene, world
         self._left = deque(scene.edits)
         self._news: dict[Cell, bool] = {}
-        shapes = {id(world.robot_shape): (world.robot_shape, scene.robot.radius)}
-        for body, shape in zip(crowd.bodies, world.shapes, strict=True):
-            shapes[id(shape)] = shape, body.radius
-        for walkers in crowd.walkers:
-            shapes[id(walkers.shape)] = walkers.shape, walkers.spec.radius
-        self._shapes: list[tuple[Shape, float]] = list(shapes.values())
+        shapes = [(world.robot_shape, scene.robot.radius)]
+        shapes += [(s, body.radius) for body, s in zip(crowd.bodies, world.shapes, strict=True)]
+        shapes += [(walkers.shape, walkers.spec.radius) for walkers in crowd.walkers]
+        # Each shape once, in the order in which they are met.
+        once = {id(shape): (shape, radius) for shape, radius in shapes}  # bits: only tells them apart
+        self._shapes: list[tuple[Shape, float]] = list(once.values())
         if scene.edits:
             self._keep_lanes(crowd)
 

@@ -159,7 +159,7 @@ class FastRuns:
         scene, planner = self.scene, self.planner
         walker = Walker(
             Frame(free, moves), scene.goal, moves, choice=planner.choice, nt=planner.nt, mvr=planner.mvr,
-            rng=np.random.default_rng(0), record=False,
+            rng=np.random.Generator(np.random.PCG64(0)), record=False,
         )  # fmt: skip
         trip = walker.start(walker.flat(scene.start))
         trip.tally[w.ALLOWED] = NO_LIMIT

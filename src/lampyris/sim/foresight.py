@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lampyris import elementary
 from lampyris.errors import LampyrisError
 from lampyris.model.movers import Track
 from lampyris.model.profile import Profile
@@ -96,7 +97,7 @@ class Foresight:
         course = state.ahead(reach)
         if not tracks or len(course) < 3:
             return None
-        squares = np.interp(state.s + course.s, leg.nodes, leg.squares)
+        squares = elementary.interp(state.s + course.s, leg.nodes, leg.squares)
         squares[0] = max(float(squares[0]), state.v * state.v)
         # It stands at the end of what it looks at and where it turns, whatever the cap there. One of 0 at
         # both would forbid the edge between them.

@@ -89,7 +89,7 @@ def patrols(
     """
     if not count:
         return []
-    from scipy.ndimage import label
+    from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
 
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, _STREAM))))
     region, _ = label(~grid.blocked, structure=np.ones((3, 3)))

@@ -66,7 +66,7 @@ class Others:
         if self.noise and len(xy):
             # A square within the circle of the noise.
             reach = self.noise / math.sqrt(2.0) / self.scene.grid.resolution
-            xy = xy + self._draws.uniform(-reach, reach, xy.shape)
+            xy = xy + (2.0 * reach * self._draws.random(xy.shape) - reach)
         return Told(t, xy, self._radius, self._top_speed, self._velocity)
 
     def move(self, t: float, end: float, going: Going) -> list[int]:

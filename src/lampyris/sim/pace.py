@@ -54,7 +54,7 @@ class Pace:
             braking = self._ours.v_max / self._ours.braking
         else:
             robot = scene.robot
-            braking = robot.v_max**2 / (2.0 * robot.d_max) / scene.grid.resolution
+            braking = robot.v_max * robot.v_max / (2.0 * robot.d_max) / scene.grid.resolution
         self.horizon = math.ceil(min(braking, 1e6)) + 2
 
     def drive(self, way: Sequence[Cell], seen: Sequence[Cell]) -> tuple[float, str]:

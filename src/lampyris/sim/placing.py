@@ -41,7 +41,8 @@ class Placing:
                 x, y = world.space.cell(c)
                 kept_clear[y, x] = True
         recorded = [(k, s) for k, s in enumerate(scene.traffic) if isinstance(s, Recorded)]
-        shapes = {r: body_shape(scene, world.space, r, None) for r in {s.radius for _, s in recorded}}
+        radii = dict.fromkeys(s.radius for _, s in recorded)
+        shapes = {r: body_shape(scene, world.space, r, None) for r in radii}
         tracks = [(k, s, shapes[s.radius]) for k, s in recorded]
         self.lanes = check_tracks(world.space, tracks, self.trial.robot_cover)
         self._kept_clear = kept_clear | self.lanes

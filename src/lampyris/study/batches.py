@@ -220,7 +220,7 @@ def _whose(study: Study) -> tuple[list[bool], list[bool]]:
 
 def shuffled(jobs: Iterator[Job], seed: int) -> Iterator[Job]:
     """The same jobs in another order; no more than :data:`WINDOW` are held."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.Generator(np.random.PCG64(seed))
     held: list[Job] = []
     for job in jobs:
         held.append(job)

@@ -279,7 +279,7 @@ def _plan(task: _Task) -> Ran:
     if world.replayed and task.planner.traits.sees_traffic:
         scene = world.among(task.last_tick)
     began = time.thread_time()
-    seed = np.random.default_rng(world.seed)
+    seed = np.random.Generator(np.random.PCG64(world.seed))
     plan = task.planner.open(scene, seed, record=False).plan(None, task.given)
     clock.plan_s = time.thread_time() - began
     clock.look()

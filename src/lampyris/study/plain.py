@@ -125,6 +125,9 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         tuple(_who_of(one, label) for one, label in zip(plain[key], called[key], strict=True))
         for key in ("planners", "laws")
     )
+    for key in ("worlds", "planners", "laws", "crowds", "seeds"):
+        if not plain[key]:  # a study of no runs: nothing of ours writes it, and nothing can be said of it
+            raise ValueError(f"no {key}")
     same = {key: _typed(plain[key], *kinds) for key, kinds in _SAME.items()}
     if same["kind"] not in get_args(Kind):
         raise ValueError(same["kind"])

@@ -13,8 +13,8 @@ _END = ".yaml"
 @cache
 def names() -> tuple[str, ...]:
     """The names of the ready studies, sorted."""
-    found = (one.name for one in (files("lampyris.study") / "ready").iterdir())
-    return tuple(sorted(name.removesuffix(_END) for name in found if name.endswith(_END)))
+    found = sorted(one.name for one in (files("lampyris.study") / "ready").iterdir())
+    return tuple(name.removesuffix(_END) for name in found if name.endswith(_END))
 
 
 def text(name: str) -> str:

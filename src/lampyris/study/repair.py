@@ -9,15 +9,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from lampyris.errors import FileError, LampyrisError
 from lampyris.study.carve import carved
 from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack
 from lampyris.study.plain import differing, study_plain
-from lampyris.study.store_file import check_pages, loaded, real, sidecar, snapshot, speaking
+from lampyris.study.store_file import check_pages, count_of, loaded, real, sidecar, snapshot, speaking
 from lampyris.study.store_lock import Witness, held, witness_of
 from lampyris.study.store_new import check_folder, write_new
+from lampyris.study.store_row import unpacked
 
 KEPT = ".damaged"
 
@@ -108,11 +110,12 @@ def _salvaged(place: Path, log: Path) -> _Salvage:
     with speaking(place, "read"), _bytes_of(place) as main, _bytes_of(log) as more:
         for table, texts in carved(main, more):
             if table == "runs":
-                runs.setdefault(texts[1], texts)
+                if not isinstance(unpacked(texts[1:]), str):
+                    runs.setdefault(texts[1], texts)
             elif table == "maps":
                 maps[texts[1]] = texts[2]
             elif table == "tally":
-                counts.append(int(texts[1]))
+                counts += [count for count in (count_of(texts[1]),) if count is not None]
             elif texts[1] == "study":
                 study = texts[2]
     return _Salvage(study, maps, runs, max(counts, default=None))
@@ -172,12 +175,12 @@ def _study(place: Path, found: _Salvage, study: Study | None) -> tuple[str, Mapp
     ------
     FileError : STORE_STUDY.
     """
-    plain = None if found.study is None else loaded(place, "the study", found.study)
-    if plain is not None:
-        asked = [one.get("hash") for one in plain.get("maps", ())]
-        if all(key in found.maps for key in asked):
-            assert found.study is not None
-            return found.study, {key: found.maps[key] for key in asked}
+    plain = _table(place, found.study)
+    asked = None if plain is None else _asked_maps(plain)
+    if asked is None:
+        plain = None
+    elif found.study is not None and all(key in found.maps for key in asked):
+        return found.study, {key: found.maps[key] for key in asked}
     if study is None:
         what = "the study in it is damaged" if plain is None else "a map in it is damaged"
         raise FileError("STORE_STUDY", what, where=str(place), todo="give the study's file too")
@@ -185,6 +188,23 @@ def _study(place: Path, found: _Salvage, study: Study | None) -> tuple[str, Mapp
         raise FileError("STORE_STUDY", f"made for another study, which differs in {other}", where=str(place))
     maps = {key: canonical(pack(ground.grid)).decode("ascii") for key, ground in study.grounds.items()}
     return canonical(study_plain(study)).decode("ascii"), maps
+
+
+def _table(place: Path, text: str | None) -> Mapping[str, Any] | None:
+    """The study found, if it is a table: a seal alone does not make it one."""
+    if text is not None:
+        with suppress(LampyrisError):
+            return loaded(place, "the study", text)
+    return None
+
+
+def _asked_maps(plain: Mapping[str, Any]) -> list[str] | None:
+    """Hashes of the maps that a study names; None if it does not say."""
+    maps = plain.get("maps")
+    if not isinstance(maps, list) or not maps:
+        return None
+    hashes = [one["hash"] for one in maps if isinstance(one, dict) and isinstance(one.get("hash"), str)]
+    return hashes if len(hashes) == len(maps) else None
 
 
 def _of_study(found: _Salvage, study: Study | None) -> tuple[list[tuple[str, ...]], tuple[str, ...]]:

@@ -33,13 +33,11 @@ from lampyris.study.store_file import (
     check_pages,
     damaged,
     loaded,
+    log_left,
     look,
-    packed,
     real,
-    row_of,
     seal,
     sealed,
-    sidecar,
     snapshot,
     speaking,
     tally_of,
@@ -47,6 +45,7 @@ from lampyris.study.store_file import (
 )
 from lampyris.study.store_lock import Hold, Witness, witness_of
 from lampyris.study.store_new import ADD, check_folder, write_new
+from lampyris.study.store_row import packed, row_of
 
 __all__ = ["Repaired", "Store", "open_for", "repair"]
 
@@ -95,7 +94,7 @@ class Store:
                 hold.start(Witness())
                 store._writer = writer(place)
         except BaseException:
-            hold.release(remove=not sidecar(place, "-wal").exists())
+            hold.release(remove=not log_left(place))
             raise
         store._at, store._sound = {}, True
         return store
@@ -210,13 +209,13 @@ class Store:
         ------
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
-        for texts in self._records():
-            yield row_of(texts[1:])
+        for row, _ in self._records():
+            yield row
 
     def records(self) -> Iterator[tuple[Ending, tuple[str, ...]]]:
         """Every run as it is stored, its seal first, with its ending; otherwise as :meth:`scan`."""
-        for texts in self._records():
-            yield row_of(texts[1:]).ending, texts
+        for row, texts in self._records():
+            yield row.ending, texts
 
     def add(self, rows: Sequence[Row]) -> int:
         """Store rows, all or none; returns how many of them are new, and then they are on the disk.
@@ -271,8 +270,7 @@ class Store:
                 self._writer.close()
         self._writer = None
         if self._hold is not None:
-            log = sidecar(self.path, "-wal")
-            self._hold.release(remove=self._sound and not (log.exists() and log.stat().st_size))
+            self._hold.release(remove=self._sound and not log_left(self.path))
 
     def _insert(
         self, connection: sqlite3.Connection, n: int, head: str, fresh: dict[str, tuple[str, ...]]
@@ -304,7 +302,7 @@ class Store:
             if old is None:
                 fresh[row.key] = texts
             elif (old[2], old[4]) != (texts[2], texts[4]):
-                raise _conflict(self.path, row_of(old[1:]), row)
+                raise _conflict(self.path, row_of(self.path, self._at.get(row.key, 0), old[1:]), row)
         return fresh
 
     def _record(self, n: int) -> tuple[str, ...]:
@@ -319,15 +317,15 @@ class Store:
         """Number of each run by key, and the tally, every run read and checked."""
         at: dict[str, int] = {}
         head = HEAD
-        for n, texts in enumerate(self._records(), start=1):
+        for n, (_, texts) in enumerate(self._records(), start=1):
             at[texts[1]] = n
             head = chained(head, texts[0])
             if len(at) < n:
                 raise damaged(self.path, f"runs: record {n} repeats an earlier one")
         return at, Witness(len(at), head)
 
-    def _records(self) -> Iterator[tuple[str, ...]]:
-        """Every run as its seal and texts, each checked; all of them together are checked after the last."""
+    def _records(self) -> Iterator[tuple[Row, tuple[str, ...]]]:
+        """Every run, and as its seal and texts, each checked; all of them together are after the last."""
         path, n, head = self.path, 0, HEAD
         with self._snapshot() as connection:
             # The witness is read first: the tally is never behind it, but may be ahead.
@@ -342,7 +340,7 @@ class Store:
                 head = chained(head, record[1])
                 if n == witness.count and head != witness.head:
                     raise damaged(path, f"runs: up to record {n} they are not those that were stored")
-                yield (record[1], *texts)
+                yield row_of(path, n, texts), (record[1], *texts)
             if (n, head) != (count, said):
                 raise damaged(path, f"runs: {n:,} are there, {count:,} were stored; or in another order")
 

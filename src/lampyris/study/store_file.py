@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import sqlite3
 import stat
@@ -18,9 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 from urllib.parse import quote
 
-from lampyris.errors import FileError, InternalFault, UsageError
-from lampyris.study.design import canonical
-from lampyris.study.row import Row
+from lampyris.errors import FileError, UsageError
 
 APPLICATION = 0x6C616D70
 """SQLite's application_id: "lamp"."""
@@ -63,40 +62,6 @@ def seal(table: str, *texts: str) -> str:
 def chained(head: str, sealed: str) -> str:
     """Head of the chain of seals after one more run: which runs there are, in which order, none left out."""
     return hashlib.sha256((head + sealed).encode()).hexdigest()
-
-
-def packed(row: Row) -> tuple[str, str, str, str, str, str]:
-    """A row as the columns of its record, the seal first.
-
-    Raises
-    ------
-    InternalFault : STORE_ROW: something in it that is not a finite number, a word, yes or no, or nothing.
-    """
-    for kind, values in (("metrics", row.metrics), ("timing", row.timing)):
-        for name, value in values.items():
-            if not (value is None or isinstance(value, str | int | float)) or not isinstance(name, str):
-                raise _not_plain(row, f"{kind}.{name}", value)
-    try:
-        metrics, timing = (canonical(v).decode("ascii") for v in (row.metrics, row.timing))
-    except (TypeError, ValueError) as fault:
-        raise _not_plain(row, "metrics or timing", fault) from None
-    # An error may quote a file's name, and those need not be Unicode: SQLite holds nothing else.
-    error = row.error.encode("utf-8", "backslashreplace").decode()
-    texts = (row.key, row.ending, error, metrics, timing)
-    return (seal("runs", *texts), *texts)
-
-
-def row_of(texts: tuple[str, ...]) -> Row:
-    """The row of a record's columns, the seal left out. The seal must have been checked."""
-    key, ending, error, metrics, timing = texts
-    return Row(key, ending, json.loads(metrics), json.loads(timing), error)  # type: ignore[arg-type]
-
-
-def _not_plain(row: Row, where: str, value: object) -> InternalFault:
-    return InternalFault(
-        "STORE_ROW", str(value), where=f"run {row.key[:12]}: {where}",
-        allowed="finite numbers, words, true, false, None",
-    )  # fmt: skip
 
 
 def damaged(path: Path, what: str) -> FileError:
@@ -242,8 +207,11 @@ def tally_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
     records = connection.execute("SELECT n, seal, count, head FROM tally").fetchall()
     if len(records) != 1:
         raise damaged(path, f"tally: {len(records)} records, not 1")
-    count, head = sealed(path, "tally", records[0], 1)
-    return int(count), head
+    said, head = sealed(path, "tally", records[0], 1)
+    count = count_of(said)
+    if count is None:
+        raise damaged(path, "tally: no number of runs")
+    return count, head
 
 
 def real(path: str | os.PathLike[str]) -> Path:
@@ -358,11 +326,41 @@ def _safe(doing: str, kept: int | None) -> str:
 
 
 def loaded(path: Path, name: str, text: str) -> Mapping[str, Any]:
-    """A table of JSON of which the seal held; anything else is damage all the same."""
+    """A table of JSON of which the seal held; anything else is damage all the same.
+
+    Raises
+    ------
+    FileError : STORE_DAMAGED: it is no JSON, no table, or has numbers that are not finite.
+    """
     try:
-        value = json.loads(text)
+        value = json.loads(text, parse_constant=_finite, parse_float=_finite)
     except (ValueError, RecursionError):
         value = None
     if not isinstance(value, dict):
         raise damaged(path, f"{name} is no table")
     return value
+
+
+def _finite(text: str) -> float:
+    """A number as JSON writes it; Python would also read NaN, and 1e999 as infinity."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+def count_of(text: str) -> int | None:
+    """The number of runs that a tally says; None if that is no number as we write it."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 18):
+        return None
+    return int(text) if str(int(text)) == text else None
+
+
+def log_left(path: Path) -> bool:
+    """Whether a store has a log that is not empty; where the system cannot say, that it has."""
+    try:
+        return sidecar(path, "-wal").stat().st_size > 0
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True

@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +23,8 @@ LOCK = ".lock"
 _LINE = 256
 """Bytes of each line: the process, then two lines for the witness, written in turn."""
 _TRIES = 100
+_sync = getattr(os, "fdatasync", os.fsync)
+"""macOS has no fdatasync; fsync does more than is needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +51,8 @@ class Hold:
         self.path = sidecar(path, LOCK)
         self._fd = _locked(path, self.path)
         self._turn = 0
-        self._says = os.fstat(self._fd).st_size > _LINE
         try:
+            self._says = os.fstat(self._fd).st_size > _LINE
             os.pwrite(self._fd, _padded(f"pid {os.getpid()}"), 0)
         except OSError as error:
             os.close(self._fd)
@@ -65,7 +67,7 @@ class Hold:
         """
         self._turn, self._says = 1 - self._turn, True
         os.pwrite(self._fd, _said(witness), _LINE * (1 + self._turn))
-        os.fdatasync(self._fd)
+        _sync(self._fd)
 
     def start(self, witness: Witness) -> None:
         """As :meth:`write`, in both lines: from here on writing needs no new space on the disk.
@@ -78,13 +80,18 @@ class Hold:
         self.write(witness)
 
     def release(self, *, remove: bool) -> None:
-        """Free the lock; its file goes first with ``remove``, or if it says nothing yet."""
+        """Free the lock; its file goes first with ``remove``, or if it says nothing yet.
+
+        Where the system refuses, the file stays: what it says is true, and the next writer begins with it.
+        """
         if self._fd < 0:
             return
+        fd, self._fd = self._fd, -1
         if remove or not self._says:
-            self.path.unlink(missing_ok=True)
-        os.close(self._fd)
-        self._fd = -1
+            with suppress(OSError):
+                self.path.unlink(missing_ok=True)
+        with suppress(OSError):  # the descriptor, and the lock with it, is gone all the same
+            os.close(fd)
 
 
 @contextmanager

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from lampyris.errors import FileError
+from lampyris.report.whole_file import sync_folder
 from lampyris.study.store_file import (
     APPLICATION,
     FORMAT,
@@ -62,11 +64,11 @@ def write_new(
     ------
     FileError : STORE_WRITE; STORE_DAMAGED: a log that SQLite would take for this store's.
     """
-    for ending in ("-wal", "-journal") if before is None else ():
-        if sidecar(place, ending).exists() and sidecar(place, ending).stat().st_size:
-            raise damaged(sidecar(place, ending), "the log of a store that is not there")
     new = sidecar(place, NEW)
     with speaking(place, "write"):
+        for ending in ("-wal", "-journal") if before is None else ():
+            if sidecar(place, ending).exists() and sidecar(place, ending).stat().st_size:
+                raise damaged(sidecar(place, ending), "the log of a store that is not there")
         try:
             _remove(new)
             tally = _fill(new, study, maps, runs)
@@ -74,24 +76,11 @@ def write_new(
                 before()
             os.replace(new, place)
         except BaseException:
-            _remove(new)
+            with suppress(OSError):  # what went wrong first is what there is to tell
+                _remove(new)
             raise
         sync_folder(place.parent)
     return tally
-
-
-def sync_folder(folder: Path) -> None:
-    """Wait until the folder's names are on the disk.
-
-    Raises
-    ------
-    OSError : the system refuses.
-    """
-    fd = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(fd)
-    finally:
-        os.close(fd)
 
 
 def _fill(new: Path, study: str, maps: Mapping[str, str], runs: Iterable[tuple[str, ...]]) -> Witness:

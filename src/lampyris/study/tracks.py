@@ -82,7 +82,8 @@ class Replay:
             Recorded(tuple((x, y) for x, y in track), body.radius)
             for track, body in zip(at, self.bodies, strict=True)
         )
-        of_radius = {r: body_shape(self.scene, self._space, r, None) for r in {one.radius for one in made}}
+        radii = dict.fromkeys(one.radius for one in made)
+        of_radius = {r: body_shape(self.scene, self._space, r, None) for r in radii}
         shapes = [of_radius[one.radius] for one in made]
         check_tracks(self._space, list(zip(range(len(made)), made, shapes, strict=True)), self._robot_cover)
         return made

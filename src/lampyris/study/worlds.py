@@ -6,12 +6,14 @@ import hashlib
 import os
 import re
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lampyris import scen
+from lampyris import elementary, scen
 from lampyris.errors import FileError, LimitError, SceneError
 from lampyris.field.layers import free_cells
 from lampyris.maps.document import MapDocument
@@ -154,35 +156,34 @@ class Worlds:
 
         Evenly over all such pairs that are far enough from each other. More of them begin with the same ones.
         """
-        from scipy.ndimage import label
+        from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
 
         region, _ = label(free)
         cells = np.flatnonzero(region)
         cells = cells[np.argsort(region.ravel()[cells], kind="stable")]  # each region in one piece
         # A start is drawn with the share of goals that its region has, so that every pair is as likely.
         sizes = np.bincount(region.ravel())[1:]
+        if asked.random > (most := _most_pairs(region, sizes, asked.least)):
+            raise _too_few(ground, most, asked.random)
         begins = np.cumsum(sizes) - sizes
-        shares = np.cumsum(sizes.astype(np.float64) ** 2)
+        shares = np.cumsum(np.square(sizes.astype(np.float64)))
         seed = hashlib.sha256(canonical([self.root, "queries", ground.hash])).digest()
         rng = np.random.Generator(np.random.PCG64(int.from_bytes(seed[:16], "big")))
-        found: dict[tuple[Cell, Cell], None] = {}
-        width = ground.grid.width
+        # Pairs as one number each: most draws on a small map are of pairs that are there already.
+        found: dict[int, None] = {}
+        width, all_ = ground.grid.width, ground.grid.width * ground.grid.height
         for _ in range(_BATCHES if cells.size else 0):
             three = rng.random((_BATCH, 3))
             which = np.searchsorted(shares, three[:, 0] * shares[-1], side="right").clip(max=len(sizes) - 1)
             ends = cells[begins[which, None] + np.floor(three[:, 1:] * sizes[which, None]).astype(np.int64)]
             y, x = np.divmod(ends, width)
-            apart = np.hypot(x[:, 0] - x[:, 1], y[:, 0] - y[:, 1])
-            for k in np.flatnonzero((apart >= asked.least) & (apart > 0)):
-                pair = ((int(x[k, 0]), int(y[k, 0])), (int(x[k, 1]), int(y[k, 1])))
-                found[pair] = None
-                if len(found) == asked.random:
-                    return list(found)
-        raise FileError(
-            "QUERIES",
-            f"{len(found):,} of {asked.random:,} queries found on {shown(ground.name)}",
-            allowed="as many as the map has, not too far apart",
-        )
+            apart = elementary.hypot(x[:, 0] - x[:, 1], y[:, 0] - y[:, 1])
+            good = ends[(apart >= asked.least) & (apart > 0)]
+            found.update(dict.fromkeys((good[:, 0] * all_ + good[:, 1]).tolist()))
+            if len(found) >= asked.random:
+                drawn = (divmod(pair, all_) for pair in islice(found, asked.random))
+                return [((a % width, a // width), (b % width, b // width)) for a, b in drawn]
+        raise _too_few(ground, len(found), asked.random)
 
     # ---- MovingAI --------------------
 
@@ -237,6 +238,25 @@ def spread(items: Sequence[T], limit: int | None) -> list[T]:
     if limit is None or n <= limit:
         return list(items)
     return [items[0]] if limit == 1 else [items[k * (n - 1) // (limit - 1)] for k in range(limit)]
+
+
+def _most_pairs(region: NDArray[np.integer[Any]], sizes: NDArray[np.integer[Any]], least: float) -> int:
+    """No more pairs than so many can be drawn: those of cells of one region, if it reaches far enough."""
+    from scipy.ndimage import find_objects  # bits: whole numbers in, whole numbers out
+
+    most = 0
+    for (rows, columns), size in zip(find_objects(region), sizes.tolist(), strict=True):
+        reach = elementary.hypot(columns.stop - columns.start - 1, rows.stop - rows.start - 1)
+        most += size * (size - 1) if reach >= least else 0
+    return most
+
+
+def _too_few(ground: Ground, there: int, asked: int) -> FileError:
+    return FileError(
+        "QUERIES",
+        f"{there:,} of {asked:,} queries found on {shown(ground.name)}",
+        allowed="as many as the map has, not too far apart",
+    )
 
 
 def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:

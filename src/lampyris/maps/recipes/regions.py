@@ -21,7 +21,7 @@ def keep_largest(blocked: BoolGrid) -> BoolGrid:
 
     Where nothing is free at all, the middle cell becomes so: a map has a place to stand.
     """
-    from scipy.ndimage import label
+    from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
 
     regions, count = label(~blocked)
     if count == 0:
@@ -42,8 +42,8 @@ def spanning_tree(draw: Draw, nodes: int, a: Whole, b: Whole) -> BoolGrid:
     The minimum tree of random weights. No two weights are equal, so there is one such tree, whichever
     algorithm finds it. a < b everywhere, and no edge occurs twice.
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import minimum_spanning_tree
+    from scipy.sparse import csr_array  # bits: only carries the weights
+    from scipy.sparse.csgraph import minimum_spanning_tree  # bits: compares weights; no two are equal
 
     edges = len(a)
     order = np.lexsort((b, a))
@@ -56,7 +56,7 @@ def spanning_tree(draw: Draw, nodes: int, a: Whole, b: Whole) -> BoolGrid:
     graph = csr_array((weight[order], b[order].astype(np.int32), starts), shape=(nodes, nodes))
     found: Any = minimum_spanning_tree(graph).data
     chosen = np.zeros(edges, dtype=np.bool_)
-    chosen[(found.astype(np.uint64) & np.uint64(2**bits - 1)).astype(np.int64) - 1] = True
+    chosen[(found.astype(np.uint64) & np.uint64((1 << bits) - 1)).astype(np.int64) - 1] = True
     return chosen
 
 

@@ -191,5 +191,5 @@ def _cut_round(draw: Draw, houses: BoolGrid, wide: int, k: int, rings: int) -> N
     cy = height // 2 + draw.between(-(side // 20), side // 20)
     radius = side * k * 2 // (5 * rings)
     x, y = np.arange(width, dtype=np.int64)[None, :], np.arange(height, dtype=np.int64)[:, None]
-    squared = (x - cx) ** 2 + (y - cy) ** 2
-    houses[(squared >= radius**2) & (squared <= (radius + wide) ** 2)] = False
+    squared = (x - cx) * (x - cx) + (y - cy) * (y - cy)
+    houses[(squared >= radius * radius) & (squared <= (radius + wide) * (radius + wide))] = False

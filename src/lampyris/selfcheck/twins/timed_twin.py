@@ -6,6 +6,7 @@ Shares no code with the planners: bodies are functions of time, covers are sets.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 
 Cell = tuple[int, int]
 Body = tuple[Callable[[int], Cell], Sequence[Cell]]
@@ -80,3 +81,65 @@ def earliest(
             return tick
         here = there
     return None
+
+
+def arrivals(
+    free: Sequence[Sequence[bool]],
+    steps: Sequence[Cell],
+    cutting: bool,
+    start: Cell,
+    bodies: Sequence[Body],
+    *,
+    own: Sequence[Cell] = ((0, 0),),
+    tick: int = 0,
+    period: int = 1,
+    settled: int = 0,
+    goal: Cell | None = None,
+) -> dict[Cell, int]:
+    """The first tick at which the robot can be on each cell; cells it can never be on are left out.
+
+    Ends when the same cells can be held at the same place of the bodies' common ``period``, which they keep
+    from the tick ``settled`` on: from there nothing new comes. With ``goal`` it ends there, too.
+    """
+    first = {start: tick}
+    ways = {a: [b for b in _next(a, steps) if b == a or legal(free, a, b, cutting)] for a in _free(free)}
+    far = 2 + max(abs(x) for _, shape in bodies for cell in (*shape, *own) for x in cell) if bodies else 0
+    far *= 2
+    here, known = frozenset([start]), set()
+    while here and (goal is None or goal not in first):
+        if tick >= settled:
+            state = (here, (tick - settled) % period)
+            if state in known:
+                break
+            known.add(state)
+        tick += 1
+        places = [(body, body[0](tick - 1)) for body in bodies]
+        there = set()
+        for a in here:
+            near = [b for b, (x, y) in places if abs(a[0] - x) <= far and abs(a[1] - y) <= far]
+            for b in ways[a]:
+                if b not in there and not any(clash(a, b, own, body, tick) for body in near):
+                    there.add(b)
+        for b in there - first.keys():
+            first[b] = tick
+        here = frozenset(there)
+    return first
+
+
+def _next(a: Cell, steps: Sequence[Cell]) -> list[Cell]:
+    return [(a[0] + dx, a[1] + dy) for dx, dy in [(0, 0), *steps]]
+
+
+def _free(free: Sequence[Sequence[bool]]) -> list[Cell]:
+    return [(x, y) for y, row in enumerate(free) for x, here in enumerate(row) if here]
+
+
+def nearest2(a0: Cell, a1: Cell, b0: Cell, b1: Cell) -> Fraction:
+    """Square of the least distance of two points that go straight and evenly, in one tick; exact."""
+    px, py = a0[0] - b0[0], a0[1] - b0[1]
+    vx, vy = a1[0] - b1[0] - px, a1[1] - b1[1] - py
+    fast = vx * vx + vy * vy
+    if not fast:
+        return Fraction(px * px + py * py)
+    when = min(max(Fraction(-(px * vx + py * vy), fast), Fraction(0)), Fraction(1))
+    return (px + when * vx) ** 2 + (py + when * vy) ** 2

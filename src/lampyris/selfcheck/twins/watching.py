@@ -6,7 +6,8 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -38,7 +39,12 @@ _NEVER = (
     *("os.link", "os.symlink", "os.truncate", "os.putenv", "urllib.", "http.", "ftplib.", "webbrowser."),
     *("compile", "exec"),
 )
-_folders: tuple[Path, ...] = ()
+_IMPORTS = ("open", "compile", "exec")
+"""What an import does: it reads code and runs it."""
+_SAID = re.compile(rb"^(VmHWM|VmRSS):\s+(\d+) kB", re.MULTILINE)
+_folders: tuple[str, ...] = ()
+_plain: frozenset[str] = frozenset()
+_may_write = False
 _seen: list[str] = []
 
 
@@ -46,31 +52,64 @@ def _hook(event: str, args: tuple[Any, ...]) -> None:
     if not _folders:
         return
     if event == "open":
-        if isinstance(args[0], int):
-            return  # opened by its name before
-        where = os.path.realpath(os.fsdecode(args[0]))
-        mode, flags = args[1], args[2]
-        if not any(Path(where).is_relative_to(folder) for folder in _folders):
-            _seen.append(f"opens {where}")
-        elif (mode is not None and set(mode) & set("wax+")) or (isinstance(flags, int) and flags & _WRITES):
-            _seen.append(f"writes {where}")
+        what = _of_open(args)
     elif event.startswith(_NEVER):
-        _seen.append(f"{event} {args!r:.100}")
+        what = f"{event} {args!r:.100}"
+    else:
+        return
+    if what and not (event in _IMPORTS and not what.startswith("writes") and _importing()):
+        _seen.append(what)
+
+
+def _of_open(args: tuple[Any, ...]) -> str:
+    """What is wrong with opening a file; nothing, if nothing is."""
+    name, mode, flags = args
+    if isinstance(name, int):
+        return ""  # opened by its name before
+    writes = (mode is not None and set(mode) & set("wax+")) or (isinstance(flags, int) and flags & _WRITES)
+    if name in _plain and not writes:
+        return ""
+    where = os.path.realpath(os.fsdecode(name))
+    if not any(where == folder or where.startswith(folder + os.sep) for folder in _folders):
+        return f"writes {where}" if writes else f"opens {where}"
+    return f"writes {where}" if writes and not _may_write else ""
+
+
+def _importing() -> bool:
+    """Whether Python's own import is at work: a module needed for the first time is no file's doing."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None:
+        code = frame.f_code
+        if code.co_name == "_find_and_load" and code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
 
 
 sys.addaudithook(_hook)
 
 
 @contextmanager
-def watched(*folders: Path) -> Iterator[list[str]]:
-    """What is done meanwhile beyond reading files of the folders: a list of words, empty if it is nothing."""
-    global _folders
+def watched(*folders: Path, plain: Collection[str] = (), may_write: bool = False) -> Iterator[list[str]]:
+    """What is done meanwhile beyond reading files of the folders: a list of words, empty if it is nothing.
+
+    Parameters
+    ----------
+    folders : where files may be read.
+    plain : names of files known to lie there and to be no links: looked at no further when they are read.
+    may_write : whether files of the folders may be written, too.
+    """
+    global _folders, _plain, _may_write
     _seen.clear()
-    _folders = tuple(Path(os.path.realpath(folder)) for folder in folders)
+    before = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
+    _plain, _may_write = frozenset(plain), may_write
+    _folders = tuple(os.path.realpath(folder) for folder in folders)
     try:
         yield _seen
     finally:
         _folders = ()
+        sys.dont_write_bytecode = before
 
 
 @contextmanager
@@ -87,6 +126,37 @@ def memory() -> Iterator[list[int]]:
         found[0] = max(0, after - before)
 
 
+class Growth:
+    """The growth of resident memory over many small steps, at the price of one read each.
+
+    The kernel's mark is set back after a step that grew by :data:`SMALL`, and after :data:`EVERY` steps; so a
+    step is told what all since then grew to at most, which is never less than its own growth.
+    """
+
+    SMALL = 2**22
+    EVERY = 64
+
+    def __init__(self) -> None:
+        self._low: int | None = None
+        self._steps = 0
+        self._reset()
+
+    def step(self) -> int:
+        """Bytes; -1 where the system does not tell."""
+        now = None if self._low is None else _status()
+        if now is None or self._low is None:
+            return -1
+        grown = max(0, now["VmHWM"] - self._low)
+        self._low = min(self._low, now["VmRSS"])
+        self._steps += 1
+        if grown >= self.SMALL or self._steps >= self.EVERY:
+            self._reset()
+        return grown
+
+    def _reset(self) -> None:
+        self._low, self._steps = (_resident("VmRSS") if _reset_mark() else None), 0
+
+
 def _reset_mark() -> bool:
     try:
         with open("/proc/self/clear_refs", "w") as marks:
@@ -97,12 +167,22 @@ def _reset_mark() -> bool:
 
 
 def _resident(what: str) -> int | None:
+    now = _status()
+    return None if now is None else now[what]
+
+
+def _status() -> dict[str, int] | None:
+    """Resident memory and its mark, in bytes."""
     try:
-        with open("/proc/self/status") as status:
-            found = re.search(rf"^{what}:\s+(\d+) kB", status.read(), re.MULTILINE)
+        handle = os.open("/proc/self/status", os.O_RDONLY)
+        try:
+            said = os.read(handle, 8192)
+        finally:
+            os.close(handle)
     except OSError:
         return None
-    return None if found is None else int(found[1]) * 1024
+    found = {name.decode(): int(kb) * 1024 for name, kb in _SAID.findall(said)}
+    return found if {"VmHWM", "VmRSS"} <= found.keys() else None
 
 
 class Hangs(BaseException):
@@ -112,7 +192,7 @@ class Hangs(BaseException):
 @contextmanager
 def no_longer_than(cpu_s: float) -> Iterator[None]:
     """Raise :class:`Hangs` when this much CPU time has gone, where the system can tell."""
-    if not hasattr(signal, "setitimer"):
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
 

@@ -1,0 +1,165 @@
+"""Which question a number is, for the exhaustive kinds of :mod:`lampyris.selfcheck.grids`.
+
+A kind lists its queries (grid, start, goal) once a round. Which planner with which moves is asked turns with
+the query and the round: the first round asks every query of somebody, 36 rounds (nine planners, four step
+sets) ask each of everybody.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.selfcheck._answers import own
+from lampyris.selfcheck.twins.search_twin import Cell
+
+MOVES = ("octile", "dissertation", "four", "sixteen")
+LONGEST = 8
+"""Cells of the longest corridor."""
+GRIDS_4X4 = 1 << 16
+_STIR = 2_654_435_761
+"""Knuth's multiplier: neighbouring queries go to planners that are not neighbours."""
+
+
+@dataclass(frozen=True)
+class Query:
+    """One question: which cells are free (bit y * width + x), the ends, the moves and who is asked.
+
+    ``first``: it is the one question of its goal at which the whole field is judged too.
+    """
+
+    width: int
+    height: int
+    bits: int
+    start: Cell
+    goal: Cell
+    moves: str
+    planner: str
+    first: bool = False
+
+
+def rounds() -> int:
+    """After how many rounds every query was put to every exact planner with all moves."""
+    return len(own(True)) * len(MOVES)
+
+
+def _who(query: int, turn: int) -> tuple[str, str]:
+    """Moves and planner; all moves within four turns."""
+    k = ((query * _STIR >> 9) + turn) % rounds()
+    return MOVES[k % 4], own(True)[k // 4]
+
+
+def rectangle(width: int, height: int, number: int) -> Query:
+    """Every grid of that size, every start and goal, free or blocked."""
+    n = width * height
+    turn, query = divmod(number, (1 << n) * n * n)
+    bits, ends = divmod(query, n * n)
+    goal, start = divmod(ends, n)
+    return Query(width, height, bits, _cell(start, width), _cell(goal, width), *_who(query, turn), start == 0)
+
+
+def rectangles(width: int, height: int) -> int:
+    """Queries of one round of :func:`rectangle`."""
+    n = width * height
+    return (1 << n) * n * n
+
+
+def corridor(number: int) -> Query:
+    """Corridors of one to eight cells, lying or standing; standing and lying change places each round."""
+    turn, query = divmod(number, corridors())
+    n, left = 1, query
+    while left >= (size := (1 << n) * n * n):
+        left -= size
+        n += 1
+    bits, ends = divmod(left, n * n)
+    goal, start = divmod(ends, n)
+    moves, planner = _who(query, turn // 2)
+    if (query + turn) % 2:
+        return Query(1, n, bits, (0, start), (0, goal), moves, planner, start == 0)
+    return Query(n, 1, bits, (start, 0), (goal, 0), moves, planner, start == 0)
+
+
+def corridors() -> int:
+    """Queries of one round of :func:`corridor`."""
+    return sum((1 << n) * n * n for n in range(1, LONGEST + 1))
+
+
+def pair(number: int, *, classes: bool) -> Query:
+    """Ordered pairs of free cells of all 4x4 grids, or of one of each class under the eight symmetries.
+
+    Octile moves in the first round, then the others; the planners turn from pair to pair.
+    """
+    ends = _ends(classes)
+    turn, query = divmod(number, int(ends[-1]))
+    k = int(np.searchsorted(ends, query, side="right"))
+    bits = int(class_heads()[k]) if classes else k
+    cells = [c for c in range(16) if bits >> c & 1]
+    goal, start = divmod(query - (int(ends[k - 1]) if k else 0), len(cells))
+    who = own(True)
+    planner = who[((query * _STIR >> 9) + turn // 4) % len(who)]
+    where = _cell(cells[start], 4), _cell(cells[goal], 4)
+    return Query(4, 4, bits, *where, MOVES[turn % 4], planner, start == 0)
+
+
+def pairs(*, classes: bool) -> int:
+    """Queries of one round of :func:`pair`."""
+    return int(_ends(classes)[-1])
+
+
+def free_cells_of() -> NDArray[np.int64]:
+    """How many cells of each 4x4 grid are free, (65,536,)."""
+    bits = np.arange(GRIDS_4X4, dtype=np.int64)
+    return sum((bits >> k & 1 for k in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
+
+
+@cache
+def class_heads() -> NDArray[np.int64]:
+    """The least of each class of 4x4 grids that turn or mirror into each other."""
+    bits = np.arange(GRIDS_4X4, dtype=np.int64)
+    least = bits.copy()
+    board = np.arange(16).reshape(4, 4)
+    for flipped in (board, board.T):
+        for quarter in range(4):
+            places = np.rot90(flipped, quarter).ravel()
+            copy = sum(((bits >> int(was) & 1) << now for now, was in enumerate(places)), np.zeros_like(bits))
+            least = np.minimum(least, copy)
+    heads: NDArray[np.int64] = np.flatnonzero(least == bits)
+    return heads
+
+
+@cache
+def _ends(classes: bool) -> NDArray[np.int64]:
+    free = free_cells_of()
+    chosen = free[class_heads()] if classes else free
+    ends: NDArray[np.int64] = np.cumsum(chosen * chosen)
+    return ends
+
+
+def _cell(k: int, width: int) -> Cell:
+    return k % width, k // width
+
+
+def parted_pairs() -> int:
+    """Ordered pairs of free cells of all 4x4 grids with no way between them by steps to the four sides.
+
+    By flood fill on all grids at once, one bit a cell; octile and knight's steps lead no further than such
+    steps do, as their sides must be free.
+    """
+    bits = np.arange(GRIDS_4X4, dtype=np.int64)
+    west, east = (sum(1 << (4 * y + x) for y in range(4) for x in range(4) if x != out) for out in (0, 3))
+    parted = 0
+    for k in range(16):
+        here = bits & (1 << k)
+        while True:
+            wave = here | here << 4 | here >> 4 | (here & east) << 1 | (here & west) >> 1
+            wave &= bits
+            if np.array_equal(wave, here):
+                break
+            here = wave
+        left = bits & ~here
+        count = sum((left >> c & 1 for c in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
+        parted += int(count[(bits >> k & 1) == 1].sum())
+    return parted

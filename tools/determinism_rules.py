@@ -1,0 +1,378 @@
+"""The rules of tools/lint_determinism.py: what an expression must not be in code that decides."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+_OURS = "lampyris.elementary has exp, log, sin, cos and atan2"
+_SUMS = "products and a sum, in a stated order"
+_SAID = {
+    "exp exp2 expm1 log log2 log10 log1p logaddexp logaddexp2 geomspace logspace": _OURS,
+    "sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 angle sinc i0": _OURS,
+    "sinh cosh tanh asinh acosh atanh arcsinh arccosh arctanh gamma lgamma erf erfc cbrt": _OURS,
+    "power pow float_power": "a product, or lampyris.elementary.exp and log",
+    "hypot dist": "lampyris.elementary.hypot, or sqrt(x * x + y * y)",
+    "dot vdot inner matmul tensordot einsum vecdot matvec vecmat sumprod": _SUMS,
+    "convolve correlate cov corrcoef polyfit": _SUMS,
+    "interp": "lampyris.elementary.interp",
+    "fma": "a * b + c, rounded twice",
+}
+INSTEAD = {word: instead for words, instead in _SAID.items() for word in words.split()}
+"""Functions of ``math`` and ``numpy`` whose last bit is not defined, and what to write."""
+
+_DRAWN = """
+normal standard_normal exponential standard_exponential gamma standard_gamma beta poisson binomial lognormal
+laplace logistic gumbel weibull pareto rayleigh wald vonmises standard_t standard_cauchy multivariate_normal
+triangular uniform chisquare geometric hypergeometric logseries zipf
+"""
+LAWS = frozenset(_DRAWN.split())
+"""Draws of a Generator that go through libm or round twice in one C expression."""
+
+STREAMS = frozenset({"Generator", "PCG64", "SeedSequence", "BitGenerator"})
+LISTINGS = frozenset({"os.listdir", "os.scandir", "os.walk", "glob.glob", "glob.iglob"})
+LISTING_METHODS = frozenset({"iterdir", "glob", "rglob"})
+CHANCE = frozenset({"os.urandom", "uuid.uuid1", "uuid.uuid4"})
+SET_METHODS = frozenset({"union", "intersection", "difference", "symmetric_difference", "copy"})
+SET_TYPES = frozenset({"set", "frozenset", "Set", "AbstractSet", "MutableSet"})
+ORDERED = frozenset(
+    {"list", "tuple", "iter", "enumerate", "zip", "map", "filter", "reversed", "next", "dict"}
+)
+ORDERED_CALLS = frozenset({"dict.fromkeys", "numpy.array", "numpy.fromiter", "itertools.chain", "sum"})
+
+
+@dataclass(frozen=True, order=True)
+class Finding:
+    """One place that breaks a rule."""
+
+    file: str
+    line: int
+    rule: str
+    what: str
+    why: str
+    instead: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}: {self.rule}: {self.what}; {self.why}; instead: {self.instead}"
+
+
+def said_sets(trees: list[ast.Module]) -> frozenset[str]:
+    """Names of attributes that are annotated as sets in a class body anywhere, and of nothing else."""
+    found: set[str] = set()
+    other: set[str] = set()
+    for tree in trees:
+        for of in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+            for one in of.body:
+                if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name):
+                    (found if _is_set_type(one.annotation) else other).add(one.target.id)
+    return frozenset(found - other)
+
+
+def _is_set_type(note: ast.expr | None) -> bool:
+    if isinstance(note, ast.Subscript):
+        note = note.value
+    if isinstance(note, ast.BinOp):
+        return _is_set_type(note.left) or _is_set_type(note.right)
+    return isinstance(note, ast.Name) and note.id in SET_TYPES
+
+
+@dataclass
+class _Scope:
+    """What is known of the names of one function, or of the module."""
+
+    sets: set[str] = field(default_factory=set)
+    whole: set[str] = field(default_factory=set)
+
+
+class Reader(ast.NodeVisitor):
+    """Walks one module and gathers findings."""
+
+    def __init__(self, file: str, attributes: frozenset[str]) -> None:
+        self.file = file
+        self.found: list[Finding] = []
+        self._attributes = attributes
+        self._from: dict[str, str] = {}
+        self._scopes = [_Scope()]
+        self._makers: set[str] = set()
+        self._in_order: set[int] = set()
+
+    def read(self, tree: ast.Module) -> list[Finding]:
+        """All findings of a module, exceptions not yet taken off."""
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef) and _is_set_type(node.returns):
+                self._makers.add(node.name)
+        self._learn(tree)
+        self.visit(tree)
+        return self.found
+
+    # What names mean
+
+    def _name(self, node: ast.expr) -> str:
+        """Dotted name with its import resolved: ``np.exp`` is ``numpy.exp``."""
+        if isinstance(node, ast.Name):
+            return self._from.get(node.id, node.id)
+        if isinstance(node, ast.Attribute):
+            return f"{self._name(node.value)}.{node.attr}"
+        return ""
+
+    def _learn(self, scope: ast.AST) -> None:
+        """Names of a scope that hold sets or whole numbers, by annotation or by what is put there."""
+        known = self._scopes[-1]
+        unsure: set[str] = set()
+        for node in _own(scope):
+            if isinstance(node, ast.arg):
+                self._note(node.arg, node.annotation)
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                self._note(node.target.id, node.annotation)
+            elif isinstance(node, ast.Assign):
+                for target in (one for one in node.targets if isinstance(one, ast.Name)):
+                    if self._is_set(node.value):
+                        known.sets.add(target.id)
+                    (known.whole if self._is_whole(node.value) else unsure).add(target.id)
+            elif isinstance(node, ast.For | ast.comprehension) and isinstance(node.target, ast.Name):
+                counted = isinstance(node.iter, ast.Call) and self._name(node.iter.func) == "range"
+                (known.whole if counted else unsure).add(node.target.id)
+        known.whole -= unsure
+
+    def _note(self, name: str, note: ast.expr | None) -> None:
+        if _is_set_type(note):
+            self._scopes[-1].sets.add(name)
+        if isinstance(note, ast.Name) and note.id == "int":
+            self._scopes[-1].whole.add(name)
+
+    def _is_set(self, node: ast.expr) -> bool:
+        if isinstance(node, ast.Set | ast.SetComp):
+            return True
+        if isinstance(node, ast.Name):
+            return any(node.id in scope.sets for scope in self._scopes)
+        if isinstance(node, ast.Attribute):
+            return node.attr in self._attributes
+        if isinstance(node, ast.BinOp):
+            return isinstance(node.op, ast.BitOr | ast.BitAnd | ast.Sub | ast.BitXor) and (
+                self._is_set(node.left) or self._is_set(node.right)
+            )
+        if isinstance(node, ast.IfExp):
+            return self._is_set(node.body) or self._is_set(node.orelse)
+        if isinstance(node, ast.Call):
+            name = self._name(node.func)
+            if name in {"set", "frozenset"} or name.rpartition(".")[2] in self._makers:
+                return True
+            return (
+                isinstance(node.func, ast.Attribute)
+                and node.func.attr in SET_METHODS
+                and self._is_set(node.func.value)
+            )
+        return False
+
+    def _is_whole(self, node: ast.expr) -> bool:
+        if isinstance(node, ast.Constant):
+            return isinstance(node.value, int)
+        if isinstance(node, ast.Name):
+            return any(node.id in scope.whole for scope in self._scopes)
+        if isinstance(node, ast.BinOp):
+            sides = self._is_whole(node.left) and self._is_whole(node.right)
+            return sides and not isinstance(node.op, ast.Div)
+        if isinstance(node, ast.UnaryOp):
+            return self._is_whole(node.operand)
+        if isinstance(node, ast.Call):
+            name = self._name(node.func)
+            inside = name in {"abs", "max", "min"} and all(self._is_whole(one) for one in node.args)
+            return inside or (name in {"len", "int", "math.isqrt", "round"} and len(node.args) == 1)
+        return False
+
+    # What breaks a rule
+
+    def _tell(self, node: ast.AST, rule: str, what: str, why: str, instead: str) -> None:
+        self.found.append(Finding(self.file, getattr(node, "lineno", 0), rule, what, why, instead))
+
+    def visit_Import(self, node: ast.Import) -> None:
+        for one in node.names:
+            self._from[one.asname or one.name.partition(".")[0]] = (
+                one.name if one.asname else one.name.partition(".")[0]
+            )
+            self._module(node, one.name)
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        for one in node.names:
+            self._from[one.asname or one.name] = f"{node.module}.{one.name}"
+        self._module(node, node.module or "")
+
+    def _module(self, node: ast.AST, name: str) -> None:
+        root = name.partition(".")[0]
+        if root in {"random", "secrets"}:
+            self._tell(
+                node, "random", f"import {name}", "its state is shared and not ours", "Generator(PCG64(...))"
+            )
+        elif root == "scipy":
+            self._tell(
+                node, "scipy", name, "compiled elsewhere, bits not promised", "our own, or whole numbers"
+            )
+        elif root == "cmath":
+            self._tell(node, "bits", "cmath", "rounded as the system likes", _OURS)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        self._scopes.append(_Scope())
+        self._learn(node)
+        self.generic_visit(node)
+        self._scopes.pop()
+
+    def visit_BinOp(self, node: ast.BinOp) -> None:
+        if isinstance(node.op, ast.MatMult):
+            self._tell(node, "bits", "@", "the order of BLAS's sums is the machine's", _SUMS)
+        elif isinstance(node.op, ast.Pow):
+            down = isinstance(node.right, ast.UnaryOp)
+            if down or not (self._is_whole(node.left) and self._is_whole(node.right)):
+                said = ast.unparse(node)
+                self._tell(node, "bits", said, "pow rounds as the system likes", "x * x, or whole numbers")
+        self.generic_visit(node)
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> None:
+        self.visit_BinOp(ast.copy_location(ast.BinOp(_read(node.target), node.op, node.value), node))
+
+    def visit_Constant(self, node: ast.Constant) -> None:
+        if isinstance(node.value, complex):
+            self._tell(node, "bits", "a complex number", "products of these may be fused", "two floats")
+
+    def visit_For(self, node: ast.For) -> None:
+        self._ordered(node.iter, "for")
+        self.generic_visit(node)
+
+    def visit_comprehension(self, node: ast.comprehension) -> None:
+        if id(node) not in self._in_order:
+            self._ordered(node.iter, "for")
+        self.generic_visit(node)
+
+    def visit_SetComp(self, node: ast.SetComp) -> None:
+        # A set made of a set: no order goes in, none comes out.
+        self._in_order.update(id(one) for one in node.generators)
+        self.generic_visit(node)
+
+    def visit_Starred(self, node: ast.Starred) -> None:
+        if id(node) not in self._in_order:
+            self._ordered(node.value, "*")
+        self.generic_visit(node)
+
+    def visit_Set(self, node: ast.Set) -> None:
+        for one in node.elts:
+            self._in_order.update({id(one), id(getattr(one, "value", one))})
+        self.generic_visit(node)
+
+    def _ordered(self, node: ast.expr, by: str) -> None:
+        if self._is_set(node):
+            said = f"{by} {ast.unparse(node)}"
+            self._tell(node, "order", said, "a set has no order", "sorted(...), or a dict with None")
+
+    def visit_Call(self, node: ast.Call) -> None:
+        name = self._name(node.func)
+        method = node.func.attr if isinstance(node.func, ast.Attribute) else ""
+        if name in {"sorted", "set", "frozenset", "any", "all", "len"}:
+            for one in node.args:  # Sorted, or asked in a way that no order shows.
+                self._in_order.add(id(one))
+                if isinstance(one, ast.GeneratorExp | ast.ListComp):
+                    self._in_order.update(id(inner) for inner in one.generators)
+                    self._in_order.update(id(inner.iter) for inner in one.generators)
+        self._of_numbers(node, name, method)
+        self._of_chance(node, name, method)
+        self._of_order(node, name, method)
+        self.generic_visit(node)
+
+    def _of_numbers(self, node: ast.Call, name: str, method: str) -> None:
+        root, _, last = name.rpartition(".")
+        if root in {"math", "numpy"} and last in INSTEAD:
+            self._tell(node, "bits", name, "rounded as the system likes", INSTEAD[last])
+        elif root.startswith(("numpy.linalg", "numpy.fft")):
+            self._tell(node, "bits", name, "the order of its sums is the machine's", _SUMS)
+        elif name == "pow" and len(node.args) == 2:
+            self._tell(node, "bits", name, "pow rounds as the system likes", "x * x, or whole numbers")
+        elif method == "dot" and root != "numpy":
+            self._tell(node, "bits", ".dot()", "the order of BLAS's sums is the machine's", _SUMS)
+        elif name == "numpy.arange" and any(_is_float(one) for one in node.args):
+            self._tell(
+                node, "bits", "np.arange of floats", "start + i * step may be fused", "np.arange(n) * step"
+            )
+        for word in node.keywords:
+            if word.arg in {"fastmath", "parallel"} and not _is_false(word.value):
+                self._tell(node, "bits", f"{word.arg}=", "sums are taken in another order", "leave it out")
+
+    def _of_chance(self, node: ast.Call, name: str, method: str) -> None:
+        of = "numpy.random."
+        if name.startswith(of) and name.removeprefix(of).partition(".")[0] not in STREAMS:
+            if name == of + "default_rng" and node.args:
+                why = "which generator it is may change with NumPy"
+            else:
+                why = "not seeded by us"
+            self._tell(node, "random", name, why, "Generator(PCG64(SeedSequence(...)))")
+        elif (
+            method in LAWS
+            and isinstance(node.func, ast.Attribute)
+            and not name.startswith(("numpy.", "math."))
+        ):
+            self._tell(
+                node,
+                "random",
+                f".{method}()",
+                "goes through the system's libm",
+                "from .random() or .integers()",
+            )
+        elif name in {of + one for one in STREAMS} and not node.args and not node.keywords:
+            self._tell(node, "random", name, "no seed", "Generator(PCG64(SeedSequence(...)))")
+        elif name in CHANCE:
+            self._tell(node, "random", name, "another each time", "Generator(PCG64(SeedSequence(...)))")
+        elif name.startswith(("time.", "datetime.")):
+            self._tell(
+                node, "time", name, "another each time", "count steps; or say that nothing is decided by it"
+            )
+        elif name in {"hash", "id"}:
+            self._tell(
+                node, "order", f"{name}()", "another in each process", "a key of its own, or zlib.crc32"
+            )
+
+    def _of_order(self, node: ast.Call, name: str, method: str) -> None:
+        listing = name in LISTINGS or method in LISTING_METHODS
+        if listing and id(node) not in self._in_order:
+            self._tell(node, "order", name or method, "the file system's order", "sorted(...) of it")
+        sorts = method in {"argsort", "argpartition"} or name == "numpy.partition"
+        if sorts and not _is_stable(node):
+            why = "equal ones come as the machine's vector width likes"
+            self._tell(node, "order", method, why, 'kind="stable"')
+        if name in ORDERED or name in ORDERED_CALLS or method in {"join", "extend"}:
+            for one in node.args:
+                self._ordered(one, f"{name or method}()")
+        if method == "pop" and not node.args and isinstance(node.func, ast.Attribute):
+            self._ordered(node.func.value, "pop()")
+        if name in {"min", "max"} and any(word.arg == "key" for word in node.keywords):
+            for one in node.args[:1]:
+                self._ordered(one, f"{name}(key=)")
+
+
+def _own(scope: ast.AST) -> Iterator[ast.AST]:
+    """Nodes of a scope without those of the functions within it; its own arguments with it."""
+    if isinstance(scope, ast.FunctionDef | ast.AsyncFunctionDef):
+        arguments = scope.args
+        yield from (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)
+    left = list(ast.iter_child_nodes(scope))[::-1]
+    while left:
+        node = left.pop()
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.arguments):
+            yield node
+            left += list(ast.iter_child_nodes(node))[::-1]
+
+
+def _read(node: ast.expr) -> ast.expr:
+    return ast.parse(ast.unparse(node), mode="eval").body
+
+
+def _is_float(node: ast.expr) -> bool:
+    return any(isinstance(one, ast.Constant) and isinstance(one.value, float) for one in ast.walk(node))
+
+
+def _is_false(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value is False
+
+
+def _is_stable(node: ast.Call) -> bool:
+    return any(
+        w.arg == "kind" and isinstance(w.value, ast.Constant) and w.value.value == "stable"
+        for w in node.keywords
+    )
