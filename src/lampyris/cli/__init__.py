@@ -13,6 +13,7 @@ import warnings
 from typing import Any, NoReturn, TextIO
 
 from lampyris.errors import FileError, LampyrisError, LimitError
+from lampyris.halting import interrupts
 
 BAD_INPUT = 3
 INTERNAL_FAULT = 6
@@ -62,7 +63,8 @@ def _run() -> None:
     try:
         from lampyris.cli.app import app
 
-        app(standalone_mode=True)
+        with interrupts():
+            app(standalone_mode=True)
     except SystemExit as done:
         if done.code == INTERRUPTED and not isinstance(done, Interrupted):
             print("interrupted", file=sys.stderr)  # typer has said nothing

@@ -49,6 +49,12 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
+def load() -> None:
+    """Import numba now, rather than within a call that has a time limit; it takes a third of a second."""
+    with uncollected():
+        import numba  # noqa: F401
+
+
 HERE = Path(__file__).resolve().parent
 
 
