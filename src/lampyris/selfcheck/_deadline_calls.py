@@ -1,10 +1,10 @@
-"""Hard calls for planners: maps on which searches take as long as they can, and traffic that fills the time."""
+"""Hard calls for planners: maps on which searches take as long as they can, and traffic beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -105,7 +105,7 @@ def session_of(call: Call) -> Session:
     return planner.open(call.scene, np.random.Generator(np.random.PCG64(call.seed)))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _map(kind: str, side: int) -> tuple[Blocked, NDArray[np.uint8] | None, Cell, Cell]:
     """Blocked cells, terrain, start and goal."""
     blocked, start, goal = _MAKERS[kind](side)
@@ -116,7 +116,7 @@ def _map(kind: str, side: int) -> tuple[Blocked, NDArray[np.uint8] | None, Cell,
     return blocked, terrain, start, goal
 
 
-@lru_cache(maxsize=None)
+@cache
 def _joined(kind: str, side: int, cutting: bool) -> bool:
     """Whether steps lead from start to goal: straights alone, or diagonals past corners too.
 
@@ -156,7 +156,8 @@ def _spiral(side: int) -> tuple[Blocked, Cell, Cell]:
 
 
 def _in(blocked: Blocked, cell: Cell) -> bool:
-    return 0 <= cell[0] < blocked.shape[1] and 0 <= cell[1] < blocked.shape[0]
+    height, width = blocked.shape
+    return bool(0 <= cell[0] < width and 0 <= cell[1] < height)
 
 
 def _free(side: int) -> tuple[Blocked, Cell, Cell]:
