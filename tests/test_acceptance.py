@@ -1,6 +1,7 @@
-"""The large sizes of the main job through the front door: published queries, 3x3 grids, random grids.
+"""The main job through the front door: published queries, and samples of 3x3 grids and random grids.
 
-``make check-nightly`` runs them and prints what it found; a seeded sample runs with every commit.
+``lampyris selfcheck grids`` and ``random`` ask the planners themselves by the million. ``make check-nightly``
+runs all published queries here, greedy AD-GSO's too, and prints what it found.
 """
 
 from __future__ import annotations
@@ -73,19 +74,6 @@ def test_small_grids_sample() -> None:
         ask(blocked, (s % 3, s // 3), (g % 3, g // 3))
 
 
-@pytest.mark.nightly
-def test_every_3x3_grid_every_start_and_goal() -> None:
-    cases = 0
-    for code in range(512):
-        blocked = np.array([(code >> k) & 1 for k in range(9)], bool).reshape(3, 3)
-        for s in range(9):
-            for g in range(9):
-                ask(blocked, (s % 3, s // 3), (g % 3, g // 3))
-                cases += 1
-    print(f"\n3x3 grids: cases={cases} differences=0")
-    assert cases == 41_472
-
-
 def random_grids(count: int) -> Iterator[tuple[np.ndarray, tuple[int, int], tuple[int, int]]]:  # type: ignore[type-arg]
     rng = np.random.default_rng(2022)
     for _ in range(count):
@@ -101,13 +89,6 @@ def random_grids(count: int) -> Iterator[tuple[np.ndarray, tuple[int, int], tupl
 def test_random_grids_sample() -> None:
     for blocked, start, goal in random_grids(40):
         ask(blocked, start, goal)
-
-
-@pytest.mark.nightly
-def test_two_thousand_random_grids() -> None:
-    for blocked, start, goal in random_grids(2000):
-        ask(blocked, start, goal)
-    print("\nrandom grids 5-60 wide, 0-50 % blocked: cases=2000 differences=0")
 
 
 def queries(path: Path) -> list[tuple[tuple[int, int], tuple[int, int], float, float]]:

@@ -215,11 +215,3 @@ def test_a_sample_of_the_published_files(movingai: Path) -> None:
         made = scen.ask(scen.load(path), limit=20)
         assert made.disagreements == (), path.name
         assert made.summary["solved"] == 20
-
-
-@pytest.mark.nightly
-def test_every_published_file(movingai: Path) -> None:
-    for path in sorted(movingai.glob("*.scen")):
-        made = scen.ask(scen.load(path))
-        print(f"\n{path.name}: {made.summary}, {made.timing['total_s']:.1f} s", end="")
-        assert made.disagreements == (), path.name

@@ -14,7 +14,7 @@ import pytest
 
 from bad_inputs.case import Outcome, inside
 from bad_inputs.case import run as here
-from lampyris.cli import study_show
+from lampyris.cli import study_show, study_work
 from lampyris.study.design import Crowd, Ground, Study, Who, World
 from lampyris.study.row import Row
 
@@ -104,6 +104,31 @@ def test_another_study_does_not_go_into_the_store(folder: Path) -> None:
     fresh = study(folder, "small.yaml", "--workers", "1", "--fresh")
     assert fresh.exit == 0
     assert "6 of 6 runs: 6 done; 6 new" in fresh.out
+
+
+def test_beginning_anew_can_be_killed_anywhere_and_asked_for_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed once the store was gone and its log was not, neither `--fresh` nor the study alone went on."""
+    study(folder, "small.yaml", "--workers", "1")
+    store, log = folder / "small.study.db", folder / "small.study.db-wal"
+    unlink = Path.unlink
+    for point in range(3):
+        log.write_bytes(b"what a killed writer left")
+        left = [point]
+
+        def killed(self: Path, missing_ok: bool = False, left: list[int] = left) -> None:
+            if not left[0]:
+                raise KeyboardInterrupt
+            left[0] -= 1
+            unlink(self, missing_ok)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "unlink", killed)
+            with pytest.raises(KeyboardInterrupt):
+                study_work._discard(store)
+        done = study(folder, "small.yaml", "--workers", "1", "--fresh")
+        assert (done.exit, "4 new" in done.out) == (0, True), (point, done.err)
 
 
 def test_fresh_throws_nothing_away_but_stores(folder: Path) -> None:

@@ -160,22 +160,6 @@ def test_dearer_ground_never_helps(name: str) -> None:
         assert (after >= before).all()
 
 
-@pytest.mark.parametrize("name", MOVES)
-def test_symmetry(name: str) -> None:
-    """Turned or mirrored maps have turned or mirrored costs."""
-    rng = np.random.default_rng(38)
-    for _ in range(12):
-        free, terrain, (x, y) = draw(rng, 25)
-        moves = MOVES[name].weighed()
-        exact = solve(free, moves, (x, y), terrain=terrain).exact
-        mark = np.zeros(free.shape, dtype=np.bool_)
-        mark[y, x] = True
-        for turn in (np.fliplr, np.flipud, np.transpose, np.rot90):
-            v, u = np.argwhere(turn(mark))[0].tolist()
-            turned = solve(turn(free), moves, (u, v), terrain=turn(terrain))
-            np.testing.assert_array_equal(turned.exact, turn(exact))
-
-
 def test_the_goal_is_paid_for_and_the_start_is_not() -> None:
     field = solve(
         np.ones((1, 3), bool), MOVES["four"].weighed(), (2, 0), terrain=np.array([[9, 5, 2]], np.uint8)

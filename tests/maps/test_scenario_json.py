@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import FileError, LampyrisError, LimitError
+from lampyris.maps import json_text
 from lampyris.maps.json_text import JsonDocument, pointer, read_json
 
 
@@ -180,3 +181,25 @@ def test_damaged_texts_give_a_document_or_a_typed_error() -> None:
     assert read + refused == 3000
     assert read > 300
     assert refused > 1000
+
+
+def test_places_of_thousands_of_mistakes_are_found_in_one_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each table and list is gone through once, however many of its parts are asked for."""
+    began: list[int] = []
+    parts = json_text._parts
+
+    def counted(text: str, at: int) -> object:
+        began.append(at)
+        return parts(text, at)
+
+    monkeypatch.setattr(json_text, "_parts", counted)
+    items = ",\n".join(f'{{"b": [{k}, 7]}}' for k in range(500))
+    found = read_json(f'{{"x": 0, "a": [{items}]}}'.encode(), "f")
+    for k in (499, 0, 250, 499):
+        assert found.place("a", k) == (k + 1, 16 if k == 0 else 1)
+        assert found.place("a", k, "b", 1) == (k + 1, (16 if k == 0 else 1) + 9 + len(str(k)))
+    assert found.at("a", 500, "b") == found.at("a") == "f:1:15"
+    assert found.at("a", "0") == found.at("a", -1) == found.at("a")
+    assert found.at_key("a", 3, "b") == "f:4:2"
+    assert found.at("x", "y") == "f:1:7"
+    assert len(began) == len(set(began)) == 2 + 2 * 3 + 1

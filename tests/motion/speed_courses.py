@@ -1,47 +1,15 @@
-"""Random curves on random maps, for the tests of speed laws: lines and arcs that join, free of walls."""
+"""Random curves on random maps, for the tests of speed laws: free of walls."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.course import Course, course_of
-
-SIZE = 40
-"""Cells a side."""
-
-
-def random_curve(rng: np.random.Generator, resolution: float, pieces: int = 8, stops: bool = True) -> Curve:
-    """Lines and arcs from about the middle of the map that stay on it; at some borders the robot turns."""
-    xy, heading, lengths, curvature, halts = [], [], [], [], []
-    at, angle = np.array([SIZE / 2, SIZE / 2]) + rng.uniform(-8, 8, 2), float(rng.uniform(0, 2 * math.pi))
-    for _ in range(pieces):
-        kappa = 0.0 if rng.random() < 0.5 else float(rng.choice([-1, 1]) / rng.uniform(0.4, 6))
-        long = float(rng.uniform(0.5, 5.0))
-        piece = Curve(
-            np.array([at]), np.array([[math.cos(angle), math.sin(angle)]]), np.array([long * resolution]),
-            np.array([kappa / resolution]), (0.0, 0.0), resolution,
-        )  # fmt: skip
-        end = piece.at(np.array([long * resolution * (1 - 1e-15)]))[0][0]
-        if not ((end > 1.0) & (end < SIZE - 2.0)).all():
-            angle += math.pi / 2
-            halts.append(len(lengths))
-            continue
-        xy.append(at)
-        heading.append((math.cos(angle), math.sin(angle)))
-        lengths.append(long * resolution)
-        curvature.append(kappa / resolution)
-        at, angle = end, angle + kappa * long
-    found = sorted({h for h in halts if 0 < h < len(lengths)}) if stops else []
-    return Curve(
-        np.array(xy).reshape(-1, 2), np.array(heading).reshape(-1, 2), np.array(lengths), np.array(curvature),
-        (float(at[0]), float(at[1])), resolution, np.array(found, dtype=np.int64),
-    )  # fmt: skip
+from lampyris.selfcheck._profile_ways import SIZE
+from lampyris.selfcheck._profile_ways import drawn_curve as random_curve
 
 
 def random_robot(rng: np.random.Generator) -> Robot:

@@ -256,3 +256,12 @@ def test_settings_are_checked(bad: dict[str, Any]) -> None:
     with pytest.raises(SettingError) as raised:
         Rpp(**bad)
     assert (raised.value.code, raised.value.where) == ("LAW_SETTING", f"rpp.{next(iter(bad))}")
+
+
+def test_a_start_faster_than_the_robot_can_drive_is_refused() -> None:
+    """It was taken, and the first nodes were faster than v_max."""
+    course, scene = random_course(np.random.default_rng(3))
+    with pytest.raises(SettingError, match="PROFILE_INFEASIBLE"):
+        laws.profile(course, scene, law="rpp", v0=scene.robot.v_max * 1.001)
+    braked = laws.profile(course, scene, law="rpp", v0=scene.robot.v_max * 1.001, on_infeasible="brake")
+    assert braked.v[0] == scene.robot.v_max * 1.001

@@ -1,4 +1,4 @@
-"""D*, Focussed D*, LPA* and D* Lite: after every edit as planned from scratch, judged by a plain Dijkstra."""
+"""D*, Focussed D*, LPA* and D* Lite; that each edit is answered as from scratch is the check ``repair``."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import importlib
 import inspect
 import pickle
 import sys
-from collections import Counter
 from dataclasses import replace
 from types import ModuleType
 
@@ -15,7 +14,7 @@ import pytest
 
 from lampyris.errors import SceneError, SettingError
 from lampyris.field.layers import free_space
-from lampyris.field.solve import solve, solve_field
+from lampyris.field.solve import solve_field
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
@@ -30,9 +29,8 @@ from lampyris.planners.dstar_lite import DStarLite
 from lampyris.planners.edits import edited
 from lampyris.planners.focussed_dstar import FocussedDStar
 from lampyris.planners.lpa_star import LpaStar
-from lampyris.referee import check_path
-from lampyris.selfcheck.twins.changing_twin import World, costs
-from lampyris.selfcheck.twins.edit_stories import Story, story
+from lampyris.selfcheck._repair_story import plan_through
+from lampyris.selfcheck.twins.edit_stories import story
 from reference.kernel_forms import use
 
 PLANNERS: list[Planner] = [DStar(), FocussedDStar(), LpaStar(), DStarLite()]
@@ -43,119 +41,6 @@ each = pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
 
 def grid_of(rows: list[str]) -> Grid:
     return Grid(np.array([[c == "#" for c in row] for row in rows]))
-
-
-def exact(world: World, name: str, counts: tuple[int, int, int]) -> int:
-    """Weighed counts as lampyris tells the cost of such a way."""
-    moves = MOVES[name]
-    cost = counts[0] * moves.straight + counts[1] * moves.diagonal + counts[2] * moves.knight
-    if world.weighed:
-        return cost
-    assert cost % 63 == 0
-    return cost // 63
-
-
-def tell(told: Story, planners: list[Planner], budget: Budget | None = None) -> Counter[str]:
-    """Live a story with every planner; each answer is judged. Returns how often which status was right."""
-    scene = Scene(Grid(told.blocked, terrain=told.terrain), told.start, told.goal, told.name)  # type: ignore[arg-type]
-    scene = replace(scene, robot=Robot(radius=told.radius))
-    world = World(told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist(), told.radius)
-    sessions = [p.open(scene, RNG) for p in planners]
-    robot, goal, wide = told.start, told.goal, told.radius > 0
-    seen: Counter[str] = Counter()
-    for number, edit in enumerate(told.edits):
-        world.change(edit.blocked, edit.freed, edit.terrain)
-        robot = edit.robot or robot
-        static = world.free()
-        now = [row[:] for row in static]
-        for x, y in edit.obstacles - {robot, goal}:
-            now[y][x] = False
-        known = costs(now, world.terrain, told.name, goal, wide)
-        if not static[robot[1]][robot[0]]:
-            word = "start-occupied"
-        elif not static[goal[1]][goal[0]]:
-            word = "goal-occupied"
-        elif robot in known:
-            word = "found"
-        else:
-            walls_alone = robot in costs(static, world.terrain, told.name, goal, wide)
-            word = "hemmed-in" if walls_alone else "no-path"
-        seen[word] += 1
-        terrain = np.array(world.terrain, np.uint8) if world.weighed else None
-        grid = Grid(np.array(world.blocked), terrain=terrain)
-        change = Change(edit.robot, edit.obstacles, edit.blocked, edit.freed, edit.terrain)
-        ways = set()
-        for planner, session in zip(planners, sessions, strict=True):
-            plan = session.plan(change, budget)
-            where = f"{planner.name}, {told.name} moves, edit {number}"
-            assert plan.status == word, f"{where}: {plan.status}, should be {word}"
-            if plan.path is None:
-                continue
-            best = exact(world, told.name, known[robot])
-            assert plan.path.exact == best, f"{where}: costs {plan.path.exact}, should be {best}"
-            broken = check_path(plan.path, grid, scene.robot, scene.moves, robot, goal)
-            assert broken is None, f"{where}: {broken}"
-            cells = [tuple(c) for c in plan.path.cells.tolist()]
-            assert all(now[y][x] for x, y in cells), f"{where}: drives through an obstacle"
-            assert plan.optimal_exact == (None if edit.obstacles else best), where
-            ways.add(tuple(cells))
-        assert len(ways) <= 1, f"{told.name} moves, edit {number}: the planners differ in their ways"
-    return seen
-
-
-def test_300_stories() -> None:
-    """Adds, removals, terrain, obstacles, a robot that moves, all step sets, robots with a size."""
-    seen: Counter[str] = Counter()
-    for number in range(300):
-        try:
-            seen += tell(story(1, number), PLANNERS)
-        except AssertionError as error:
-            raise AssertionError(f"story(1, {number}): {error}") from None
-    assert {"found", "no-path", "hemmed-in", "start-occupied", "goal-occupied"} <= set(seen)
-    assert seen["found"] > 1000
-
-
-@pytest.mark.nightly
-def test_10000_stories(capsys: pytest.CaptureFixture[str]) -> None:
-    seen: Counter[str] = Counter()
-    for number in range(10_000):
-        seen += tell(story(2, number), PLANNERS)
-    with capsys.disabled():
-        print(f"\n10,000 stories of 6 edits, four planners: {dict(seen)}, 0 differences")
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("planner", [DStarLite(), DStar()], ids=lambda p: p.name)
-def test_every_edit_of_every_4x4_grid(planner: Planner, capsys: pytest.CaptureFixture[str]) -> None:
-    """All 65,536 grids, each cell turned into what it is not and back; the step sets take turns."""
-    start, goal = (0, 3), (2, 1)
-    grids = [np.array([bits >> k & 1 for k in range(16)], np.bool_).reshape(4, 4) for bits in range(65_536)]
-    wanted = [
-        [int(solve(free, moves, goal).exact[start[1], start[0]]) for free in grids]
-        for moves in MOVES.values()
-    ]
-    edits, seen = 0, Counter[str]()
-    for bits, free in enumerate(grids):
-        name, truth = list(MOVES)[bits % 4], wanted[bits % 4]
-        session = planner.open(Scene(Grid(~free), start, goal, name), RNG)
-        for k in range(16):
-            cell = ((k % 4, k // 4),)
-            for now in (bits ^ 1 << k, bits):
-                plan = session.plan(Change(freed=cell) if now >> k & 1 else Change(blocked=cell))
-                if not now >> 12 & 1:
-                    word, cost = "start-occupied", -1
-                elif not now >> 6 & 1:
-                    word, cost = "goal-occupied", -1
-                else:
-                    cost = truth[now]
-                    word = "found" if cost >= 0 else "no-path"
-                found = -1 if plan.path is None else plan.path.exact
-                assert (plan.status, found) == (word, cost), f"{name} moves, {bits:016b} to {now:016b}"
-                seen[word] += 1
-            edits += 1
-    assert edits == 1_048_576
-    with capsys.disabled():
-        print(f"\n{planner.name}: {edits:,} edits and back, {dict(seen)}, 0 differences")
 
 
 @each
@@ -287,7 +172,7 @@ def test_seeded_defects_are_found(name: str, monkeypatch: pytest.MonkeyPatch) ->
 
     def lives() -> None:
         for number in range(150):
-            tell(story(1, number), [wrong], Budget(20_000))
+            plan_through(story(1, number), [wrong], Budget(20_000))
 
     with pytest.raises(AssertionError):
         lives()
@@ -298,7 +183,7 @@ def test_the_machinery_of_defects_leaves_a_planner_as_it_is(monkeypatch: pytest.
         with monkeypatch.context() as patch:
             same = with_defect(patch, planner, "kernels.dstar", "NEW = -2", "NEW = -2")
             for number in range(10):
-                tell(story(1, number), [same])
+                plan_through(story(1, number), [same])
 
 
 # ---- the map ----------------------------------------------------------------------------------------------
@@ -438,7 +323,7 @@ def _essence(plan: Plan) -> tuple[object, ...]:
 def test_a_bias_that_grows_too_great_is_dropped(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_incremental_search, "_MOST_BIAS", 25)
     for number in range(0, 40, 2):
-        tell(story(8, number), [planner])
+        plan_through(story(8, number), [planner])
 
 
 @each

@@ -63,14 +63,6 @@ def test_two_thousand_random_queries(name: str) -> None:
     assert len(words) == 4
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", NAMES)
-def test_twenty_thousand_random_queries(name: str) -> None:
-    words = ask_at_random(EXACT, name, 42, 5_000)
-    print(f"\n{name}: {dict(words)}")
-    assert words.total() == 5_000
-
-
 def test_where_the_rules_hold() -> None:
     assert [can_jump(MOVES[name]) for name in ("octile", "dissertation", "four", "sixteen")] == [
         True,

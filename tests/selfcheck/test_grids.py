@@ -16,7 +16,7 @@ from lampyris.planners._incremental_search import Ground
 from lampyris.planners._session import GraphSession
 from lampyris.selfcheck import _grid_lists as lists
 from lampyris.selfcheck import grids
-from lampyris.selfcheck._answers import own
+from lampyris.selfcheck._answers import exact
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.runner import Range, run
 from lampyris.selfcheck.twins.search_twin import distances, verdict
@@ -73,7 +73,7 @@ def test_a_round_has_every_query_once_and_all_rounds_ask_everybody(kind: str) ->
     }
     assert len(who) == asked
     assert len({moves for _, moves, _ in who}) == 4
-    assert {planner for _, _, planner in who} == set(own(True))
+    assert {planner for _, _, planner in who} == set(exact())
 
 
 def test_every_class_is_one_and_every_pair_is_met() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from _pytest.mark.structures import ParameterSet
 
 from lampyris.selfcheck import registry, runner
 from lampyris.selfcheck.check import Ask
@@ -12,8 +13,16 @@ from lampyris.selfcheck.check import Ask
 ASK = Ask()
 
 
-def _cases() -> list[tuple[str, str]]:
-    return [(name, kind) for name in registry.NAMES for kind in registry.check(name).kinds_for(ASK)]
+FROM_SOURCE = {"flake"}
+"""Checks that say of an installed package that it has no tests."""
+
+
+def _cases() -> list[ParameterSet]:
+    return [
+        pytest.param(name, kind, marks=[pytest.mark.source] if name in FROM_SOURCE else [])
+        for name in registry.NAMES
+        for kind in registry.check(name).kinds_for(ASK)
+    ]
 
 
 @pytest.mark.parametrize(("name", "kind"), _cases())

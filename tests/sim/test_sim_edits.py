@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from edit_scenes import LANE, judged, record, with_edits
+from edit_scenes import LANE, judged, record, seeded_scene
 from sim_planners import Breadth, Scripted, drive, fail, grid_of, row
-from test_sim_monitored import seeded_scene
 
 import lampyris
 from lampyris import referee
@@ -20,6 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planners import registry
+from lampyris.selfcheck._sim_scenes import with_edits
 from lampyris.selfcheck.twins.edit_twin import EditMonitor
 from lampyris.sim import fast
 from lampyris.sim.editing import Walls

@@ -1,4 +1,7 @@
-"""Walls that come and go: exhaustively on small maps, at random over all planners, and turned over."""
+"""Walls that come and go: exhaustively on small maps, and turned over.
+
+At random over all planners: the check ``sim``, kind ``edits``.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from edit_scenes import judged, record, with_edits
+from edit_scenes import judged, record, seeded_scene
 from sim_planners import Breadth, grid_of
-from test_sim_monitored import KINDS, seeded_scene
 
 from lampyris import referee
 from lampyris.errors import SceneError
@@ -20,6 +22,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol
 from lampyris.planners import registry
+from lampyris.selfcheck._sim_scenes import KINDS, with_edits
 from lampyris.selfcheck.twins.edit_twin import EditMonitor, reach_of
 from lampyris.sim.loop import run
 
@@ -66,61 +69,6 @@ def test_every_pair_of_edits_of_a_lane():
             assert referee.check_trace(trace) is None, edits
             count += 1
     assert count > 120
-
-
-# ---- at random --------------------
-
-
-def random_runs(name, seeds, kinds=KINDS, **how):
-    ended, turned = Counter(), 0
-    planner = Breadth() if name == "breadth" else registry.make(name, {})
-    for kind in kinds:
-        for seed in seeds:
-            scene = seeded_scene(seed, kind, **how)
-            scene = with_edits(scene, np.random.default_rng((seed, 77)))
-            try:
-                trace = run(scene, planner, seed=seed, patience=12, ticks=90)
-            except SceneError as error:
-                ended[error.code] += 1
-                continue
-            faults = EditMonitor(trace).faults()
-            assert faults == [], (name, kind, seed, faults[:5])
-            verdict = referee.check_trace(trace)
-            assert verdict is None, (name, kind, seed, verdict)
-            turned += sum(len(e.blocked) for e in trace.edits)
-            ended[trace.outcome.value] += 1
-    assert "EDIT_TRACK" not in ended
-    return ended, turned
-
-
-def test_random_edits_among_every_kind_of_traffic():
-    ended, turned = random_runs("breadth", range(10), moves="dissertation")
-    assert ended["arrived"] > 20, ended
-    assert turned > 400
-
-
-@pytest.mark.parametrize(
-    "how", [{"robot_radius": 0.8, "body_radius": 1.2}, {"moves": "sixteen"}, {"moves": "four"}]
-)
-def test_random_edits_for_other_bodies_and_moves(how):
-    ended, turned = random_runs("astar", range(5), **how)
-    assert ended["arrived"] > 8, ended
-    assert turned > 150
-
-
-@pytest.mark.parametrize("name", list(registry.table()))
-def test_every_planner_lives_with_edits(name):
-    slow = registry.planner_class(name).traits.stochastic
-    ended, turned = random_runs(name, range(300, 301 if slow else 302), kinds=("random-walk", "all"))
-    assert sum(ended.values()) >= 2
-    assert turned > 0
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", list(registry.table()))
-def test_every_planner_lives_with_many_edits(name):
-    ended, _ = random_runs(name, range(310, 322))
-    assert ended["arrived"] > 10, ended
 
 
 # ---- turned over --------------------

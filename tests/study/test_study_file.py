@@ -15,6 +15,7 @@ from study_mistakes import ALL, HEAD, MAPS, MISTAKES, WHO
 import lampyris
 from lampyris.errors import LampyrisError
 from lampyris.maps import library
+from lampyris.maps.json_text import JsonDocument
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.scenario_save import json_of, yaml_of
 from lampyris.maps.yaml_text import read_yaml
@@ -526,3 +527,19 @@ def test_every_table_is_closed_and_every_field_described() -> None:
 def test_the_copy_in_the_docs_is_current() -> None:
     kept = (ROOT / "docs" / "study.schema.json").read_text(encoding="utf-8")
     assert json.loads(kept) == json_schema(), "lampyris schema --study > docs/study.schema.json"
+
+
+def test_of_thousands_of_mistakes_a_hundred_are_placed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of a few kilobytes with as many mistakes took minutes to be refused."""
+    asked: list[object] = []
+    at = JsonDocument.at
+    monkeypatch.setattr(JsonDocument, "at", lambda self, *way: (asked.append(way), at(self, *way))[1])
+    Path("s.json").write_text(
+        json.dumps({"version": 1, "maps": ["guide"], "planners": ["astar"], "seeds": [7] * 5000})
+    )
+    with pytest.raises(
+        LampyrisError, match=r"/seeds/1: the same seed .*; the first is at .*/seeds/0"
+    ) as caught:
+        load_study("s.json")
+    assert caught.value.__notes__[-1] == "and 4,979 more"
+    assert len(asked) < 300

@@ -146,6 +146,16 @@ def test_other_maps_are_refused() -> None:
             study_of(sent(STUDY), grounds)
 
 
+@pytest.mark.parametrize("key", ["worlds", "planners", "laws", "crowds", "seeds"])
+def test_a_study_that_has_something_twice_is_refused(key: str) -> None:
+    plain = sent(STUDY)
+    plain[key] = [*plain[key], plain[key][0]]
+    if key in plain["called"]:
+        plain["called"][key] = [*plain["called"][key], "again"]
+    with pytest.raises(LampyrisError, match=rf"^error\[STUDY_PLAIN\].*a {key.removesuffix('s')} twice"):
+        study_of(plain, GRIDS)
+
+
 def parts(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """The ways to all parts of plain data."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()

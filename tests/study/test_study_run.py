@@ -196,6 +196,24 @@ def test_a_job_that_kills_its_worker_is_a_row_and_the_others_go_on(trouble: Path
     }
 
 
+def test_a_job_of_which_a_worker_died_waits_until_nothing_else_is_left() -> None:
+    """Or a worker that somebody kills while it starts is counted against it a second time."""
+    study = hands.study_of(2)
+    made = Batches(study, (), 2, None)
+    first = made.take()
+    assert first is not None
+    made.at_last(Batch(first.jobs, 1))
+    others = []
+    while (batch := made.take()) is not None and not batch.deaths:
+        others += batch.jobs
+        if len(others) == 5:
+            made.again([Batch(others[:1])])
+            assert made.take() is not None
+    assert len(others) == len(study) - 1
+    assert batch is not None
+    assert (batch.jobs, batch.deaths, made.more) == (first.jobs, 1, False)
+
+
 def test_workers_that_die_of_something_else_cost_no_row(trouble: Path) -> None:
     study = hands.study_of(30)
     rows, finished = ran(study, hands.dies_five_times, where=Where(2))

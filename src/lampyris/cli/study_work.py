@@ -307,7 +307,8 @@ def _discard(path: Path) -> None:
             raise
     hold = Hold(path)
     try:
-        for file in (path, sidecar(path, "-wal"), sidecar(path, "-shm")):
+        # The store itself last: killed before that, `--fresh` finds it and begins again.
+        for file in (sidecar(path, "-wal"), sidecar(path, "-shm"), path):
             file.unlink(missing_ok=True)
     except OSError as error:
         raise FileError("STORE_WRITE", error.strerror or str(error), where=str(path)) from None

@@ -7,7 +7,7 @@ A mended field equals one solved from scratch on the changed map to the last bit
 from __future__ import annotations
 
 from collections.abc import Iterable
-from copy import copy
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -130,7 +130,8 @@ class Mender:
 
     def copy(self) -> Mender:
         """Another keeper of the same field, which goes its own way from here."""
-        other = copy(self)
+        other = Mender.__new__(Mender)
+        other.__dict__.update(self.__dict__)
         luciferin, cost, step = self._maps
         look()
         luciferin = luciferin.copy()
@@ -142,6 +143,20 @@ class Mender:
         other.solved, other.mended = 0, 0
         other._field = other._show(self._field.expansions, self._field.revision)
         return other
+
+    def __copy__(self) -> Mender:
+        return deepcopy(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A view travels as an array of its own: what is then mended is not what is shown. The lists are empty
+        # between two calls, and long.
+        state = {name: value for name, value in self.__dict__.items() if name not in ("_field", "_padded")}
+        return {**state, "_lists": None, "shown": (self._field.expansions, self._field.revision)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        shown = state.pop("shown")
+        self.__dict__.update(state)
+        self._field = self._show(*shown)
 
     def mend(
         self,

@@ -3,15 +3,17 @@
 Python's own reader takes ``NaN``, turns ``1e999`` into infinity, lets the last of two equal keys win without
 a word, and gives up with a RecursionError on deep nesting. So the text is read here, value by value: some
 700,000 values a second, where Python's takes 9 million. Places are not kept for every value, they would
-cost more memory than the data: a value's place is looked for when somebody asks, by walking to it.
+cost more memory than the data: a value's place is looked for when somebody asks, by walking to it through
+the tables and lists that it is in.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
-from typing import Any, NoReturn
+from array import array
+from dataclasses import dataclass, field
+from typing import Any, NoReturn, TypeAlias
 
 from lampyris.errors import FileError, LimitError
 from lampyris.maps.yaml_text import Place, Where, shown
@@ -30,6 +32,8 @@ _NOT_FINITE = ("NaN", "Infinity", "-Infinity", "nan", "inf", "-inf", "-NaN")
 _ODD = re.compile("[\x00-\x1f\x7f\ud800-\udfff]")
 _scan_string = json.decoder.scanstring  # type: ignore[attr-defined]
 _scan_value = json.JSONDecoder(strict=False).raw_decode
+_Parts: TypeAlias = "tuple[dict[str | int, int] | None, array[int], array[int]]"
+"""Of a table or list: number of each part by key (None: a list), where each begins, where its value does."""
 
 
 def pointer(way: Where) -> str:
@@ -51,6 +55,7 @@ class JsonDocument:
     data: dict[str, Any]
     where: str
     text: str
+    _known: dict[int, _Parts] = field(default_factory=dict, repr=False)
 
     def at(self, *way: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a value; of what it should be in, where there is no such value."""
@@ -58,11 +63,30 @@ class JsonDocument:
 
     def at_key(self, *way: str | int) -> str:
         """``FILE:LINE:COLUMN`` of a key."""
-        return _spot(self.where, _place(self.text, _walk(self.text, way)[0]))
+        return _spot(self.where, _place(self.text, self._walk(way)[0]))
 
     def place(self, *way: str | int) -> Place:
         """Line and column, from 1."""
-        return _place(self.text, _walk(self.text, way)[1])
+        return _place(self.text, self._walk(way)[1])
+
+    def _walk(self, way: Where) -> tuple[int, int]:
+        """Positions of the last key (or item) on a way and of its value; of the parent where it ends early.
+
+        What is passed by on the way to one place is not gone through again on the way to another: a file may
+        have thousands of mistakes.
+        """
+        key = at = _skip(self.text, 0)
+        for step in way:
+            if self.text[at] not in "{[":
+                break
+            if at not in self._known:
+                self._known[at] = _parts(self.text, at)
+            names, keys, values = self._known[at]
+            number = step if names is None else names.get(step)
+            if not isinstance(number, int) or not 0 <= number < len(values):
+                break
+            key, at = keys[number], values[number]
+        return key, at
 
 
 def read_json(
@@ -124,30 +148,25 @@ def _skip(text: str, position: int) -> int:
     return position if found is None else found.end()
 
 
-def _walk(text: str, way: Where) -> tuple[int, int]:
-    """Positions of the last key (or item) on a way and of its value; of the parent where it ends early.
+def _parts(text: str, at: int) -> _Parts:
+    """What is in the table or list that begins at a position.
 
-    The text has been read before, so it is known to be right; Python's reader steps over what is passed by.
+    The text has been read before, so it is known to be right; Python's reader steps over what is within.
     """
-    key = at = _skip(text, 0)
-    for step in way:
-        if text[at] not in "{[":
-            break
-        close, position, number = ("}" if text[at] == "{" else "]"), _skip(text, at + 1), 0
-        while text[position] != close:
-            here, name = position, number
-            if close == "}":
-                name, position = _scan_string(text, position + 1, False)
-                position = _skip(text, _skip(text, position) + 1)
-            if name == step:
-                key, at = here, position
-                break
-            position = _skip(text, _scan_value(text, position)[1])
-            position = _skip(text, position + 1) if text[position] == "," else position
-            number += 1
-        else:
-            break
-    return key, at
+    names: dict[str | int, int] | None = {} if text[at] == "{" else None
+    close = "]" if names is None else "}"
+    keys, values = array("q"), array("q")
+    position = _skip(text, at + 1)
+    while text[position] != close:
+        keys.append(position)
+        if names is not None:
+            name, position = _scan_string(text, position + 1, False)
+            names.setdefault(name, len(names))
+            position = _skip(text, _skip(text, position) + 1)
+        values.append(position)
+        position = _skip(text, _scan_value(text, position)[1])
+        position = _skip(text, position + 1) if text[position] == "," else position
+    return names, keys, values
 
 
 class _Reader:

@@ -12,8 +12,8 @@ from lampyris.maps.csv_table import MAX_BYTES
 from lampyris.maps.document import MapDocument, read_regular
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.scenario import PRESETS, MapSource, Names, Scenario
-from lampyris.maps.scenario_faults import Document, in_order, raise_all, spot
-from lampyris.maps.scenario_maps import Files, placed
+from lampyris.maps.scenario_faults import Document, spot
+from lampyris.maps.scenario_maps import Files, Mistakes
 from lampyris.maps.tracks import MAX_TICKS, read_track
 from lampyris.maps.yaml_text import Where
 from lampyris.maps.zones import read_zones
@@ -42,7 +42,7 @@ class _Build:
 
     def __init__(self, said: Document, file: form.ScenarioFile, names: Names, files: Files) -> None:
         self.said, self.file, self.names, self.files = said, file, names, files
-        self.faults: list[LampyrisError] = []
+        self.faults = Mistakes(said)
         self.notes: list[str] = []
         self.room = 10 * MAX_TICKS
 
@@ -65,7 +65,7 @@ class _Build:
             scene = self.tried(("robot", "radius"), Scene, *parts)
         drive = self._drive()
         if map_ is None or scene is None or self.faults:
-            raise_all(in_order(self.said, self.faults))
+            self.faults.give()
         how: Any = file.simulate
         if traffic and how is None and drive is None:
             self.notes.append(
@@ -89,7 +89,7 @@ class _Build:
         settings: dict[str, Any] = given.model_dump()
         if self.file.simulate is not None:
             fault = FileError("KEY", "`drive` and `simulate`", allowed="one of them")
-            self.faults.append(placed(fault, self.said, ("drive",)))
+            self.faults.keep(("drive",), fault)
         self.tried(("drive",), self.names.drive, settings)
         return settings
 
@@ -106,11 +106,11 @@ class _Build:
             if made and edit.tick <= made[-1].tick:
                 allowed = f"later than {made[-1].tick}, the edit before"
                 fault = SettingError("EDIT_TICK", f"tick {edit.tick}", allowed=allowed)
-                self.faults.append(placed(fault, self.said, (*way, "tick")))
+                self.faults.keep((*way, "tick"), fault)
                 continue
             if edit.tick and self.file.drive is not None:
                 fault = SettingError("EDITS", "an edit in a drive", allowed="edits of tick 0, or `simulate`")
-                self.faults.append(placed(fault, self.said, way))
+                self.faults.keep(way, fault)
             made.append(edit)
         return tuple(made)
 
@@ -119,7 +119,7 @@ class _Build:
         try:
             return make(*given)
         except LampyrisError as fault:
-            self.faults.append(placed(fault, self.said, way))
+            self.faults.keep(way, fault)
         return None
 
     # ---- the map --------------------
@@ -181,7 +181,7 @@ class _Build:
         total = sum(s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in made)
         if total > MAX_BODIES:
             fault = LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
-            self.faults.append(placed(fault, self.said, ("obstacles",)))
+            self.faults.keep(("obstacles",), fault)
         return tuple(made)
 
     def _obstacle(self, spec: Any, k: int, grid: Grid | None, robot: Robot) -> tuple[Traffic, ...]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError, UsageError
 from lampyris.maps import library
@@ -15,7 +16,7 @@ from lampyris.maps.load import load_map
 from lampyris.maps.make import make_ground, recipe_named
 from lampyris.maps.ros_yaml import plain_path
 from lampyris.maps.scenario import Bundled, Made, MapFile, MapSource
-from lampyris.maps.scenario_faults import Document, spot
+from lampyris.maps.scenario_faults import MOST, Document, in_order, raise_all, spot
 from lampyris.maps.text import read_text
 from lampyris.maps.yaml_text import Where, shown
 from lampyris.model.grid import Grid
@@ -167,3 +168,30 @@ def placed(fault: LampyrisError, said: Document, way: Where) -> LampyrisError:
         where = f"{spot(said, way)}: {where}" if where else spot(said, way)
     kind = SettingError if isinstance(fault, UsageError) else type(fault)
     return kind(fault.code, fault.what, where=where, allowed=fault.allowed, todo=fault.todo)
+
+
+class Mistakes:
+    """What is wrong with a file: the first hundred mistakes with their places, of the others the number.
+
+    Parameters
+    ----------
+    said : the file.
+    """
+
+    def __init__(self, said: Document) -> None:
+        self.said = said
+        self._first: list[LampyrisError] = []
+        self._count = 0
+
+    def keep(self, way: Where, fault: Callable[[], LampyrisError] | LampyrisError) -> None:
+        """Keep a mistake; one that takes time to tell of may be given as what makes it."""
+        self._count += 1
+        if len(self._first) < 5 * MOST:
+            self._first.append(placed(fault if isinstance(fault, LampyrisError) else fault(), self.said, way))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def give(self) -> NoReturn:
+        """Raise them, in the order of the file."""
+        raise_all(in_order(self.said, self._first), self._count)

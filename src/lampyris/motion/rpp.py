@@ -228,6 +228,8 @@ def rpp_profile(
     low = lowest(commands)
     followed = _tracked(course, low.v, low.words, scene, start_speed(v0))
     robot = scene.robot
+    # The controller minds no limit ahead, but the robot cannot drive faster than it can.
+    followed.v[0] = min(float(followed.v[0]), robot.v_max)
     made = feasible_profile(
         course.s,
         [Cap("limit", followed.v)],

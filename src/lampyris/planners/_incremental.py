@@ -14,6 +14,7 @@ from lampyris.model.moves import Moves
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planners._copies import Copied
 from lampyris.planners._graph import GridSearch
 from lampyris.planners._incremental_search import LIMIT, Ground, Search
 from lampyris.planners._limits import limited
@@ -26,7 +27,7 @@ Make = Callable[[Ground], Search]
 """From a map to a search over it that knows nothing yet."""
 
 
-class IncrementalSession:
+class IncrementalSession(Copied):
     """A session whose search goes on from what it knew before every Change.
 
     Moving obstacles are cells blocked for one call, save on the robot's own cell and on the goal: what

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,17 +62,28 @@ class PackedMap:
         self.stride, self.rise = 64 * in_row, 64 * in_column
         self.east, self.west = 64 * row, 128 * row
         self.south, self.north = 192 * row, 192 * row + 64 * column
-        self._rows = [self.words[k * row : (k + 1) * row].reshape(-1, in_row) for k in range(3)]
-        behind = self.words[3 * row :]
-        self._columns: list[_Words] = [
-            np.empty((width + 2, in_column), dtype=np.uint64),
-            *(behind[k * column : (k + 1) * column].reshape(-1, in_column) for k in range(2)),
-        ]
-        self.sheets = (self._rows, self._columns)
-        """Rows, then columns: walls, stops onwards, stops backwards; a line is a row of the array."""
-        for sheets, cells in ((self._rows, free), (self._columns, free.T)):
+        self._view(np.empty((width + 2, in_column), dtype=np.uint64))
+        for sheets, cells in zip(self.sheets, (free, free.T), strict=True):
             sheets[0][:] = _packed(cells)
             self._mark(sheets, np.arange(1, len(sheets[0]) - 1))
+
+    def _view(self, columns: _Words) -> None:
+        """Look at the words as lines; the walls of the columns have an array of their own."""
+        row, column = self.east // 64, (self.north - self.south) // 64
+        in_row, in_column = self.stride // 64, self.rise // 64
+        rows = [self.words[k * row : (k + 1) * row].reshape(-1, in_row) for k in range(3)]
+        behind = self.words[3 * row :]
+        stops = [behind[k * column : (k + 1) * column].reshape(-1, in_column) for k in range(2)]
+        self.sheets: tuple[list[_Words], list[_Words]] = (rows, [columns, *stops])
+        """Rows, then columns: walls, stops onwards, stops backwards; a line is a row of the array."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A view travels as an array of its own: what is then mended is not what is searched.
+        return {**self.__dict__, "sheets": self.sheets[1][0]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._view(state["sheets"])
 
     def _mark(self, sheets: list[_Words], lines: _Ints) -> None:
         """Find the stops of some lines anew."""
@@ -88,7 +100,7 @@ class PackedMap:
 
     def edit(self, x: _Ints, y: _Ints, *, blocked: bool) -> None:
         """Make cells of the map blocked or free; three lines of stops are found anew for each."""
-        for sheets, line, place in ((self._rows, y + 1, x + 1), (self._columns, x + 1, y + 1)):
+        for sheets, line, place in ((self.sheets[0], y + 1, x + 1), (self.sheets[1], x + 1, y + 1)):
             bit = np.left_shift(np.uint64(1), (place & 63).astype(np.uint64))
             if blocked:
                 np.bitwise_or.at(sheets[0], (line, place >> 6), bit)

@@ -16,6 +16,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
 from lampyris.planners._grounds import Grounds
 from lampyris.planners._limits import limited
@@ -33,7 +34,7 @@ CUT_OFF = w.SPENT + 1
 _NONE: frozenset[Cell] = frozenset()
 
 
-class AdGsoSession:
+class AdGsoSession(Copied):
     """A session of :class:`lampyris.planners.ad_gso.AdGso`; see :class:`lampyris.planners.base.Session`.
 
     Cells in ``Change.obstacles`` are cells the robot's centre may not enter; for a robot with a radius the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -32,6 +33,4 @@ class DStarLite:
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> IncrementalSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""
-        return IncrementalSession(
-            scene, self.name, lambda ground: Estimates(ground, biased=True), informed=True
-        )
+        return IncrementalSession(scene, self.name, partial(Estimates, biased=True), informed=True)

@@ -1,7 +1,7 @@
 """Which question a number is, for the exhaustive kinds of :mod:`lampyris.selfcheck.grids`.
 
 A kind lists its queries (grid, start, goal) once a round. Which planner with which moves is asked turns with
-the query and the round: the first round asks every query of somebody, 36 rounds (nine planners, four step
+the query and the round: the first round asks every query of somebody, 40 rounds (ten planners, four step
 sets) ask each of everybody.
 """
 
@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.selfcheck._answers import own
+from lampyris.selfcheck._answers import exact
 from lampyris.selfcheck.twins.search_twin import Cell
 
 MOVES = ("octile", "dissertation", "four", "sixteen")
@@ -43,13 +43,13 @@ class Query:
 
 def rounds() -> int:
     """After how many rounds every query was put to every exact planner with all moves."""
-    return len(own(True)) * len(MOVES)
+    return len(exact()) * len(MOVES)
 
 
 def _who(query: int, turn: int) -> tuple[str, str]:
     """Moves and planner; all moves within four turns."""
     k = ((query * _STIR >> 9) + turn) % rounds()
-    return MOVES[k % 4], own(True)[k // 4]
+    return MOVES[k % 4], exact()[k // 4]
 
 
 def rectangle(width: int, height: int, number: int) -> Query:
@@ -98,7 +98,7 @@ def pair(number: int, *, classes: bool) -> Query:
     bits = int(class_heads()[k]) if classes else k
     cells = [c for c in range(16) if bits >> c & 1]
     goal, start = divmod(query - (int(ends[k - 1]) if k else 0), len(cells))
-    who = own(True)
+    who = exact()
     planner = who[((query * _STIR >> 9) + turn // 4) % len(who)]
     where = _cell(cells[start], 4), _cell(cells[goal], 4)
     return Query(4, 4, bits, *where, MOVES[turn % 4], planner, start == 0)

@@ -19,7 +19,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, moves_named
 from lampyris.model.scene import Scene
 from lampyris.selfcheck import _grid_lists as lists
-from lampyris.selfcheck._answers import Truth, asked, drawn, own, planner, wrong
+from lampyris.selfcheck._answers import Truth, asked, drawn, exact, planner, wrong
 from lampyris.selfcheck._grid_lists import Query
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.search_twin import Cell, Counts, cost_of, distances, verdict
@@ -71,9 +71,9 @@ def _judge(query: Query) -> tuple[str, str]:
 def _field_wrong(scene: Scene, query: Query) -> str:
     """Every cell's cost to the goal in the field, against the twin's."""
     known = _known(query.width, query.height, query.bits, query.moves, query.goal)
-    exact = solve_field(scene).exact.tolist()
+    told = solve_field(scene).exact.tolist()
     moves = MOVES[query.moves]
-    for y, row in enumerate(exact):
+    for y, row in enumerate(told):
         for x, cost in enumerate(row):
             right = moves.exact(known[x, y]) if (x, y) in known else -1
             if cost != right:
@@ -86,7 +86,7 @@ def _outside(number: int) -> Query:
     bits, k = divmod(number * _STRIDE % OUTSIDE, 25 * 25 - 9 * 9)
     ring = [(x, y) for y in range(-1, 4) for x in range(-1, 4)]
     pairs = [(s, g) for s in ring for g in ring if not (_inside(s) and _inside(g))]
-    names = own(True)
+    names = exact()
     start, goal = pairs[k]
     return Query(3, 3, bits, start, goal, lists.MOVES[number % 4], names[number // 4 % len(names)])
 
@@ -131,7 +131,7 @@ def _drawn(ask: Ask, number: int) -> Query:
     walls = rng.random(16) < rng.random() * 0.7
     bits = sum(1 << k for k in range(16) if not walls[k])
     (sx, gx), (sy, gy) = rng.integers(4, size=(2, 2)).tolist()
-    names, turn = own(True), number // 4
+    names, turn = exact(), number // 4
     return Query(
         4, 4, bits, (sx, sy), (gx, gy), lists.MOVES[number % 4], names[turn % len(names)], number % 8 == 0
     )

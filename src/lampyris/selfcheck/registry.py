@@ -7,7 +7,25 @@ from importlib import import_module
 from lampyris.errors import UsageError, did_you_mean
 from lampyris.selfcheck.check import Check
 
-NAMES: tuple[str, ...] = ("grids", "random", "moving")
+NAMES: tuple[str, ...] = (
+    "grids",
+    "random",
+    "moving",
+    "profile",
+    "sim",
+    "monitor",
+    "fuzz",
+    "repair",
+    "reuse",
+    "metamorphic",
+    "store",
+    "kill",
+    "flake",
+    "swarm",
+    "determinism",
+    "scen",
+    "referee",
+)
 """Each the name of a module of this room that holds ``CHECK``; in the order in which they are run."""
 
 

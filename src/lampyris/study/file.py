@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from lampyris.errors import FileError, LimitError, did_you_mean
 from lampyris.maps.make import MAX_CELLS
@@ -129,7 +129,7 @@ def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Stu
         numbered: Made[int] = [(seed, ("seeds", k)) for k, seed in enumerate(file.seeds)]
         tried.each_once(numbered, lambda seed: seed, "DUPLICATE", "the same seed a second time")
     if tried.faults:
-        _give_up(tried)
+        tried.faults.give()
     sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "crowds": len(crowds)}
     _check_size(said, {"queries": _least_queries(file), **sizes})
     robot = Robot(**file.robot.model_dump())
@@ -138,7 +138,7 @@ def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Stu
     worlds = Worlds(files, tried, robot, moves, file.seed, has_folder).of(file.maps)
     _check_crowds(worlds, crowds, tried)
     if tried.faults:
-        _give_up(tried)
+        tried.faults.give()
     _check_size(said, {"queries": len(worlds), **sizes})
     return Study(
         name=file.name or Path(said.where.removesuffix(" (ready)")).stem[:64],
@@ -159,12 +159,6 @@ def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Stu
         memory=file.memory,
         about=" ".join(file.about.split()),
     )
-
-
-def _give_up(tried: Tried) -> NoReturn:
-    from lampyris.maps.scenario_faults import in_order, raise_all
-
-    raise_all(in_order(tried.said, tried.faults))
 
 
 def _least_queries(file: StudyFile) -> int:

@@ -131,7 +131,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
     same = {key: _typed(plain[key], *kinds) for key, kinds in _SAME.items()}
     if same["kind"] not in get_args(Kind):
         raise ValueError(same["kind"])
-    return Study(
+    study = Study(
         name=_typed(called["name"], str),
         about=_typed(called["about"], str),
         worlds=tuple(_world(one, maps) for one in plain["worlds"]),
@@ -144,6 +144,22 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),
         **same,
     )
+    _each_once(study)
+    return study
+
+
+def _each_once(study: Study) -> None:
+    """Refuse a study that has something twice: jobs would have the same key."""
+    whats: dict[str, list[Any]] = {
+        "world": [(w.ground.hash, w.start, w.goal) for w in study.worlds],
+        "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
+        "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
+        "crowd": [canonical(c.plain) for c in study.crowds],
+        "seed": list(study.seeds),
+    }
+    for name, keys in whats.items():
+        if len(set(keys)) < len(keys):
+            raise ValueError(f"a {name} twice")
 
 
 def _typed(value: Any, *kinds: type) -> Any:

@@ -43,7 +43,7 @@ from lampyris.study.store_file import (
     tally_of,
     writer,
 )
-from lampyris.study.store_lock import Hold, Witness, witness_of
+from lampyris.study.store_lock import Hold, Witness, vouched
 from lampyris.study.store_new import ADD, check_folder, write_new
 from lampyris.study.store_row import packed, row_of
 
@@ -117,6 +117,7 @@ class Store:
                     return store
             if not os.access(place, os.W_OK):
                 raise FileError("STORE_WRITE", "the file is read-only", where=str(place))
+            store.plain(), store.maps()  # Nothing is added to a store that could not be read afterwards.
             at, tally = store._read_all()
             with speaking(place, "write", tally.count):
                 store._writer = writer(place)
@@ -329,7 +330,7 @@ class Store:
         path, n, head = self.path, 0, HEAD
         with self._snapshot() as connection:
             # The witness is read first: the tally is never behind it, but may be ahead.
-            witness = witness_of(path) or Witness()
+            witness = vouched(path)
             connection.execute("BEGIN")
             count, said = tally_of(connection, path)
             if count < witness.count:

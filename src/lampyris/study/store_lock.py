@@ -17,12 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lampyris.errors import FileError, UsageError
-from lampyris.study.store_file import HEAD, damaged, sidecar
+from lampyris.study.store_file import HEAD, damaged, log_left, sidecar
 
 LOCK = ".lock"
 _LINE = 256
 """Bytes of each line: the process, then two lines for the witness, written in turn."""
 _TRIES = 100
+_LOOKS = 3
 _sync = getattr(os, "fdatasync", os.fsync)
 """macOS has no fdatasync; fsync does more than is needed."""
 
@@ -87,11 +88,13 @@ class Hold:
         if self._fd < 0:
             return
         fd, self._fd = self._fd, -1
-        if remove or not self._says:
-            with suppress(OSError):
-                self.path.unlink(missing_ok=True)
-        with suppress(OSError):  # the descriptor, and the lock with it, is gone all the same
-            os.close(fd)
+        try:
+            if remove or not self._says:
+                with suppress(OSError):
+                    self.path.unlink(missing_ok=True)
+        finally:
+            with suppress(OSError):  # the descriptor, and the lock with it, is gone all the same
+                os.close(fd)
 
 
 @contextmanager
@@ -124,6 +127,23 @@ def witness_of(path: Path) -> Witness | None:
     if not found:
         raise damaged(path, f"{file.name} does not say how many runs there were")
     return max(found, key=lambda w: w.count)
+
+
+def vouched(path: Path) -> Witness:
+    """What was acknowledged of a store, for who is about to read it; nothing if it was closed.
+
+    A log is never there without what vouches for it, which is written first and goes last. So a log alone is
+    that of another store, or of an earlier state, and SQLite would believe it.
+
+    Raises
+    ------
+    FileError : STORE_DAMAGED; STORE_READ.
+    """
+    for _ in range(_LOOKS):  # Between two of our looks a writer may have closed it, or opened it.
+        witness = witness_of(path)
+        if witness is not None or not log_left(path):
+            return witness or Witness()
+    raise damaged(path, f"its log is there, and {path.name}{LOCK} does not vouch for it")
 
 
 def _said(witness: Witness) -> bytes:

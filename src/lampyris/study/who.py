@@ -9,13 +9,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import product
 from math import prod
 from typing import Any, TypeAlias, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
 from lampyris.maps.scenario_faults import Document, spot
-from lampyris.maps.scenario_maps import placed
+from lampyris.maps.scenario_maps import Mistakes
 from lampyris.maps.yaml_text import Where, shown
 from lampyris.motion import laws
 from lampyris.planners import registry
@@ -39,7 +40,7 @@ class Tried:
 
     def __init__(self, said: Document) -> None:
         self.said = said
-        self.faults: list[LampyrisError] = []
+        self.faults = Mistakes(said)
 
     def __call__(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
         """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
@@ -51,7 +52,7 @@ class Tried:
 
     def refuse(self, way: Where, fault: LampyrisError) -> None:
         """Keep a mistake."""
-        self.faults.append(placed(fault, self.said, way))
+        self.faults.keep(way, fault)
 
     def count(self, way: Where, many: int, what: str) -> bool:
         """Whether so many may be; a mistake is kept if not."""
@@ -65,9 +66,12 @@ class Tried:
         for one, way in made:
             mark = key(one)
             if mark in first:
-                where = "" if first[mark] == way else f"; the first is at {spot(self.said, first[mark])}"
-                self.refuse(way, FileError(code, what, todo=f"take one away{where}"))
+                self.faults.keep(way, partial(self._second, way, first[mark], code, what))
             first.setdefault(mark, way)
+
+    def _second(self, way: Where, first: Where, code: str, what: str) -> LampyrisError:
+        where = "" if first == way else f"; the first is at {spot(self.said, first)}"
+        return FileError(code, what, todo=f"take one away{where}")
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lampyris.selfcheck.twins.map_files import adam7, bmp, chunk, npy, png, rows
 from lampyris.selfcheck.twins.mutator import Corpus, change_png, mend_npy
+from lampyris.selfcheck.twins.trees import change_json, change_yaml
 
 _PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
 _TWO = bytes(4) + b"\xff" * 4
@@ -112,6 +113,7 @@ ROS = Corpus(
         *YAML_WORDS,
         *b"image resolution origin negate occupied_thresh free_thresh mode trinary scale raw".split(),
     ),
+    change=change_yaml,
 )
 ROS_PICTURE = b"P5 3 2 255\n" + bytes([0, 205, 254, 100, 255, 90])
 ROS_PICTURES = Corpus((*PGM.seeds, *PNG.seeds, *BMP.seeds), text=False, change=change_png)
@@ -124,7 +126,9 @@ e: >-
 f: 0x1F
 """
 YAML = Corpus(
-    (*ROS.seeds, _MANY_STYLES, rb'{"a": [1, -2e3, {"b": []}], "c": "\ud83d\ude00", "d": {}}'), ROS.words
+    (*ROS.seeds, _MANY_STYLES, rb'{"a": [1, -2e3, {"b": []}], "c": "\ud83d\ude00", "d": {}}'),
+    ROS.words,
+    change=change_yaml,
 )
 TRACK = Corpus(
     (
@@ -154,6 +158,7 @@ WAY_JSON = Corpus(
         b'{"planner": "astar", "cells": [[0, 0], [1, 1]], "map": ' + _A_MAP + b"}",
     ),
     (b"poses", b"pose", b"position", b"msg", b"cells", b"planner", b"map", b"NaN", b"null", b"frame_id"),
+    change=change_json,
 )
 WAY_YAML = Corpus(
     (
@@ -161,6 +166,7 @@ WAY_YAML = Corpus(
         b"poses: [{position: {x: 1, y: .5}}, {pose: {position: {x: 2, y: 3}}}]\n",
     ),
     (*YAML_WORDS, b"poses", b"pose", b"position", b"x", b"y", b"---\n"),
+    change=change_yaml,
 )
 MOVERS = Corpus(
     (
@@ -227,6 +233,9 @@ obstacles:
   track: [[0, 2], [1, 2]]
 - {kind: recorded, file: t.csv}
 - {kind: recorded, file: t.dob, id: 0, tick_s: 0.5}
+edits:
+- {tick: 1, blocked: [[2, 0]]}
+- {tick: 3, freed: [[2, 0]]}
 simulate: {ticks: 5, patience: 2}
 """
 _DRIVEN = b"""version: 1
@@ -262,6 +271,7 @@ SCENARIO_YAML = Corpus(
         _ROWS,
     ),
     SCENARIO_WORDS,
+    change=change_yaml,
 )
 _JSON = rb"""{"$schema": "x", "version": 1, "name": "caf\u00e9", "map": {"rows":
  ["S.......", "..#.....", "........", "....##..", ".......G"]},
@@ -272,6 +282,7 @@ _JSON = rb"""{"$schema": "x", "version": 1, "name": "caf\u00e9", "map": {"rows":
 SCENARIO_JSON = Corpus(
     (b'{"version": 1, "map": "guide", "start": [0, 9], "goal": [7, 0], "seed": 3}', _JSON),
     (*SCENARIO_WORDS, b"NaN", b"Infinity", rb'"\ud800"', b"/* */", b"// x\n"),
+    change=change_json,
 )
 JSON = Corpus(
     (
@@ -279,6 +290,7 @@ JSON = Corpus(
         rb'{"a": [1, -2.5e3, {"b": []}, "\"\/\\\ud83d\ude00"], "c": true, "d": {"e": null}}',
     ),
     SCENARIO_JSON.words,
+    change=change_json,
 )
 SCENARIO_BESIDE = {
     "m.map": b"type octile\nheight 3\nwidth 4\nmap\n....\n.@..\n....\n",
@@ -288,3 +300,41 @@ SCENARIO_BESIDE = {
     "t.dob": _DOB,
     "z.csv": b"1,1,0.5,inf\n1,,1,1\n1,1,1,1\n",
 }
+STUDY_WORDS = (
+    *SCENARIO_WORDS,
+    *b"maps queries stored limit start goal least scen planners settings grid label all except laws".split(),
+    *b"traffic none tracks replayed live seeds budget expansions seconds kind plan drive memory".split(),
+    *b"about guide env-1 dijkstra jps ad-gso constant three-speed a.scen mixed b.map".split(),
+)
+_STUDY = b"""{"version": 1, "name": "small", "about": "what it asks", "maps": [
+ {"rows": ["S.......", "..#.....", "....##..", ".......G"], "name": "drawn"},
+ {"file": "m.map", "queries": [{"start": [0, 0], "goal": [3, 2]}], "limit": 1}],
+ "planners": ["astar", {"name": "ad-gso", "grid": {"rho": [0.1, 0.6]}, "label": "glowworms"}],
+ "laws": ["physical", {"name": "constant", "settings": {"creep": 0.1}}],
+ "traffic": ["none", {"kind": "crossing", "grid": {"count": [1, 2], "rate": [null]}}],
+ "seeds": [0, 4], "seed": 7, "ticks": 20, "patience": 3, "robot": {"radius": 0.1, "v_max": 2}}
+"""
+_STUDY_PLAN = b"""{"version": 1, "preset": "dissertation", "moves": null, "seeds": 2,
+ "maps": [{"scen": "a.scen", "limit": 2}, {"bundled": "guide", "queries": {"random": 3, "least": 2}},
+  {"recipe": "random", "size": [20, 10], "seed": 3, "settings": {"density": 0.2}, "queries": {"random": 2}}],
+ "planners": {"all": {"except": ["dijkstra"]}}, "budget": {"expansions": 1000, "seconds": null}}
+"""
+_STUDY_DRIVE = b"""{"$schema": "x", "version": 1, "kind": "drive", "maps": ["guide"], "planners": ["sipp"],
+ "drive": {"period": 0.2, "time_limit": 9}, "memory": false, "budget": null,
+ "traffic": [{"kind": "random-walk", "count": 2, "radius": 0.1, "tracks": "live"}]}
+"""
+_STUDY_YAML = b"""version: 1
+about: >
+  What does it ask?
+maps:
+  - guide
+  - {rows: ['S..', '.#.', '..G'], name: drawn, origin: [0, 0, 0.5]}
+  - file: r.yaml
+    queries: [{start: [1, 1], goal: {m: [0.12, 0.07]}}]
+planners: all
+laws: [constant]
+seeds: 3
+"""
+STUDY_JSON = Corpus((_STUDY, _STUDY_PLAN, _STUDY_DRIVE), (*STUDY_WORDS, b"NaN"), change=change_json)
+STUDY_YAML = Corpus((_STUDY_YAML, _STUDY, _STUDY_PLAN), STUDY_WORDS, change=change_yaml)
+STUDY_BESIDE = {**SCENARIO_BESIDE, "a.map": SCEN_MAP, "a.scen": SCEN.seeds[2] + b"1 a.map 5 4 0 0 4 0 4\n"}

@@ -24,7 +24,7 @@ class Seen:
     touched: set[int] = field(default_factory=set)
     """Bodies that overlapped the standing robot by more than a micrometre."""
     wall: float = math.inf
-    """Least metres from the robot's centre to a wall's square."""
+    """Least metres from the robot's centre to a wall's square; below 0: how deep it is within."""
     top: float = 0.0
     longest_jump: float = 0.0
     """Greatest speed between two looks, m/s."""
@@ -41,11 +41,11 @@ def watch(drive: Drive, every: float = 0.002, wall_reach: float = 2.0) -> Seen:
     places = (xy * grid.resolution).tolist()
     blocked = {(int(x), int(y)) for y, x in np.argwhere(grid.blocked)}
     bodies = [(t.at(times) * grid.resolution).tolist() for t in drive.tracks]
-    before = None
+    before, step = None, float(times[1] - times[0]) or math.inf
     for i, (t, (x, y), v) in enumerate(zip(times.tolist(), places, speed.tolist(), strict=True)):
         seen.top = max(seen.top, v)
         if before is not None:
-            seen.longest_jump = max(seen.longest_jump, math.dist(before, (x, y)) / (times[1] - times[0]))
+            seen.longest_jump = max(seen.longest_jump, math.dist(before, (x, y)) / step)
         before = (x, y)
         for k, track in enumerate(drive.tracks):
             if t < track.t[0]:
@@ -56,7 +56,7 @@ def watch(drive: Drive, every: float = 0.002, wall_reach: float = 2.0) -> Seen:
             if v <= 1e-9 and gap < -1e-6:
                 seen.touched.add(k)
             if i and t - times[1] >= track.t[0]:
-                pace = math.dist(bodies[k][i - 1], bodies[k][i]) / (times[1] - times[0])
+                pace = math.dist(bodies[k][i - 1], bodies[k][i]) / step
                 seen.body_speed[k] = max(seen.body_speed.get(k, 0.0), pace)
         if blocked and i % 5 == 0:
             seen.wall = min(seen.wall, _wall(x / grid.resolution, y / grid.resolution, blocked, wall_reach))
@@ -69,6 +69,8 @@ def _wall(x: float, y: float, blocked: set[tuple[int, int]], reach: float) -> fl
     for cx in range(math.floor(x - reach), math.ceil(x + reach) + 1):
         for cy in range(math.floor(y - reach), math.ceil(y + reach) + 1):
             if (cx, cy) in blocked:
-                dx, dy = max(abs(x - cx) - 0.5, 0.0), max(abs(y - cy) - 0.5, 0.0)
-                best = min(best, math.hypot(dx, dy))
+                dx, dy = abs(x - cx) - 0.5, abs(y - cy) - 0.5
+                # A robot without size keeps 0 of a wall; only a depth tells that it is within.
+                inside = dx < 0.0 and dy < 0.0
+                best = min(best, max(dx, dy) if inside else math.hypot(max(dx, 0.0), max(dy, 0.0)))
     return best

@@ -70,7 +70,9 @@ class Monitor:
     def body(self, k, t):
         """Where body k is at tick t, None before it appeared."""
         t0 = self.trace.appears[k]
-        return None if t < t0 else tuple(int(v) for v in self.trace.tracks[k][t - t0])
+        track = self.trace.tracks[k]
+        # A track that ends early is told of in the story; the rest is judged as if the body stayed.
+        return None if t < t0 else tuple(int(v) for v in track[min(t - t0, len(track) - 1)])
 
     def mover(self, name, t):
         """(cell, offsets) of the robot (-1) or a body at a tick."""

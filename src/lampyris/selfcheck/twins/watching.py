@@ -41,6 +41,8 @@ _NEVER = (
 )
 _IMPORTS = ("open", "compile", "exec")
 """What an import does: it reads code and runs it."""
+_MOVES = {"os.remove": 1, "os.rename": 2, "os.link": 2}
+"""What a writer may do with its own files, and how many of its words are their names."""
 _SAID = re.compile(rb"^(VmHWM|VmRSS):\s+(\d+) kB", re.MULTILINE)
 _folders: tuple[str, ...] = ()
 _plain: frozenset[str] = frozenset()
@@ -54,6 +56,8 @@ def _hook(event: str, args: tuple[Any, ...]) -> None:
     if event == "open":
         what = _of_open(args)
     elif event.startswith(_NEVER):
+        if _may_write and all(map(_inside, args[: _MOVES.get(event, 0)] or ("",))):
+            return
         what = f"{event} {args!r:.100}"
     else:
         return
@@ -69,10 +73,15 @@ def _of_open(args: tuple[Any, ...]) -> str:
     writes = (mode is not None and set(mode) & set("wax+")) or (isinstance(flags, int) and flags & _WRITES)
     if name in _plain and not writes:
         return ""
-    where = os.path.realpath(os.fsdecode(name))
-    if not any(where == folder or where.startswith(folder + os.sep) for folder in _folders):
-        return f"writes {where}" if writes else f"opens {where}"
-    return f"writes {where}" if writes and not _may_write else ""
+    if not _inside(name) or (writes and not _may_write):
+        return f"{'writes' if writes else 'opens'} {os.path.realpath(os.fsdecode(name))}"
+    return ""
+
+
+def _inside(name: str | bytes | os.PathLike[str]) -> bool:
+    """Whether a file's name leads into one of the folders."""
+    where = os.path.realpath(os.fsdecode(name)) if name else ""
+    return any(where == folder or where.startswith(folder + os.sep) for folder in _folders)
 
 
 def _importing() -> bool:
@@ -97,7 +106,7 @@ def watched(*folders: Path, plain: Collection[str] = (), may_write: bool = False
     ----------
     folders : where files may be read.
     plain : names of files known to lie there and to be no links: looked at no further when they are read.
-    may_write : whether files of the folders may be written, too.
+    may_write : whether files of the folders may be written, too, be given other names there, and go.
     """
     global _folders, _plain, _may_write
     _seen.clear()

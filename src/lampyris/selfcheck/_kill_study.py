@@ -1,34 +1,34 @@
-"""Kill test: a study is killed at random moments, itself or one of its workers, and loses nothing it stored.
+"""A study that is killed at drawn moments, itself or one of its workers, as it is used: by its command.
 
-``python tools/study_kill.py [--kills 50] [--seed 0] [--workers 2] [--folder DIR]``
-
-The study runs as ``lampyris study`` in a process of its own. Whenever its store has said that rows are there,
-their keys and contents are written to a log beside it and synced: that is what was acknowledged. Then SIGKILL
-hits the process, or a worker, and the study goes on, until it has been killed so often; at last it is left to
-end. No acknowledged row may be missing or changed, no run may have been stored twice, the exported CSV must
-be the bytes of the same study run at once in one process, and no process may be left over. Needs Linux.
+The study runs as ``lampyris study`` in a process group of its own. Whenever its store has said that rows are
+there, their keys and contents are written to a log beside it and synced: that is what was acknowledged. Then
+SIGKILL hits the process, or all of the group, or a worker, and the study goes on, until it has been killed so
+often; at last it is left to end. Needs Linux: workers are found in /proc.
 """
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import os
 import signal
 import sqlite3
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-JOBS_A_KILL = 120
+from lampyris.selfcheck import _sittings
+from lampyris.selfcheck._sitting_child import digest
+from lampyris.selfcheck._sittings import acknowledged
+from lampyris.selfcheck._stores import folder
+from lampyris.selfcheck.check import Tally
+
+KILLS, WORKERS = 3, 2
+JOBS_A_KILL = 60
 """Runs of the study for each kill: it must not end before it was killed so often."""
 GONE_IN = 20.0
 """Seconds in which the workers of a killed study must have ended by themselves."""
@@ -57,40 +57,6 @@ seeds: {seeds}
 
 Process = tuple[int, str]
 """A process and when it began: numbers are given again."""
-
-
-# ---- inside the process that is killed --------------------
-
-
-def digest(row: Any) -> str:
-    """Of what a row says, timing aside."""
-    from lampyris.study.design import canonical
-
-    return hashlib.sha256(canonical([row.key, row.ending, row.metrics, row.error])).hexdigest()
-
-
-def study_that_logs(study: str, store: str, log: str, workers: str) -> None:
-    """``lampyris study``, whose every acknowledgement is logged and synced."""
-    from lampyris.cli import main
-    from lampyris.study.store import Store
-
-    add = Store.add
-    out = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
-
-    def add_and_log(self: Store, rows: Sequence[Any]) -> int:
-        fresh = add(self, rows)
-        # Each block begins with an end of line: the last of the block before may have been torn off.
-        lines = "".join(f"{row.key} {digest(row)} .\n" for row in rows)
-        os.write(out, f"\n{lines}".encode("ascii"))
-        os.fsync(out)
-        return fresh
-
-    Store.add = add_and_log  # type: ignore[method-assign]
-    sys.argv = ["lampyris", "study", study, "--store", store, "--workers", workers]
-    main()
-
-
-# ---- outside --------------------
 
 
 @dataclass
@@ -147,25 +113,13 @@ def is_worker(pid: int) -> bool:
         return False
 
 
-def acknowledged(log: Path) -> tuple[dict[str, str], int]:
-    """What was logged by key, and how many keys were logged more than once."""
-    found: dict[str, str] = {}
-    twice = 0
-    for line in log.read_text().split("\n") if log.exists() else ():
-        words = line.split(" ")
-        if len(words) == 3 and words[2] == ".":
-            twice += words[0] in found
-            found[words[0]] = words[1]
-    return found, twice
-
-
 class Hunt:
     """One study that is killed ``kills`` times.
 
     Parameters
     ----------
     folder : where its files go.
-    kills, seed, workers : see the command.
+    kills : how often. seed : of the moments. workers : processes that do the work.
     """
 
     def __init__(self, folder: Path, kills: int, seed: int, workers: int) -> None:
@@ -179,15 +133,14 @@ class Hunt:
 
     def sitting(self) -> bool:
         """Start the study and kill it, and workers of it, as often as wanted; whether it came to its end."""
-        command = [
-            sys.executable,
-            __file__,
-            "--logged",
-            *map(str, (self.file, self.store, self.log, self.workers)),
-        ]
+        words = ("study", "run", self.file, "--store", self.store, "--workers", self.workers)
+        child = (sys.executable, *_sittings.CHILD, "--command", self.log)
         self.found.sittings += 1
         with open(self.log.with_suffix(".err"), "ab") as errors:
-            process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, cwd=self.log.parent)
+            process = subprocess.Popen(
+                [str(word) for word in (*child, *words)], stdout=subprocess.DEVNULL, stderr=errors,
+                cwd=self.log.parent, start_new_session=True,
+            )  # fmt: skip
         try:
             while self.found.kills.total() < self.wanted:
                 if self._wait(process) is not None:
@@ -198,9 +151,13 @@ class Hunt:
                     self.found.kills["worker"] += 1
                     continue
                 self._alone += below(process.pid)
-                process.kill()
+                who = "study and workers" if self.rng.random() < 0.5 else "study"
+                if who == "study":
+                    process.kill()
+                else:
+                    os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-                self.found.kills["study"] += 1
+                self.found.kills[who] += 1
                 return False
             code = process.wait(timeout=STUCK)
         finally:
@@ -285,39 +242,26 @@ class Hunt:
         found.identical = files[0].read_bytes() == files[1].read_bytes() and stored == len(study)
 
 
-def told(found: Found, seed: int) -> str:
-    """What came of it, for people."""
-    kills = found.kills
-    who = f"the study {kills['study']}, a worker {kills['worker']}"
-    lines = [
-        f"kills: {kills.total()} ({who}) in {found.sittings} sittings of {found.runs} runs",
-        f"acknowledged: {found.acknowledged}, lost or changed: {found.lost}, stored twice: {found.twice}",
-        f"export identical to the uninterrupted one: {'yes' if found.identical else 'NO'}",
-        f"processes left over: {found.left_over}",
-        *found.words,
-        f"cases {kills.total()}, failures {found.failures}, seconds {found.seconds:.1f}, seed {seed}",
-    ]
-    return "\n".join(lines)
+def hunted(tally: Tally, number: int, seed: int) -> None:
+    """One study that is killed :data:`KILLS` times, as a case of the check."""
+    with folder() as at:
+        try:
+            found = Hunt(at, KILLS, seed, WORKERS).all()
+        except Exception as fault:
+            tally.case()
+            tally.fail(number, f"{type(fault).__name__}: {fault!s:.300}", seed=seed)
+            return
+    tally.case(*(f"{who} killed" for who in found.kills))
+    tally.count("kills", found.kills.total())
+    tally.count("acknowledged rows", found.acknowledged)
+    if found.failures:
+        tally.fail(number, told(found), seed=seed)
 
 
-def main() -> int:
-    """Exit code 1 if anything is lost, doubled, different or left over."""
-    if sys.argv[1:2] == ["--logged"]:
-        study_that_logs(*sys.argv[2:])
-        return 0
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--kills", type=int, default=50)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--folder", type=Path, help="keep the files there")
-    args = parser.parse_args()
-    with tempfile.TemporaryDirectory() as aside:
-        folder = args.folder or Path(aside)
-        folder.mkdir(parents=True, exist_ok=True)
-        found = Hunt(folder, args.kills, args.seed, args.workers).all()
-    print(told(found, args.seed))
-    return 1 if found.failures else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def told(found: Found) -> str:
+    """What came of it."""
+    return (
+        f"acknowledged {found.acknowledged}, lost or changed {found.lost}, stored twice {found.twice}, "
+        f"bytes {'the same' if found.identical else 'others'}, processes left over {found.left_over}"
+        f"{''.join(f'; {word}' for word in found.words)}"
+    )

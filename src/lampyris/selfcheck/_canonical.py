@@ -1,0 +1,61 @@
+"""A result as JSON that says every bit of it, and the SHA-256 of that."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Set
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+LEFT_OUT = frozenset({"timing", "scene"})
+"""Fields that are no part of a result: how long it took, and what was asked."""
+
+
+def digest(value: Any) -> str:
+    """SHA-256 of the canonical JSON, 64 hexadecimal digits."""
+    text = json.dumps(canonical(value), sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def canonical(value: Any) -> Any:
+    """The same in words of JSON: floats with all their bits, arrays as type, shape and hash of their bytes.
+
+    Mappings keep their order, which is a part of the result; sets have none and are sorted.
+
+    Raises
+    ------
+    TypeError : something of another kind: what a result is made of must be said here.
+    """
+    if isinstance(value, Enum):
+        return canonical(value.value)
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        return value.hex()
+    if isinstance(value, bytes):
+        return hashlib.sha256(value).hexdigest()
+    if isinstance(value, np.generic):
+        return canonical(value.item())
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        told = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
+        return {"": type(value).__name__} | {name: canonical(part) for name, part in told}
+    if isinstance(value, Mapping):
+        return [[canonical(key), canonical(part)] for key, part in value.items()]
+    if isinstance(value, Set):
+        return sorted((canonical(part) for part in value), key=json.dumps)
+    if isinstance(value, list | tuple):
+        return [canonical(part) for part in value]
+    raise TypeError(f"{type(value).__name__} has no canonical form")
+
+
+def _array(value: np.ndarray[Any, Any]) -> list[Any]:
+    if value.dtype.kind not in "biuf":
+        raise TypeError(f"arrays of {value.dtype} have no canonical form")
+    small = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
+    return [small.dtype.str, list(value.shape), hashlib.sha256(small.tobytes()).hexdigest()]

@@ -1,0 +1,77 @@
+"""The corpus in a process of its own: asked by JSON on standard input, answered by JSON on standard output.
+
+The environment is the setting: :mod:`.determinism` starts this once for each.
+"""
+
+from __future__ import annotations
+
+import json
+import locale
+import sys
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lampyris.kernels import _jit
+from lampyris.selfcheck import _determinism_cases as corpus
+from lampyris.selfcheck._canonical import digest
+
+WORDS = ("arrived", "blocked", "cell", "drive", "edge", "field", "goal", "heap", "jump", "kernel", "lane")
+"""Their order in a set is the hash seed's."""
+
+
+def answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    """The hashes of some cases.
+
+    Parameters
+    ----------
+    request : ``numbers`` of cases; ``shuffle``: seed of their order, or None for as they are told;
+        ``compiled``: whether kernels shall run as machine code from the first call on.
+
+    Returns
+    -------
+    dict
+        ``cases``: number, what it was, its hash or the words of an exception. ``signs``: what the setting
+        shows in, beside results: equal signs in two settings mean that one of them was not set.
+    """
+    spoken = _locale()
+    if request["compiled"]:
+        _jit.prefer_compiled()
+    numbers = list(request["numbers"])
+    if request["shuffle"] is not None:
+        np.random.Generator(np.random.PCG64(request["shuffle"])).shuffle(numbers)
+    cases = [[number, *_case(number)] for number in numbers]
+    signs = {
+        "words": ",".join(set(WORDS)),
+        "exp": digest(np.exp(np.linspace(-3.0, 3.0, 10_001))),
+        "zone": time.strftime("%H:%M", time.localtime(0)),
+        "locale": spoken,
+        "compiled": str(sum(kernel._compiled is not None for kernel in _jit.KERNELS)),
+    }
+    return {"cases": cases, "signs": signs}
+
+
+def _case(number: int) -> tuple[str, str]:
+    try:
+        return corpus.case(number)
+    except Exception as fault:
+        return "fault", f"{type(fault).__name__}: {fault}"
+
+
+def _locale() -> str:
+    """That of the environment, now in force; where the system does not have it, which it is."""
+    try:
+        return f"{locale.setlocale(locale.LC_ALL, '')} {locale.getpreferredencoding(False)}"
+    except locale.Error:
+        return f"not there, {locale.getpreferredencoding(False)}"
+
+
+def main() -> None:
+    """Answer one request."""
+    sys.stdout.write(json.dumps(answer(json.load(sys.stdin))))
+
+
+if __name__ == "__main__":
+    main()

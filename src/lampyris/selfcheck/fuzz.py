@@ -1,0 +1,205 @@
+"""Mutated files for every parser: a valid object or a named error, at once, and nothing done but reading.
+
+A case is a file made from good ones by seeded changes (:mod:`lampyris.selfcheck.twins.mutator`,
+:mod:`lampyris.selfcheck.twins.trees`): it is known by its parser, the seed and its number. What goes wrong is
+kept whole in the failure, in base 64.
+"""
+
+from __future__ import annotations
+
+import base64
+import gc
+import os
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import lampyris
+from lampyris.errors import LampyrisError
+from lampyris.planners import registry
+from lampyris.selfcheck import _fuzz_run
+from lampyris.selfcheck._fuzz_targets import TARGETS, Target
+from lampyris.selfcheck._fuzz_valid import NotValid, must, words
+from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+from lampyris.selfcheck.twins.watching import Growth, Hangs, no_longer_than, watched
+
+BUNDLED = Path(lampyris.__file__).parent / "maps" / "data"
+CPU_S = 1.0
+"""CPU seconds that no file may take."""
+HANGS_S = 10.0
+MEMORY = 256 * 2**20
+"""Bytes that no file may take."""
+NINE = ("png", "bmp", "pgm", "ros", "map", "scen", "scenario-json", "study-json", "store")
+"""Parsers that everybody's files go through; the others share most of their code with one of these."""
+_MEMORY_FOLDER = Path("/dev/shm")
+
+
+class Case:
+    """Reads one file after another in a folder of its own, and says of each what came.
+
+    Parameters
+    ----------
+    name : of the target.
+    folder : an empty folder.
+    """
+
+    def __init__(self, name: str, folder: Path) -> None:
+        self.target: Target = TARGETS[name]
+        self.folder = folder
+        self._path = folder / self.target.file
+        for file, data in self.target.beside.items():
+            (folder / file).write_bytes(data)
+        self._plain = [str(folder / file) for file in (self.target.file, *self.target.beside)]
+        self._warm()
+        self._growth = Growth()
+
+    def read(self, data: bytes, number: int) -> tuple[str, float, int]:
+        """The code of the error, or nothing if it was read; CPU seconds and bytes of memory it took.
+
+        Raises
+        ------
+        Exception : what should not have come.
+        """
+        self._path.write_bytes(data)
+        found, problem = None, None
+        with warnings.catch_warnings(record=True) as warned, no_longer_than(HANGS_S):
+            warnings.simplefilter("always")
+            with watched(self.folder, BUNDLED, plain=self._plain, may_write=self.target.writes) as seen:
+                began = time.process_time()
+                try:
+                    found = self.target.call(self._path, number)
+                except LampyrisError as raised:
+                    problem = raised
+                took = time.process_time() - began
+            did = list(seen)
+        grown = self._growth.step()
+        must(not did, f"it does more than read: {did[:3]}")
+        must(not warned, f"it warns: {[str(w.message) for w in warned[:3]]}")
+        must(took < CPU_S, f"{took:.2f} s of CPU time, not below {CPU_S:g}")
+        must(grown < MEMORY, f"{grown / 2**20:.0f} MiB of memory, not below {MEMORY >> 20}")
+        if problem is None:
+            self.target.check(found)
+        else:
+            _refusal(problem)
+        return problem.code if problem else "", took, grown
+
+    def _warm(self) -> None:
+        """Read good files and none at all, so that what is imported on the way, is."""
+        for name in registry.names():
+            registry.origin_of(name)
+        for number, data in enumerate((*self.target.mutants.seeds, b"", b"\0") * 2):
+            self._path.write_bytes(data)
+            try:
+                self.target.call(self._path, number)
+            except Exception:  # it is met again, and told of, where it is a case's
+                continue
+
+
+def _refusal(problem: LampyrisError) -> None:
+    must(problem.exit_code in (3, 5), f"exit code {problem.exit_code}: {problem}")
+    must(str(problem).startswith(f"error[{problem.code}]: "), str(problem))
+    for text in (str(problem), *getattr(problem, "__notes__", ())):
+        words(text)
+
+
+def mutant(ask: Ask, name: str, number: int) -> bytes:
+    """The bytes of one case."""
+    return TARGETS[name].mutants.mutant(ask.rng("fuzz", name, number))
+
+
+def run(ask: Ask, part: Part) -> Outcome:
+    """Read the mutants of a part."""
+    if part.kind in _fuzz_run.KINDS:
+        return _run_scenarios(ask, part)
+    tally = Tally(part)
+    slowest, most = 0.0, 0
+    with _quiet(), _folder() as folder:
+        case = Case(part.kind, folder)
+        for number in part.numbers:
+            data = mutant(ask, part.kind, number)
+            try:
+                code, took, grown = case.read(data, number)
+            except (Exception, Hangs) as problem:
+                tally.case("wrong")
+                what = (
+                    str(problem)
+                    if isinstance(problem, NotValid | Hangs)
+                    else f"{type(problem).__name__}: {problem}"
+                )
+                tally.fail(number, what.replace(str(folder), "FOLDER")[:2000], **_kept(part.kind, data))
+                continue
+            tally.case("refused" if code else "read")
+            slowest, most = max(slowest, took), max(most, grown)
+    tally.measure("slowest file of a part, ms", 1e3 * slowest)
+    tally.measure("most memory of a file, MiB", most / 2**20)
+    return tally.outcome()
+
+
+def _run_scenarios(ask: Ask, part: Part) -> Outcome:
+    """Read, write and run the mutants of a part."""
+    tally = Tally(part)
+    target = _fuzz_run.KINDS[part.kind]
+    with _folder() as folder:
+        path = _fuzz_run.prepare(part.kind, folder)
+        for number in part.numbers:
+            rng = ask.rng("fuzz", part.kind, number)
+            data = TARGETS[target].mutants.mutant(rng)
+            try:
+                tally.case(_fuzz_run.one(path, data))
+            except Exception as problem:
+                tally.case("wrong")
+                tally.fail(number, _told(problem, folder), **_kept(target, data))
+    return tally.outcome()
+
+
+def _told(problem: BaseException, folder: Path) -> str:
+    """What went wrong, the same in whichever folder it did."""
+    kind = "" if isinstance(problem, NotValid | Hangs) else f"{type(problem).__name__}: "
+    return f"{kind}{problem}".replace(str(folder), "FOLDER")[:2000]
+
+
+def _kept(name: str, data: bytes) -> dict[str, str]:
+    return {"target": name, "file": TARGETS[name].file, "base64": base64.b64encode(data).decode()}
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """A folder that is in memory, where there is such a place."""
+    place = _MEMORY_FOLDER if os.access(_MEMORY_FOLDER, os.W_OK) else None
+    with TemporaryDirectory(prefix="lampyris-fuzz-", dir=place) as name:
+        yield Path(os.path.realpath(name))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What this process held before is not looked through for garbage meanwhile: that is no file's time."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def _kind(name: str) -> Kind:
+    what = f"a mutated {TARGETS[name].file} ({name}): a valid object or a typed error, nothing else done"
+    if name in NINE:
+        return Kind(what, commit=20_000, nightly=100_000, release=1_000_000, chunk=1000)
+    return Kind(what, commit=1000, nightly=20_000, release=100_000, chunk=500)
+
+
+def _run_kind(name: str) -> Kind:
+    what = f"a mutant of {_fuzz_run.KINDS[name]}: if it is read it can be written, read again and run"
+    return Kind(what, commit=500, nightly=10_000, release=100_000, chunk=250)
+
+
+CHECK = Check(
+    "fuzz",
+    ("G22",),
+    "a mutated file gives every parser a valid object or a typed error, in a second and 256 MiB, and no more",
+    {name: _kind(name) for name in TARGETS} | {name: _run_kind(name) for name in _fuzz_run.KINDS},
+    run,
+)

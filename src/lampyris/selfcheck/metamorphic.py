@@ -1,0 +1,61 @@
+"""Sixteen relations between the answers to two questions: a map turned, a wall more, a quicker robot."""
+
+from __future__ import annotations
+
+from lampyris.selfcheck import _metamorphic_maps as maps
+from lampyris.selfcheck import _metamorphic_motion as motion
+from lampyris.selfcheck._metamorphic_draw import Relation
+from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+
+RELATIONS: dict[str, Relation] = {
+    "rotate": maps.rotate,
+    "reflect": maps.reflect,
+    "swap": maps.swap,
+    "translate": maps.translate,
+    "pad blocked": maps.pad_blocked,
+    "pad free": maps.pad_free,
+    "wall more": maps.wall_more,
+    "wall less": maps.wall_less,
+    "mover more": motion.mover_more,
+    "off the way": motion.off_the_way,
+    "scale": maps.scale,
+    "upscale": maps.upscale,
+    "via": maps.via,
+    "prefix": maps.prefix,
+    "quicker": motion.quicker,
+    "relabel": motion.relabel,
+}
+
+
+def _kind(relation: Relation) -> Kind:
+    what = " ".join((relation.__doc__ or "").split("\n\n")[0].split())
+    return Kind(what, commit=1_000, nightly=100_000, release=100_000, chunk=500)
+
+
+KINDS = {name: _kind(relation) for name, relation in RELATIONS.items()}
+
+
+def run(ask: Ask, part: Part) -> Outcome:
+    """Judge some cases of one relation."""
+    tally = Tally(part)
+    relation = RELATIONS[part.kind]
+    for number in part.numbers:
+        try:
+            told = relation(ask.rng("metamorphic", part.kind, number), number)
+        except Exception as error:
+            tally.case("raised")
+            tally.fail(number, f"{type(error).__name__}: {error}")
+            continue
+        tally.case(told.word)
+        if told.wrong:
+            tally.fail(number, told.wrong, **told.data)
+    return tally.outcome()
+
+
+CHECK = Check(
+    "metamorphic",
+    ("G7",),
+    "Sixteen relations hold between the answers to two questions",
+    KINDS,
+    run,
+)

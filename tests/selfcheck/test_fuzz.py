@@ -1,0 +1,197 @@
+"""The fuzzing itself: each way of going wrong is found, cases are varied, what went wrong once stays right.
+
+Cases that went wrong once are kept in ``tests/data/fuzz`` as ``TARGET--WHAT``.
+"""
+
+from __future__ import annotations
+
+import base64
+import os
+import socket
+import subprocess
+import sys
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lampyris.errors import InternalFault, LampyrisError
+from lampyris.selfcheck import _fuzz_run, fuzz
+from lampyris.selfcheck._fuzz_targets import TARGETS
+from lampyris.selfcheck.check import Ask, Part
+from lampyris.selfcheck.fuzz import Case, mutant
+
+KEPT = Path(__file__).parents[1] / "data" / "fuzz"
+ASK = Ask()
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_cases_are_varied(name: str) -> None:
+    with fuzz._folder() as folder:
+        case = Case(name, folder)
+        codes = Counter(case.read(mutant(ASK, name, number), number)[0] for number in range(200))
+    read = codes.pop("", 0)
+    assert read > 200 // 30, f"the mutations are too rough to tell anything: {codes}"
+    assert codes.total() > 200 // 10, codes
+    assert len(codes) >= (1 if name in ("way", "movers") else 2), codes
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_good_files_are_read(tmp_path: Path, name: str) -> None:
+    case = Case(name, tmp_path)
+    # Some are good for other options than those of number 1.
+    refused = ("VALUES", "IMG_FORMAT", "IMG_DEPTH", "IMG_COLOUR", "IMG_ALPHA", "CSV_CELL", "NPY_VALUE")
+    for data in TARGETS[name].mutants.seeds:
+        code, _, _ = case.read(data, 1)
+        assert not code or code in refused, (code, data)
+
+
+@pytest.mark.parametrize("path", sorted(KEPT.glob("*--*")), ids=lambda p: p.name)
+def test_what_went_wrong_once(tmp_path: Path, path: Path) -> None:
+    case = Case(path.name.split("--")[0], tmp_path)
+    for number in range(35):  # with each choice of options
+        case.read(path.read_bytes(), number)
+
+
+def test_a_mutant_can_be_made_again() -> None:
+    for name in TARGETS:
+        made = [mutant(ASK, name, k) for k in range(20)]
+        assert made[10:] == [mutant(ASK, name, k) for k in range(10, 20)]
+        assert len(set(made)) > 15, name
+
+
+@pytest.mark.parametrize("kind", _fuzz_run.KINDS)
+def test_enough_scenarios_are_run(kind: str) -> None:
+    outcome = fuzz.run(ASK, Part(kind, 0, 250))
+    assert outcome.counts["run"] > 10, outcome.counts
+
+
+def _raises(path: Path) -> None:
+    raise ValueError(f"no traceback may be seen {path}")
+
+
+def _internal(path: Path) -> None:
+    raise InternalFault("BUG", "never")
+
+
+def _reads_elsewhere(path: Path) -> None:
+    Path(__file__).read_bytes()
+
+
+def _follows(path: Path) -> None:
+    link = path.with_name("link")
+    link.read_bytes()
+
+
+def _writes(path: Path) -> None:
+    path.with_name("made").write_bytes(b"")
+
+
+def _removes(path: Path) -> None:
+    os.remove(path)
+
+
+def _connects(path: Path) -> None:
+    socket.socket().close()
+
+
+def _starts(path: Path) -> None:
+    subprocess.run([sys.executable, "--version"], check=True, capture_output=True)
+
+
+def _evaluates(path: Path) -> None:
+    eval("1 + 1")
+
+
+def _warns(path: Path) -> None:
+    warnings.warn("look", stacklevel=1)
+
+
+def _takes_long(path: Path) -> None:
+    until = time.process_time() + fuzz.CPU_S
+    while time.process_time() < until:
+        pass
+
+
+def _hangs(path: Path) -> None:
+    while True:
+        pass
+
+
+def _takes_much(path: Path) -> None:
+    bytearray(fuzz.MEMORY + 2**20)[:: 2**10]
+    assert bytes(fuzz.MEMORY + 2**20).count(1) == 0
+
+
+WRONG: dict[Callable[[Path], None], str] = {
+    _raises: "ValueError: no traceback may be seen FOLDER/m.map",
+    _internal: "exit code 6",
+    _reads_elsewhere: "does more than read: ['opens ",
+    _follows: "does more than read: ['opens ",
+    _writes: "does more than read: ['writes ",
+    _removes: "os.remove",
+    _connects: "socket.__new__",
+    _starts: "subprocess.Popen",
+    _evaluates: "does more than read: [",
+    _warns: "it warns: ['look']",
+    _takes_long: "s of CPU time",
+    _hangs: "s of CPU time",
+    _takes_much: "MiB of memory",
+}
+
+
+@pytest.mark.parametrize(("wrong", "said"), WRONG.items(), ids=lambda v: getattr(v, "__name__", ""))
+def test_each_wrong_is_found(
+    wrong: Callable[[Path], None], said: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A parser that does wrong with one file of ten is found, and with no other."""
+
+    def call(path: Path, number: int) -> Any:
+        if number == 7:
+            wrong(path)
+        return TARGETS["map"].call(path, number)
+
+    monkeypatch.setattr(fuzz, "HANGS_S", 1.5)
+
+    class Linked(Case):
+        def _warm(self) -> None:
+            os.symlink("/etc/passwd", self.folder / "link")
+
+    monkeypatch.setattr(fuzz, "Case", Linked)
+    monkeypatch.setattr(fuzz, "TARGETS", {**TARGETS, "map": replace(TARGETS["map"], call=call)})
+    outcome = fuzz.run(ASK, Part("map", 0, 10))
+    assert (outcome.cases, outcome.failed) == (10, 1)
+    failure = outcome.failures[0]
+    assert failure.number == 7
+    assert said in failure.what
+    assert base64.b64decode(failure.data["base64"]) == mutant(ASK, "map", 7)
+
+
+def test_a_result_that_is_not_valid_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reader that says of unknown cells that they are free."""
+
+    def call(path: Path, number: int) -> Any:
+        found = TARGETS["text"].call(path, number)
+        if found.grid.unknown is not None:
+            object.__setattr__(found.grid, "blocked", found.grid.blocked & ~found.grid.unknown)
+        return found
+
+    monkeypatch.setattr(fuzz, "TARGETS", {**TARGETS, "text": replace(TARGETS["text"], call=call)})
+    outcome = fuzz.run(ASK, Part("text", 0, 200))
+    assert {f.what for f in outcome.failures} <= {"an unknown cell is not blocked", "blocked may be written"}
+    assert outcome.failed
+
+
+def test_a_scenario_that_cannot_be_run_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(scenario: Any) -> Any:
+        raise LampyrisError("BUG", "what") if scenario.seed == 3 else ZeroDivisionError("x")
+
+    monkeypatch.setattr(_fuzz_run, "run", broken)
+    outcome = fuzz.run(ASK, Part("run-json", 0, 100))
+    assert outcome.failed
+    assert {f.what for f in outcome.failures} == {"ZeroDivisionError: x"}

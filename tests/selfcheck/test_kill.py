@@ -1,0 +1,100 @@
+"""The check of kills sees what is lost, doubled or torn: the product is broken in the process it kills."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lampyris.selfcheck import _kill_study, _sittings, runner
+from lampyris.selfcheck.check import Ask, Outcome, Part, Tally
+from lampyris.selfcheck.kill import CHECK
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs fork and /proc")
+
+LATER = """
+def add(self, rows, real=Store.add):
+    kept = self.__dict__.setdefault("kept", [])
+    kept.extend(rows)
+    return len(rows) if len(kept) < 9 else real(self, kept)
+Store.add = add
+"""
+IN_PLACE = """
+store_new.sidecar = lambda path, ending: path if ending == store_new.NEW else sidecar(path, ending)
+"""
+FORGETFUL = "Store.keys = lambda self: frozenset()"
+AS_THEY_CAME = """
+def lines(self, *, timing=False, real=Table.lines):
+    return iter(sorted(real(self, timing=timing), key=lambda line: hash(line[1] + str(os.getpid()))))
+Table.lines = lines
+"""
+
+
+def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+    """The process that sits has a product with this change."""
+    text = (
+        "import os, runpy, sys\n"
+        "from lampyris.study import store, store_new\n"
+        "from lampyris.study.store import Store\n"
+        "from lampyris.study.store_file import sidecar\n"
+        "from lampyris.study.table import Table\n"
+        f"{code}\n"
+        "runpy.run_module('lampyris.selfcheck._sitting_child', run_name='__main__')\n"
+    )
+    monkeypatch.setattr(_sittings, "CHILD", ("-c", text))
+
+
+def ran(kind: str, cases: int, first: int = 0) -> Outcome:
+    return runner.run(CHECK, Ask(), runner.Range(only=kind, cases=cases, first=first)).outcome
+
+
+def said(outcome: Outcome) -> str:
+    return " ".join(failure.what for failure in outcome.failures)
+
+
+def test_rows_acknowledged_before_they_are_stored_are_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken(monkeypatch, LATER)
+    assert "acknowledged rows are lost" in said(ran("points", 25))
+
+
+def test_a_store_made_in_its_place_is_found_torn(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken(monkeypatch, IN_PLACE)
+    assert "STORE_DAMAGED" in said(ran("points", 40))
+
+
+def test_runs_done_twice_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken(monkeypatch, FORGETFUL)
+    assert "acknowledged twice" in said(ran("points", 15))
+
+
+def test_a_table_of_other_bytes_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken(monkeypatch, AS_THEY_CAME)
+    assert "not that of the study run at once" in said(ran("random", 2))
+
+
+def test_a_second_lap_kills_again() -> None:
+    outcome = ran("points", 2, 100_000)
+    assert outcome.failed == 0
+    assert outcome.counts["kills"] > 2
+
+
+def test_a_study_that_cannot_be_sat_over_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_sittings, "CHILD", ("-c", "raise SystemExit(6)"))
+    tally = Tally(Part("study", 0, 1))
+    _kill_study.hunted(tally, 0, 0)
+    assert "sitting 1 ended with 6" in said(tally.outcome())
+
+
+def test_a_lost_row_a_changed_one_and_one_stored_twice_are_seen(tmp_path: Path) -> None:
+    hunt = _kill_study.Hunt(tmp_path, 0, 0, 1)
+    found = hunt.all()
+    assert found.failures == 0, _kill_study.told(found)
+    lines = hunt.log.read_text().split("\n")
+    first = next(line for line in lines if line)
+    hunt.log.write_text("\n".join([*lines, f"{'0' * 64} {'0' * 64} .", "torn off"]) + "\n")
+    hunt._compare()
+    assert (hunt.found.lost, hunt.found.twice, hunt.found.identical) == (1, 0, True)
+    key, _, _ = first.split(" ")
+    hunt.log.write_text("\n".join([*lines, f"{key} {'0' * 64} ."]) + "\n")
+    hunt._compare()
+    assert (hunt.found.lost, hunt.found.twice, hunt.found.identical) == (1, 1, True)

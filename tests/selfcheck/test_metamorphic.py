@@ -1,0 +1,163 @@
+"""Each of the sixteen relations can fail: for each, an answer that breaks it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.planners import _timed_session
+from lampyris.selfcheck import _metamorphic_draw as draw
+from lampyris.selfcheck import _metamorphic_maps as maps
+from lampyris.selfcheck import _metamorphic_motion as motion
+from lampyris.selfcheck import metamorphic
+from lampyris.selfcheck._metamorphic_draw import PLAIN
+from lampyris.selfcheck.check import Ask, Outcome, Part
+
+# What a wrong planner would make of the cost of a way.
+WRONG: dict[str, Callable[[int, Scene], int]] = {
+    "dearer to the east": lambda cost, scene: cost + PLAIN * scene.start[0],
+    "cheaper among walls": lambda cost, scene: cost - int(scene.grid.blocked.sum()),
+    "dearer on wide maps": lambda cost, scene: cost + PLAIN * scene.grid.width,
+    "dearer by a step": lambda cost, _: cost + PLAIN,
+    "dearer the longer": lambda cost, _: cost * cost,
+}
+SEEN_BY = [
+    ("rotate", "dearer to the east"),
+    ("reflect", "dearer to the east"),
+    ("swap", "dearer to the east"),
+    ("translate", "dearer to the east"),
+    ("pad blocked", "dearer on wide maps"),
+    ("pad free", "dearer on wide maps"),
+    ("wall more", "cheaper among walls"),
+    ("wall less", "cheaper among walls"),
+    ("off the way", "cheaper among walls"),
+    ("scale", "dearer by a step"),
+    ("upscale", "dearer by a step"),
+    ("via", "dearer the longer"),
+    ("prefix", "dearer by a step"),
+]
+
+
+def ask(kind: str, cases: int = 120) -> Outcome:
+    return metamorphic.run(Ask(), Part(kind, 0, cases))
+
+
+def test_there_are_sixteen() -> None:
+    assert len(metamorphic.KINDS) == 16
+    assert all(kind.what and kind.commit == 1_000 for kind in metamorphic.KINDS.values())
+
+
+@pytest.mark.parametrize(("kind", "defect"), SEEN_BY)
+def test_a_wrong_planner_is_seen(kind: str, defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = draw.ask_with
+
+    def wrong(chosen: Any, scene: Scene) -> draw.Answer:
+        told = right(chosen, scene)
+        return replace(told, cost=WRONG[defect](told.cost, scene)) if told.word == "found" else told
+
+    assert not ask(kind).failed
+    monkeypatch.setattr(draw, "ask_with", wrong)
+    assert ask(kind).failed
+
+
+@pytest.mark.parametrize(("kind", "defect"), SEEN_BY)
+def test_a_wrong_field_is_seen(kind: str, defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = draw.field_of
+
+    def wrong(scene: Scene) -> Any:
+        costs = right(scene)
+        out = costs.copy()
+        for y, x in np.argwhere(costs >= 0).tolist():
+            out[y, x] = max(0, WRONG[defect](int(costs[y, x]), replace(scene, start=(x, y))))
+        return out
+
+    for room in (maps, motion):
+        monkeypatch.setattr(room, "field_of", wrong)
+    assert ask(kind).failed
+
+
+@pytest.mark.parametrize("kind", ["rotate", "swap", "translate", "prefix"])
+def test_a_wrong_verdict_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = draw.ask_with
+
+    def wrong(chosen: Any, scene: Scene) -> draw.Answer:
+        told = right(chosen, scene)
+        return draw.Answer("no-path", -1) if told.word == "found" and scene.start[0] % 2 else told
+
+    monkeypatch.setattr(draw, "ask_with", wrong)
+    assert ask(kind).failed
+
+
+def test_a_planner_that_is_not_exact_and_too_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = draw.ask_with
+
+    def wrong(chosen: Any, scene: Scene) -> draw.Answer:
+        told = right(chosen, scene)
+        return replace(told, cost=told.cost - 1) if chosen.name == "theta-star" else told
+
+    monkeypatch.setattr(draw, "ask_with", wrong)
+    monkeypatch.setattr(draw, "own", lambda optimal: ("theta-star",))
+    seen = ask("rotate", 40)
+    assert seen.failed
+    assert all("theta-star" in f.what for f in seen.failures)
+
+
+def test_a_crowd_that_is_overlooked(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = _timed_session.Forecaster.forbidden
+
+    def forbidden(self: Any, bodies: Any, *rest: Any) -> Any:
+        return right(self, bodies if len(bodies) < 3 else [], *rest)
+
+    monkeypatch.setattr(_timed_session.Forecaster, "forbidden", forbidden)
+    assert ask("mover more", 600).failed
+
+
+def test_a_robot_that_takes_fright_at_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = motion.api.profile
+
+    def profile(plan: Any, scene: Scene, law: str) -> Any:
+        robot = scene.robot
+        made = right(plan, scene, law)  # type: ignore[arg-type]
+        return SimpleNamespace(duration=made.duration * (robot.v_max + robot.a_max + robot.d_max))
+
+    monkeypatch.setattr(motion.api, "profile", profile)
+    assert ask("quicker").failed
+
+
+def test_a_file_that_is_read_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = motion.load_map
+
+    def load(path: str) -> Any:
+        grid = right(path).grid
+        return SimpleNamespace(grid=Grid(grid.blocked[::-1]) if path.endswith(".npy") else grid)
+
+    monkeypatch.setattr(motion, "load_map", load)
+    seen = ask("relabel", 60)
+    assert seen.failed
+    assert all(".npy" in f.what for f in seen.failures)
+
+
+def test_an_order_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = _timed_session.Forecaster.forbidden
+
+    def forbidden(self: Any, bodies: Any, *rest: Any) -> Any:
+        return right(self, bodies[1:], *rest)
+
+    monkeypatch.setattr(_timed_session.Forecaster, "forbidden", forbidden)
+    assert ask("relabel", 60).failed
+
+
+def test_an_exception_is_a_failure_and_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: Any) -> draw.Answer:
+        raise RuntimeError("out of order")
+
+    monkeypatch.setattr(draw, "ask_with", broken)
+    seen = ask("rotate", 5)
+    assert (seen.cases, seen.failed) == (5, 5)

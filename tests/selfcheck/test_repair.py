@@ -1,0 +1,92 @@
+"""The check of mended fields and incremental planners can fail."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris.field import repair as mending
+from lampyris.field.repair import Mender
+from lampyris.planners._incremental_search import Estimates, Waves
+from lampyris.planners._living import LivingMap
+from lampyris.selfcheck import _repair_every, repair
+from lampyris.selfcheck.check import Ask, Outcome, Part
+
+
+def ask(kind: str, first: int, cases: int) -> Outcome:
+    return repair.run(Ask(), Part(kind, first, cases))
+
+
+@pytest.mark.parametrize(("side", "count"), [(3, repair.EVERY_3), (4, repair.EVERY_4)])
+def test_every_edit_is_there_once(side: int, count: int) -> None:
+    rows = _repair_every.edits(side)
+    assert 2 * len(rows) == count
+    assert len(np.unique(rows[:, 0] << 5 | rows[:, 1])) == len(rows)
+    assert not (rows[:, 0] >> rows[:, 1] & 1).any()
+
+
+def test_a_sample_of_what_the_commit_size_leaves_out() -> None:
+    seen = ask("4x4", 700_000, 200)
+    assert (seen.cases, seen.failed) == (200, 0)
+
+
+def test_a_part_that_begins_anywhere_says_the_same() -> None:
+    whole = ask("3x3", 1000, 60)
+    assert whole == ask("3x3", 1000, 17) + ask("3x3", 1017, 43)
+
+
+def test_small_maps_are_mended_and_the_rule_is_put_back() -> None:
+    before = mending.GIVE_UP, mending.HOPELESS
+    seen = ask("stories", 0, 20)
+    assert seen.counts["fields mended"] > 5 * seen.counts["fields solved anew"]
+    assert before == (mending.GIVE_UP, mending.HOPELESS)
+
+
+def test_large_maps_are_mended_by_the_real_rule() -> None:
+    seen = ask("long", 5, 1)
+    assert not seen.failed
+    assert seen.counts["fields mended"] > 100
+    assert seen.counts["answers: found"] > 20
+
+
+# ---- what is wrong is seen --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["3x3", "stories", "long"])
+@pytest.mark.parametrize("deaf", ["freed", "blocked"])
+def test_a_mender_that_does_not_hear(kind: str, deaf: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = Mender.mend
+
+    def mend(self: Mender, **given: Any) -> Any:
+        return right(self, **{**given, deaf: ()})
+
+    monkeypatch.setattr(Mender, "mend", mend)
+    assert ask(kind, 0, {"3x3": 300, "stories": 20, "long": 1}[kind]).failed
+
+
+@pytest.mark.parametrize("kind", ["3x3", "stories", "long"])
+@pytest.mark.parametrize("search", [Waves, Estimates])
+def test_a_search_that_does_not_hear(kind: str, search: type, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "edit", lambda *_: None)
+    seen = ask(kind, 0, {"3x3": 600, "stories": 20, "long": 1}[kind])
+    assert seen.failed
+    words = ("dstar-lite", "lpa-star") if search is Estimates else ("dstar", "focussed-dstar")
+    assert any(word in f.what for word in words for f in seen.failures)
+
+
+def test_a_map_that_forgets_terrain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(LivingMap, "_grade", lambda *_: [])
+    assert ask("stories", 0, 20).failed
+
+
+def test_an_exception_is_a_failure_and_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    def mend(self: Mender, **given: Any) -> Any:
+        raise RuntimeError("out of order")
+
+    monkeypatch.setattr(Mender, "mend", mend)
+    for kind, cases in (("3x3", 20), ("stories", 3)):
+        seen = ask(kind, 0, cases)
+        assert (seen.cases, seen.failed) == (cases, cases)
+        assert "RuntimeError: out of order" in seen.failures[0].what

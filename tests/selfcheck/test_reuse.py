@@ -1,0 +1,122 @@
+"""The check of sessions that are used again can fail: what a session forgets, keeps or shares is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from lampyris.field.repair import Mender
+from lampyris.model.change import Change
+from lampyris.planners import registry
+from lampyris.planners._copies import Copied
+from lampyris.planners._graph import Board
+from lampyris.planners._incremental import IncrementalSession
+from lampyris.planners._jps import PackedMap
+from lampyris.planners._living import LivingMap
+from lampyris.planners.ad_gso_session import AdGsoSession
+from lampyris.planners.swarm_memory import Memory
+from lampyris.selfcheck import reuse
+from lampyris.selfcheck.check import Ask, Outcome, Part
+
+
+def lives(*names: str, each: int = 4) -> Outcome:
+    """Lives of the planners of these names, with all their settings."""
+    planners = reuse.who()
+    total = Outcome()
+    for k, (planner, _) in enumerate(planners):
+        if planner.name in names:
+            for turn in range(each):
+                total += reuse.run(Ask(), Part("sessions", k + turn * len(planners), 1))
+    return total
+
+
+def test_every_planner_of_ours_is_asked() -> None:
+    ours = {name for name in registry.names() if not registry.origin_of(name)}
+    assert {planner.name for planner, _ in reuse.who()} == ours
+
+
+def test_lives_are_eventful() -> None:
+    seen = lives("ad-gso", "dstar-lite")
+    assert not seen.failed
+    for word in (
+        "pickled", "copy", "deep copy", "cancelled", "cleared", "asked again", "edited", "fresh sessions",
+        "answers: found", "answers: no-path", "answers: hemmed-in", "answers: limit",
+    ):  # fmt: skip
+        assert seen.counts[word] > 3, word
+
+
+def test_a_field_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(Mender, "__getstate__")
+    monkeypatch.delattr(Mender, "__setstate__")
+    assert lives("ad-gso").failed
+
+
+def test_a_packed_map_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(PackedMap, "__getstate__")
+    monkeypatch.delattr(PackedMap, "__setstate__")
+    assert lives("jps", each=6).failed
+
+
+def test_copies_that_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(Copied, "__copy__")
+    assert lives("dstar", "gso").failed
+
+
+def test_a_map_that_does_not_hear_of_walls_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = LivingMap.take
+
+    def take(self: LivingMap, change: Change) -> Any:
+        return right(self, Change(change.robot, change.obstacles, change.blocked, (), change.terrain))
+
+    monkeypatch.setattr(LivingMap, "take", take)
+    assert lives("dstar-lite", "ad-gso").failed
+
+
+def test_obstacles_that_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def closing(self: Board, cells: Iterable[Any]) -> Iterator[None]:
+        for c in cells:
+            self.free[self.flat(c)] = 0
+        yield
+
+    monkeypatch.setattr(Board, "closing", closing)
+    assert lives("astar").failed
+
+
+def test_obstacles_that_an_incremental_search_keeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = IncrementalSession._take
+
+    def take(self: IncrementalSession, change: Change) -> None:
+        right(self, change)
+        self._covered = frozenset()
+
+    monkeypatch.setattr(IncrementalSession, "_take", take)
+    assert lives("lpa-star").failed
+
+
+def test_walls_that_ad_gso_never_takes_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = AdGsoSession._travel
+
+    def travel(self: AdGsoSession, bodies: Any, look: int) -> Any:
+        self._walled |= getattr(self, "kept", frozenset())
+        found = right(self, bodies, look)
+        self.kept = self._walled  # type: ignore[attr-defined]
+        return found
+
+    monkeypatch.setattr(AdGsoSession, "_travel", travel)
+    assert lives("ad-gso", each=6).failed
+
+
+def test_a_swarm_that_plans_on_the_ground_of_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = Memory._see
+
+    def see(self: Memory) -> None:
+        kept = getattr(self, "_grounds", {})
+        right(self)
+        self._grounds = kept
+
+    monkeypatch.setattr(Memory, "_see", see)
+    assert lives("pso", "dstar-lpso", each=2).failed

@@ -1,0 +1,74 @@
+"""The check of simulations: it holds, its monitors agree, and it sees collisions of every kind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lampyris.model.trace import Trace
+from lampyris.planners import registry
+from lampyris.selfcheck import _sim_scenes as scenes
+from lampyris.selfcheck import runner
+from lampyris.selfcheck.check import Ask, Outcome
+from lampyris.selfcheck.sim import CHECK, faults_of
+from lampyris.selfcheck.twins.quick_monitor import breaches
+from lampyris.selfcheck.twins.sim_monitor import Monitor
+from lampyris.sim import loop
+from lampyris.sim.world import World
+
+
+def run(kind: str, count: int, first: int = 0) -> Outcome:
+    return runner.run(CHECK, Ask(), runner.Range(only=kind, first=first, cases=count)).outcome
+
+
+@pytest.mark.parametrize(("kind", "count"), [("fast", 60), ("walk", 48), ("edits", 24), ("drive", 4)])
+def test_it_holds_and_steps_are_made(kind: str, count: int) -> None:
+    seen = run(kind, count, first=1)
+    assert (seen.cases, seen.failed) == (count, 0), seen.failures
+    assert seen.counts["steps"] > 10 * count
+    assert seen.counts["arrived"] > 0
+
+
+def test_a_robot_that_may_step_into_anybody_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(World, "robot_may", lambda self, step: True)
+    seen = run("walk", 60)
+    assert seen.failed >= 5
+    assert any("quick monitor" in f.what and "referee" in f.what for f in seen.failures)
+
+
+def some_trace(seed: int, **how: object) -> Trace:
+    rng = np.random.default_rng(seed)
+    scene = scenes.drawn_scene(rng, "random-walk", **how)  # type: ignore[arg-type]
+    return loop.run(scene, registry.make("astar", {}), seed=seed, patience=15)
+
+
+@pytest.mark.parametrize("sizes", [{}, {"robot_radius": 0.8, "body_radius": 1.2}])
+def test_the_quick_monitor_and_the_slow_one_agree_on_traces_that_were_tampered_with(
+    sizes: dict[str, float],
+) -> None:
+    """One body is moved a cell at one tick, at random: both find a breach or neither does."""
+    broken = 0
+    for seed in range(40):
+        trace = some_trace(seed, **sizes)
+        assert faults_of(trace, slow=True) == ""
+        rng = np.random.default_rng((seed, 1))
+        k, t = int(rng.integers(len(trace.tracks))), int(rng.integers(1, trace.ticks + 1))
+        tracks = [track.copy() for track in trace.tracks]
+        tracks[k][t] += rng.integers(-1, 2, 2).astype(np.int32)
+        wrong = replace(trace, tracks=tuple(tracks))
+        quick, slow = breaches(wrong), Monitor(wrong).faults()
+        assert bool(quick) == bool(slow), (seed, k, t, quick, slow)
+        broken += bool(quick)
+    assert 10 < broken < 40
+
+
+def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*args: object, **more: object) -> None:
+        raise IndexError("no such body")
+
+    monkeypatch.setattr(loop, "run", broken)
+    seen = run("walk", 5)
+    assert (seen.cases, seen.failed) == (5, 5)
+    assert seen.failures[0].what == "IndexError: no such body"
