@@ -57,17 +57,17 @@ class GraphSession(Copied):
         self._make = make
         self._optimal = optimal
         self._robot = scene.start
-        self._made: Search | None = None
+        self._search: Search | None = None
         self._see()
-        self._made = make(self._free, scene.grid.terrain, self._moves)
+        self._search = make(self._free, scene.grid.terrain, self._moves)
 
     @property
     def search(self) -> Search:
         """What it searches with."""
-        if self._made is None:
+        if self._search is None:
             self._see()
-            self._made = self._make(self._free, self._scene.grid.terrain, self._moves)
-        return self._made
+            self._search = self._make(self._free, self._scene.grid.terrain, self._moves)
+        return self._search
 
     @property
     def free(self) -> BoolGrid:
@@ -81,7 +81,7 @@ class GraphSession(Copied):
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planners._limits.Limited`. Kernels that stop leave all as it was before."""
         if anywhere:
-            self._made = None
+            self._search = None
         return self._name
 
     @limited
@@ -111,11 +111,11 @@ class GraphSession(Copied):
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:
             self._scene = scene
-            made, self._made = self._made, None
+            made, self._search = self._search, None
             if made is not None:
                 self._see()
                 if made.take(self._free, scene.grid.terrain):
-                    self._made = made
+                    self._search = made
 
     def _answer(self, change: Change, budget: int | None, timing: dict[str, float]) -> Plan:
         start, goal, search = self._robot, self._scene.goal, self.search
