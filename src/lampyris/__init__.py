@@ -48,6 +48,7 @@ _HOME = {
     "Scenario": "lampyris.maps.scenario",
     "Scene": "lampyris.model.scene",
     "Status": "lampyris.model.plan",
+    "Stop": "lampyris.halting",
     "Study": "lampyris.study.design",
     "Trace": "lampyris.model.trace",
     "Track": "lampyris.model.movers",
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.field.many import solve_fields as solve_fields
     from lampyris.field.solve import solve_field as solve_field
+    from lampyris.halting import Stop as Stop
     from lampyris.maps.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.drive import Drive as Drive

@@ -23,6 +23,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.motion import laws
 from lampyris.planners import registry
+from lampyris.planners.base import Budget
 
 
 class Planned(NamedTuple):
@@ -86,7 +87,11 @@ def scenario_of(
 
 
 def run(
-    scenario: Scenario, *, record: bool = True, progress: Callable[[int], None] | None = None
+    scenario: Scenario,
+    *,
+    record: bool = True,
+    progress: Callable[[int], None] | None = None,
+    budget: Budget | None = None,
 ) -> Planned | Trace | Drive:
     """Do what a scenario says: plan; simulate if it is ``simulated``; drive if it says how (``drive``).
 
@@ -95,6 +100,7 @@ def run(
     scenario : loaded, or made by hand.
     record : keep AD-GSO's per-iteration record in the plan.
     progress : called with each tick of a simulation, or with each second of a drive.
+    budget : when each call of the planner gives up. It is no part of a scenario.
 
     Raises
     ------
@@ -107,8 +113,9 @@ def run(
         if scenario.drive is not None:
             seconds = None if progress is None else lambda t: progress(int(t))
             return api.drive(
-                scenario.scene, planner, seed=scenario.seed, law=law, progress=seconds, **scenario.drive
-            )
+                scenario.scene, planner, seed=scenario.seed, law=law, budget=budget, progress=seconds,
+                **scenario.drive,
+            )  # fmt: skip
         if scenario.simulated:
             return api.simulate(
                 scenario.scene,
@@ -117,9 +124,10 @@ def run(
                 ticks=scenario.ticks,
                 law=law,
                 patience=scenario.patience,
+                budget=budget,
                 progress=progress,
             )
-        found = api.plan(scenario.scene, planner, scenario.seed, record=record)
+        found = api.plan(scenario.scene, planner, scenario.seed, budget=budget, record=record)
         return Planned(found, api.profile(found, scenario.scene, law) if found else None)
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where

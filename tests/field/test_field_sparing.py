@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from lampyris.kernels import descent
 from lampyris.model.field import Field
 from lampyris.model.moves import MOVES
 from lampyris.typing import Cell
+from reference.kernel_forms import run_compiled
 
 
 def same(a: Field, b: Field) -> None:
@@ -74,7 +77,7 @@ def test_both_forms() -> None:
     jump = np.zeros(128, dtype=np.int64)
     jump[:8] = [dy * 50 + dx for dx, dy in MOVES["octile"].offsets]
     cost, step = (np.ascontiguousarray(a).ravel() for a in (field.exact, field.step))
-    for run in (descent.shine.run_plain, descent.shine.compiled()):
+    for run in (descent.shine.run_plain, partial(run_compiled, descent.shine)):
         luciferin = np.zeros(free.size)
         run(
             cost, step, jump, luciferin, 50, 20 * 50 + 20, np.inf, 1.0 - 0.4, 0.6, float(MOVES["octile"].unit)

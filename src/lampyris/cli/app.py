@@ -44,6 +44,7 @@ from lampyris.cli.options import (
     ObstacleRadius,
     Obstacles,
     Picture,
+    PlanLimit,
     Planner,
     Preset,
     Radius,
@@ -126,6 +127,10 @@ def plan(
     csv: Csv = None,
     save: Save = None,
     force: Force = False,
+    time_limit: Annotated[
+        float | None,
+        typer.Option("--time-limit", metavar="S", help="Seconds of planning; then it stops, exit code 5."),
+    ] = None,
 ) -> None:
     """Plan a path and a speed for every node of it."""
     from lampyris.cli import verbs
@@ -137,7 +142,7 @@ def plan(
         zones, set_law or [],
     )  # fmt: skip
     out = verbs.Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
-    raise typer.Exit(verbs.plan(request, out))
+    raise typer.Exit(verbs.plan(request, out, time_limit))
 
 
 @app.command()
@@ -186,6 +191,7 @@ def simulate(
     ] = None,
     save: Save = None,
     force: Force = False,
+    plan_limit: PlanLimit = None,
 ) -> None:
     """Drive among moving obstacles and watch what happens."""
     from lampyris.cli import verbs
@@ -198,7 +204,7 @@ def simulate(
     )  # fmt: skip
     traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
     out = verbs.Outputs(json_, not no_timing, csv, save, force, film=film)
-    raise typer.Exit(verbs.simulate(request, traffic, ticks, patience, out))
+    raise typer.Exit(verbs.simulate(request, traffic, ticks, patience, out, plan_limit))
 
 
 @app.command()

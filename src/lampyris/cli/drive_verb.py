@@ -29,6 +29,7 @@ from lampyris.cli.options import (
     NoTiming,
     ObstacleRadius,
     Obstacles,
+    PlanLimit,
     Planner,
     Preset,
     Radius,
@@ -154,6 +155,7 @@ def drive(
     ] = None,
     save: Save = None,
     force: Force = False,
+    plan_limit: PlanLimit = None,
 ) -> None:
     """Drive among moving obstacles in continuous time, with real accelerations."""
     from lampyris.cli import drive_work
@@ -174,4 +176,4 @@ def drive(
     }  # fmt: skip
     given = {name: value for name, value in how.items() if value is not None}
     out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart)
-    raise typer.Exit(drive_work.drive(request, traffic, given, out))
+    raise typer.Exit(drive_work.drive(request, traffic, given, out, plan_limit))

@@ -13,19 +13,23 @@ from lampyris.cli.verbs import NO_ANSWER, Outputs
 from lampyris.errors import SettingError, UsageError, did_you_mean
 from lampyris.maps.scenario import Scenario
 from lampyris.model.drive import Drive
+from lampyris.planners.base import Budget
 from lampyris.report.plain import drive_record
 from lampyris.report.style import suffix_of
 from lampyris.sim.drive_settings import Settings
 
 
-def drive(request: Request, traffic: TrafficRequest, how: Mapping[str, Any], out: Outputs) -> int:
+def drive(
+    request: Request, traffic: TrafficRequest, how: Mapping[str, Any], out: Outputs, limit: float | None
+) -> int:
     """``lampyris drive``. Returns the exit code."""
     check(out)
+    budget = verbs.budget_of("--plan-limit", limit)
     settings = _settings(how)
     scenario = request.scenario()
     bodies = traffic.traffic(scenario.scene.grid, request.seed)
     scene = replace(scenario.scene, traffic=bodies)
-    return run(replace(scenario, scene=scene, drive=asdict(settings)), out)
+    return run(replace(scenario, scene=scene, drive=asdict(settings)), out, budget)
 
 
 def check(out: Outputs) -> None:
@@ -54,11 +58,11 @@ def _settings(how: Mapping[str, Any]) -> Settings:
         raise kind(fault.code, fault.what, where=option, allowed=fault.allowed, todo=todo) from None
 
 
-def run(scenario: Scenario, out: Outputs) -> int:
+def run(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     """Drive what a scenario says, and tell of it. Returns the exit code."""
     verbs.remarks((*scenario.notes, *about(scenario.scene), *_unheld(scenario)))
     with verbs._counting("driving", "s", quiet=out.json) as second:
-        done: Any = scenarios.run(scenario, progress=second)
+        done: Any = scenarios.run(scenario, progress=second, budget=budget)
     story: Drive = done
     if story.curves:
         _write(story, out)

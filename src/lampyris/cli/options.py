@@ -117,6 +117,10 @@ Obstacles = Annotated[int, typer.Option("--obstacles", metavar="N", help="How ma
 Mobility = Annotated[
     str, typer.Option("--mobility", help="random-walk, patrol, crossing, or mixed (a third of each).")
 ]
+PlanLimit = Annotated[
+    float | None,
+    typer.Option("--plan-limit", metavar="S", help="Seconds for each call of the planner; then it waits."),
+]
 Rate = Annotated[
     float | None,
     typer.Option("--rate", help="Random walkers appear with this chance a tick (1: the dissertation's)."),

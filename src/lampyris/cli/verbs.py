@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lampyris.errors import FileError, UsageError
+from lampyris.errors import FileError, LimitError, SettingError, UsageError
 
 if TYPE_CHECKING:
     from lampyris.cli.request import Request, TrafficRequest
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lampyris.model.plan import Plan
     from lampyris.model.profile import Profile
     from lampyris.model.trace import Trace
+    from lampyris.planners.base import Budget
 
 NO_ANSWER = 4
 LAYERS = ("luciferin", "cost", "none")
@@ -50,21 +51,51 @@ class Outputs:
             check_ending(self.save)
 
 
-def plan(request: Request, out: Outputs) -> int:
+def plan(request: Request, out: Outputs, limit: float | None = None) -> int:
     """``lampyris plan``. Returns the exit code."""
     out.check()
-    return _plan(request.scenario(), out)
+    budget = budget_of("--time-limit", limit)
+    return _plan(request.scenario(), out, budget)
+
+
+def budget_of(option: str, seconds: float | None) -> Budget | None:
+    """The budget of a call of the planner, as an option gives it.
+
+    Raises
+    ------
+    SettingError : not a number of seconds.
+    """
+    if seconds is None:
+        return None
+    from lampyris.kernels import _jit, _machine
+    from lampyris.planners.base import Budget
+
+    try:
+        made = Budget(seconds=seconds)
+    except SettingError as fault:
+        fault.where = option
+        raise
+    if not _jit.jit_disabled():
+        _machine.load()  # the seconds are for planning
+    return made
 
 
 def simulate(
-    request: Request, traffic: TrafficRequest, ticks: int | None, patience: int | None, out: Outputs
+    request: Request,
+    traffic: TrafficRequest,
+    ticks: int | None,
+    patience: int | None,
+    out: Outputs,
+    limit: float | None = None,
 ) -> int:
     """``lampyris simulate``. Returns the exit code."""
     out.check()
+    budget = budget_of("--plan-limit", limit)
     scenario = request.scenario()
     bodies = traffic.traffic(scenario.scene.grid, request.seed)
     scene = replace(scenario.scene, traffic=bodies)
-    return _simulate(replace(scenario, scene=scene, simulated=True, ticks=ticks, patience=patience), out)
+    scenario = replace(scenario, scene=scene, simulated=True, ticks=ticks, patience=patience)
+    return _simulate(scenario, out, budget)
 
 
 def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) -> int:
@@ -100,15 +131,17 @@ def schema() -> int:
     return 0
 
 
-def _plan(scenario: Scenario, out: Outputs) -> int:
+def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     from lampyris import scenarios
     from lampyris.cli.request import about
+    from lampyris.model.plan import Status
     from lampyris.report.plain import plan_record
 
     scene = scenario.scene
     remarks((*scenario.notes, *about(scene)))
     with _working(f"planning on {scene.grid.name or 'the map'}", quiet=out.json):
-        done: Any = scenarios.run(scenario, record=out.explain or out.picture is not None)
+        record = out.explain or out.picture is not None
+        done: Any = scenarios.run(scenario, record=record, budget=budget)
     found: Plan = done.plan
     profile: Profile | None = done.profile
     if out.picture is not None:
@@ -132,6 +165,8 @@ def _plan(scenario: Scenario, out: Outputs) -> int:
 
         show.plan(found, scene, profile, explain=out.explain, name=scenario.name)
         show.written(out.picture, out.csv, out.save)
+    if found.status is Status.LIMIT:
+        return LimitError.exit_code
     return 0 if found else NO_ANSWER
 
 
@@ -148,14 +183,14 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
         draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=to)
 
 
-def _simulate(scenario: Scenario, out: Outputs) -> int:
+def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     from lampyris import scenarios
     from lampyris.cli.request import about
     from lampyris.report.plain import trace_record
 
     remarks((*scenario.notes, *about(scenario.scene)))
     with _counting("simulating", "ticks", quiet=out.json) as tick:
-        done: Any = scenarios.run(scenario, progress=tick)
+        done: Any = scenarios.run(scenario, progress=tick, budget=budget)
     trace: Trace = done
     if out.film is not None:
         from lampyris.report.animate import film as make_film

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lampyris.errors import SceneError, SettingError
 from lampyris.field.frame import Frame
 from lampyris.field.solve import checked, fill
+from lampyris.halting import look
 from lampyris.kernels import calendar, repair
 from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
@@ -132,7 +133,11 @@ class Mender:
         other = Mender.__new__(Mender)
         other.__dict__.update(self.__dict__)
         luciferin, cost, step = self._maps
-        other._maps = (luciferin.copy(), cost.copy(), step.copy())
+        look()
+        luciferin = luciferin.copy()
+        look()
+        other._maps = (luciferin, cost.copy(), step.copy())
+        look()
         other._free, other._weight = self._free.copy(), self._weight.copy()
         other._lists, other._work = None, self._work.copy()
         other.solved, other.mended = 0, 0

@@ -16,6 +16,7 @@ from lampyris.field.frame import Frame, carve
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import free_space, moves_for
 from lampyris.field.waves import Wave
+from lampyris.halting import look
 from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
@@ -175,6 +176,7 @@ def _fill(
 ) -> int:
     """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
+    look()
     step.fill(-1)
     if not free[goal[1], goal[0]]:
         cost.fill(-1)

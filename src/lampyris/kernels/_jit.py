@@ -29,13 +29,17 @@ Rules for kernel source
 * unsigned indices are made by :func:`u64` (signed or 32-bit index arithmetic costs a third of the speed;
   and numba turns ``uint64 + int64`` into a float, so no bare literal may meet an unsigned value: write
   ``u64(1)``);
+* a kernel whose work grows with the map has ``halt`` for its last argument and asks :func:`stopped` before
+  every :data:`._helpers.LOOK` cells or so (a millisecond at most), outside its innermost loop; if it says so,
+  the kernel returns at once. Callers in Python leave the argument out: it is the word of
+  :mod:`lampyris.halting`, and what comes of a kernel that stopped is an exception. What it wrote is then of
+  no use, unless it says so.
 * a kernel may call other kernels, of its own file or imported by name. numba's disk cache notices a changed
   file, not what it took from another; so what is kept on disk is named after all files of kernels, too.
 """
 
 from __future__ import annotations
 
-import gc
 import math
 import os
 import sys
@@ -48,6 +52,13 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
+
+from lampyris import halting
+from lampyris.kernels._helpers import fetch as fetch
+from lampyris.kernels._helpers import highest as highest
+from lampyris.kernels._helpers import lowest as lowest
+from lampyris.kernels._helpers import stopped as stopped
+from lampyris.kernels._helpers import u64 as u64
 
 PLAIN_NS = 300_000_000
 """Work in plain form, all kernels together, before numba is imported.
@@ -98,29 +109,6 @@ def on_compile(ear: Callable[[bool], None]) -> None:
     _ears.append(ear)
 
 
-def u64(value: Any) -> Any:
-    """Make an unsigned 64-bit index in the compiled form; the value itself in the plain form."""
-    return value
-
-
-def fetch(array: Any, index: Any) -> None:
-    """Say that ``array[index]`` will be written to soon: fetch it meanwhile. Nothing in the plain form.
-
-    A store to a line of memory that is far away holds up every store after it, and unlike a load that is
-    made early, this never waits. The index may lie anywhere; it must be unsigned.
-    """
-
-
-def lowest(word: Any) -> Any:
-    """Number of the lowest bit set in an unsigned 64-bit word that is not 0; one instruction compiled."""
-    return (word & -word).bit_length() - 1
-
-
-def highest(word: Any) -> Any:
-    """Number of the highest bit set in an unsigned 64-bit word that is not 0."""
-    return word.bit_length() - 1
-
-
 def jit_disabled() -> bool:
     """Whether ``NUMBA_DISABLE_JIT`` asks for the plain form always."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -153,16 +141,36 @@ class Kernel:
         self._out = tuple(names.index(name) for name in out)
         self._of = None if of in ("", WAY) else names.index(of)
         self._sparse = of != ""
+        self._arity = len(names)
+        self._halts = names[-1:] == ("halt",)
         self._spent = 0
         self._compiled: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
         KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
+        if not self._halts:
+            return self._run(args)
+        args = self.complete(args)
+        halt = args[-1]
+        if halt[0]:
+            halting.halt()
+        result = self._run(args)
+        if halt[0]:
+            halting.halt()
+        return result
+
+    def complete(self, args: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The arguments, with the word that halts this thread's calls if it is wanted and left out."""
+        return (*args, halting.word()) if self._halts and len(args) < self._arity else args
+
+    def _run(self, args: tuple[Any, ...]) -> Any:
         if self._compiled is None:
             if self._plain_is_quicker(args):
                 return self.run_plain(*args)
-            with _uncollected():
+            from lampyris.kernels import _machine as machine
+
+            with machine.uncollected():
                 return self._in_machine_code(args)
         return self._in_machine_code(args)
 
@@ -212,7 +220,10 @@ class Kernel:
 
         Large arrays of which little is touched become views that hand out plain numbers, half as quick.
         """
+        args = self.complete(args)
         given = [self._easy(a) if isinstance(a, np.ndarray) else a for a in args]
+        if self._halts and isinstance(args[-1], np.ndarray):
+            given[-1] = args[-1].data  # no copy: it changes meanwhile
         result = self.linked()(*given)
         for k in self._out:
             if isinstance(given[k], list):
@@ -288,20 +299,6 @@ def prefer_compiled() -> None:
 
 
 @contextmanager
-def _uncollected() -> Iterator[None]:
-    """No look for rubbish meanwhile: importing numba makes half a million objects that stay, and looking at
-    them over and over is a quarter of the time that it takes.
-    """
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
-
-
-@contextmanager
 def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
     """Run every kernel in its plain form, and note with which types of arguments it is called."""
     from numba import typeof
@@ -310,6 +307,7 @@ def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
     as_it_was = Kernel.__call__
 
     def noting(self: Kernel, *args: Any) -> Any:
+        args = self.complete(args)
         found[self, tuple(typeof(a) for a in args)] = None
         return self.run_plain(*args)
 
@@ -352,6 +350,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     helpers = {
         u64: np.uint64,
         fetch: machine.prefetch(),
+        stopped: machine.stopped(),
         lowest: machine.bit("cttz"),
         highest: machine.bit("ctlz"),
     }

@@ -1,10 +1,12 @@
-"""What only machine code has: the compiled forms of the helpers in :mod:`._jit`, numba's events and files."""
+"""What only machine code has: the compiled forms of :mod:`._helpers`, numba's events and files."""
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,26 @@ def listen(tell: Callable[[bool], None]) -> None:
     event.register("numba:compile", Ear())
 
 
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """No look for rubbish meanwhile: importing numba makes half a million objects that stay, and looking at
+    them over and over is a quarter of the time that it takes.
+    """
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def load() -> None:
+    """Import numba now, rather than within a call that has a time limit; it takes a third of a second."""
+    with uncollected():
+        import numba  # noqa: F401
+
+
 HERE = Path(__file__).resolve().parent
 
 
@@ -49,7 +71,7 @@ def edition(folder: Path = HERE) -> str:
 
 @cache
 def prefetch() -> Any:
-    """The compiled form of :func:`._jit.fetch`: LLVM's prefetch, for writing, to the nearest cache."""
+    """The compiled form of :func:`._helpers.fetch`: LLVM's prefetch, for writing, to the nearest cache."""
     from llvmlite import ir  # type: ignore[import-untyped]
     from numba.core import types
     from numba.extending import intrinsic
@@ -70,8 +92,29 @@ def prefetch() -> Any:
 
 
 @cache
+def stopped() -> Any:
+    """The compiled form of :func:`._helpers.stopped`: an atomic load.
+
+    LLVM neither keeps its value nor moves it out of a loop; to the processor it is a load like any other.
+    """
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def stopped(typing: Any, halt: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            data = context.make_array(signature.args[0])(context, builder, args[0]).data
+            word = builder.load_atomic(data, "monotonic", 8)
+            return builder.icmp_signed("!=", word, ir.Constant(ir.IntType(64), 0))
+
+        return types.boolean(halt), generate
+
+    return intrinsic(stopped)
+
+
+@cache
 def bit(instruction: str) -> Any:
-    """The compiled form of :func:`._jit.lowest` (``cttz``) or :func:`._jit.highest` (``ctlz``), signed."""
+    """The compiled form of ``lowest`` (``cttz``) or ``highest`` (``ctlz``) of :mod:`._helpers`, signed."""
     from llvmlite import ir
     from numba.core import types
     from numba.extending import intrinsic

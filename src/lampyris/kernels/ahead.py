@@ -9,7 +9,7 @@ The walk, its frames and its numbers are those of :mod:`lampyris.kernels.window`
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import WAY, kernel
+from lampyris.kernels._jit import WAY, kernel, stopped
 from lampyris.kernels.window import (
     ALLOWED,
     ARRIVED,
@@ -88,7 +88,7 @@ def walk_known(
     cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price,
     wall, toll, mark, dist, queue, queued, way,
-    known, marks, marked, lower, wanted,
+    known, marks, marked, lower, wanted, halt,
 ):  # fmt: skip
     """As :func:`lampyris.kernels.window.walk` without record, roulette and gates; return its reason.
 
@@ -104,6 +104,8 @@ def walk_known(
         at = tally[AT]
         if at == setup[GOAL]:
             return ARRIVED
+        if stopped(halt):
+            return SPENT
         k = KNOWN * at
         done = tally[LENGTH] - 1
         write = tally[FIRST] == 0 or done < tally[FIRST] + wanted

@@ -34,12 +34,15 @@ from __future__ import annotations
 
 from math import sqrt
 
-from lampyris.kernels._jit import WAY, kernel, u64
+from lampyris.kernels._helpers import STRETCH
+from lampyris.kernels._jit import WAY, kernel, stopped, u64
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
 CUT, TOUCH, WIDE = 0, 1, 2
 
+LOOK = 16
+"""Cells expanded between two looks at the word that halts: each may look along eight lines across the map."""
 EQUAL = 1e-9
 """Lengths that differ by less are the same: of two such ways the one with fewer turns is taken."""
 
@@ -157,7 +160,7 @@ def _offer(heap, place, f, h, g, seen, parent, stride, goal, run, v, reached, p)
 @kernel(out=("heap", "place", "f", "h", "g", "seen", "parent", "chain", "result"), each=4300)
 def theta(
     free, weight, mask, stride, start, goal, budget, run, offset, via, across, dx, dy, rule, lazy,
-    heap, place, f, h, g, seen, parent, chain, result,
+    heap, place, f, h, g, seen, parent, chain, result, halt,
 ):  # fmt: skip
     """A short way of straight lines between cell centres.
 
@@ -185,10 +188,12 @@ def theta(
     seen[start] = 0
     _offer(heap, place, f, h, g, seen, parent, stride, goal, run, start, 0.0, start)
     expansions = 0
+    turns = 0
     ending = EXHAUSTED
     while heap[0] > 0:
         u = heap[1] + 0
-        if u != goal and expansions == budget:
+        turns += 1
+        if (u != goal and expansions == budget) or (turns % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         take(heap, place, f, h, u)
@@ -239,6 +244,8 @@ def theta(
             u = int(parent[u])
             chain[points] = u
             points += 1
+            if points % STRETCH == 0 and stopped(halt):
+                break
     result[0] = ending
     result[1] = expansions
     result[2] = points

@@ -38,7 +38,8 @@ target goes first.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import LOOK, STRETCH
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
@@ -104,7 +105,7 @@ def _clear(heap, place):
 
 
 @kernel(out=("state", "path"))
-def _finish(offset, start, goal, ending, expansions, step, n, state, path):
+def _finish(offset, start, goal, ending, expansions, step, n, state, path, halt):
     """Write down the way over the cell where the sides met, goal first, and what there is to say."""
     best = state[0]
     length = 0
@@ -114,6 +115,8 @@ def _finish(offset, start, goal, ending, expansions, step, n, state, path):
         while cell != goal:
             path[length] = cell
             length += 1
+            if length % STRETCH == 0 and stopped(halt):
+                break
             cell += offset[step[n + cell]]
         path[length] = goal
         length += 1
@@ -126,6 +129,8 @@ def _finish(offset, start, goal, ending, expansions, step, n, state, path):
             cell -= offset[step[cell]]
             path[length] = cell
             length += 1
+            if length % STRETCH == 0 and stopped(halt):
+                break
     state[0] = ending
     state[1] = expansions
     state[2] = length
@@ -152,7 +157,7 @@ def _finish(offset, start, goal, ending, expansions, step, n, state, path):
 )
 def meet(
     free, terrain, scale, stride, start, goal, budget, run, offset, via, across, dx, dy, price, slope,
-    heap1, place1, f1, h1, seen1, heap2, place2, f2, h2, seen2, step, state, path,
+    heap1, place1, f1, h1, seen1, heap2, place2, f2, h2, seen2, step, state, path, halt,
 ):  # fmt: skip
     """Cheapest way from start to goal.
 
@@ -193,7 +198,7 @@ def meet(
     while heap1[0] > 0 and heap2[0] > 0:
         if f1[heap1[1]] >= state[0] or f2[heap2[1]] >= state[0]:
             break
-        if expansions == budget:
+        if expansions == budget or (expansions % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         expansions += 1
@@ -229,7 +234,7 @@ def meet(
             )  # fmt: skip
     _clear(heap1, place1)
     _clear(heap2, place2)
-    _finish(offset, start, goal, ending, expansions, step, n, state, path)
+    _finish(offset, start, goal, ending, expansions, step, n, state, path, halt)
 
 
 @kernel(out=("after", "before"))
@@ -283,7 +288,7 @@ def _first(after, f, n, queues, side, unseen, state):
 @kernel(out=("after", "before", "f", "step", "state", "path"), each=700)
 def meet_even(
     free, stride, start, goal, budget, base, offset, via, across, dx, dy, cost, slope, slot, shift, queues,
-    after, before, f, step, state, path,
+    after, before, f, step, state, path, halt,
 ):  # fmt: skip
     """As :func:`meet`, on plain ground: with a queue for each raise of f instead of heaps.
 
@@ -332,7 +337,7 @@ def meet_even(
         level = state[u64(2 + side)]
         if u < 0 or level - zero >= state[0]:
             break
-        if expansions == budget:
+        if expansions == budget or (expansions % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         expansions += 1
@@ -392,4 +397,4 @@ def meet_even(
                 if whole < state[0]:
                     state[0] = whole
                     state[1] = v
-    _finish(offset, start, goal, ending, expansions, step, n, state, path)
+    _finish(offset, start, goal, ending, expansions, step, n, state, path, halt)

@@ -6,11 +6,11 @@ cells, ``f(dx) + f(dy)`` with ``f(d) = max(2 |d| - 1, 0)^2``.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import kernel, stopped, u64
 
 
 @kernel(out=("squared",))
-def wall_distance(blocked, squared, centre, peak, start, height, width, never):
+def wall_distance(blocked, squared, centre, peak, start, height, width, never, halt):
     """Squared distance to the nearest wall in half cells; ``never`` where the map has no wall.
 
     Parameters
@@ -32,16 +32,23 @@ def wall_distance(blocked, squared, centre, peak, start, height, width, never):
     one = u64(1)
     for i in range(w):
         squared[i] = 0 if blocked[i] else never
-    for i in range(w, u64(height * width)):
-        above = squared[i - w] + 1
-        far = above if above < never else never
-        squared[i] = 0 if blocked[i] else far
     for y in range(one, u64(height)):
+        if stopped(halt):
+            return
+        for i in range(y * w, y * w + w):
+            above = squared[i - w] + 1
+            far = above if above < never else never
+            squared[i] = 0 if blocked[i] else far
+    for y in range(one, u64(height)):
+        if stopped(halt):
+            return
         row = (u64(height) - one - y) * w
         for i in range(row, row + w):
             below = squared[i + w] + 1
             squared[i] = squared[i] if squared[i] < below else below
     for y in range(u64(height)):
+        if stopped(halt):
+            return
         row = y * w
         top = -1
         for u in range(width):

@@ -5,11 +5,12 @@ Maps are padded and flat, as :mod:`.wavefront` leaves them.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import fetch, kernel, u64
+from lampyris.kernels._helpers import STRETCH
+from lampyris.kernels._jit import fetch, kernel, stopped, u64
 
 
 @kernel(out=("cost", "step"))
-def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
+def parents8(cost, step, width, rows, straight, diagonal, guard, limit, halt):
     """The local parent rule for eight moves; costs above ``limit`` become -1.
 
     For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at
@@ -28,6 +29,8 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
     two = u64(2)
     below = w + w
     for y in range(u64(rows - 2)):
+        if stopped(halt):
+            return
         begin = y * w
         end = begin + w - two
         if guard == 0:
@@ -73,7 +76,7 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit):
 
 
 @kernel(out=("cost", "step"), each=1100)
-def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
+def parents(cost, step, width, rows, pad, jump, side, other, price, limit, halt):
     """The local parent rule for any step set (arguments as for :func:`ripple`); costs above ``limit``
     become -1.
 
@@ -81,6 +84,8 @@ def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
     """
     w = u64(width)
     for y in range(u64(pad), u64(rows - pad)):
+        if stopped(halt):
+            return
         begin = y * w + u64(pad)
         end = begin + w - u64(2 * pad)
         for j in range(len(jump)):
@@ -94,29 +99,39 @@ def parents(cost, step, width, rows, pad, jump, side, other, price, limit):
                 here = cost[at + ahead]
                 hit = (here == c - toll) & ((here | cost[at + first] | cost[at + second]) >= 0) & (c <= limit)
                 step[at] = k if hit else step[at]
-    for i in range(u64(len(cost))):
-        cost[i] = cost[i] if cost[i] <= limit else -1
+    for y in range(u64(rows)):
+        if stopped(halt):
+            return
+        for i in range(y * w, y * w + w):
+            cost[i] = cost[i] if cost[i] <= limit else -1
 
 
 @kernel(out=("luciferin",), each=300)
-def glow(order, count, cost, step, jump, luciferin, nothing, keep, gamma, unit):
+def glow(order, count, cost, step, jump, luciferin, nothing, keep, gamma, unit, halt):
     """Luciferin along parents: ``luc = keep luc(parent) + gamma (cost / unit)``, 0 at the goal.
 
     ``order`` has each cell after its parent. Sums are formed in exactly this order, cost divided first, so
     that both forms agree to the last bit. ``nothing`` is what cells get that were not reached.
     """
-    for i in range(u64(len(luciferin))):
-        luciferin[i] = nothing
+    stretch = u64(STRETCH)
+    for begin in range(u64(0), u64(len(luciferin)), stretch):
+        if stopped(halt):
+            return
+        for i in range(begin, min(begin + stretch, u64(len(luciferin)))):
+            luciferin[i] = nothing
     luciferin[order[0]] = 0.0
     ahead = u64(24)
-    for i in range(u64(1), u64(count)):
-        fetch(luciferin, order[i + ahead] + u64(0))
-        n = order[i]
-        luciferin[n] = keep * luciferin[n + u64(jump[step[n]])] + gamma * (cost[n] / unit)
+    for begin in range(u64(1), u64(count), stretch):
+        if stopped(halt):
+            return
+        for i in range(begin, min(begin + stretch, u64(count))):
+            fetch(luciferin, order[i + ahead] + u64(0))
+            n = order[i]
+            luciferin[n] = keep * luciferin[n + u64(jump[step[n]])] + gamma * (cost[n] / unit)
 
 
 @kernel(out=("luciferin",))
-def _climb(cost, step, jump, luciferin, cell, keep, gamma, unit):
+def _climb(cost, step, jump, luciferin, cell, keep, gamma, unit, halt):
     """Luciferin of one cell whose parent has none yet: up to the first that has, and down again.
 
     On the way up each cell is left a number that says which one it was come to from: -2 for none, below that
@@ -124,12 +139,19 @@ def _climb(cost, step, jump, luciferin, cell, keep, gamma, unit):
     """
     p = u64(cell)
     came = -2.0
+    climbed = 0
     while luciferin[p] < 0.0:
+        climbed += 1
+        if climbed % STRETCH == 0 and stopped(halt):
+            return
         luciferin[p] = came
         came = -3.0 - p
         p += u64(jump[step[p]])
     above = luciferin[p]
     while came < -2.0:
+        climbed -= 1
+        if climbed % STRETCH == 0 and stopped(halt):
+            return
         p = u64(int(-3.0 - came))
         came = luciferin[p]
         above = keep * above + gamma * (cost[p] / unit)
@@ -137,7 +159,7 @@ def _climb(cost, step, jump, luciferin, cell, keep, gamma, unit):
 
 
 @kernel(out=("luciferin",))
-def shine(cost, step, jump, luciferin, width, goal, nothing, keep, gamma, unit):
+def shine(cost, step, jump, luciferin, width, goal, nothing, keep, gamma, unit, halt):
     """Luciferin as :func:`glow` gives it, to the last bit, without the list of cells in their order.
 
     ``goal`` is a cell; ``cost`` and ``step`` are as :func:`parents8` or :func:`parents` leaves them; ``jump``
@@ -155,10 +177,15 @@ def shine(cost, step, jump, luciferin, width, goal, nothing, keep, gamma, unit):
     rows = u64(len(luciferin)) // w
     middle = u64(goal) // w
     across = u64(goal) - middle * w
-    for i in range(u64(len(luciferin))):
-        luciferin[i] = nothing if cost[i] < 0 else -1.0
+    for y in range(rows):
+        if stopped(halt):
+            return
+        for i in range(y * w, y * w + w):
+            luciferin[i] = nothing if cost[i] < 0 else -1.0
     luciferin[goal] = 0.0
     for k in range(rows):
+        if stopped(halt):
+            return
         y = middle + k if middle + k < rows else rows - one - k
         row = y * w
         for i in range(row + across, row + w):
@@ -174,4 +201,4 @@ def shine(cost, step, jump, luciferin, width, goal, nothing, keep, gamma, unit):
             luciferin[i] = found if (own < 0.0) & (above >= 0.0) else own
         for i in range(row, row + w):
             if luciferin[i] < 0.0:
-                _climb(cost, step, jump, luciferin, i, keep, gamma, unit)
+                _climb(cost, step, jump, luciferin, i, keep, gamma, unit, halt)

@@ -19,7 +19,8 @@ Layout and ``setup``: see :mod:`.incremental`.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import LOOK
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.heap import put, take
 from lampyris.kernels.incremental import (
     BIAS,
@@ -49,10 +50,12 @@ def _insert(h, low, key, heap, place, setup, cell, cost):
 
 
 @kernel(out=("free", "weight", "h", "low", "key", "heap", "place"))
-def edit(free, weight, h, low, key, heap, place, changed, now_free, now_weight, jump, setup):
+def edit(free, weight, h, low, key, heap, place, changed, now_free, now_weight, jump, setup, halt):
     """MODIFY-COST for all steps to, from and past changed cells: their ends go back onto the open list."""
     take_in(free, weight, changed, now_free, now_weight, setup)
     for i in range(len(changed)):
+        if i % LOOK == 0 and stopped(halt):
+            return
         for k in range(-1, len(jump)):
             cell = int(changed[i])
             if k >= 0:
@@ -63,7 +66,9 @@ def edit(free, weight, h, low, key, heap, place, changed, now_free, now_weight, 
 
 
 @kernel(out=("h", "low", "key", "back", "heap", "place"), each=4000)
-def process(free, weight, h, low, key, back, heap, place, jump, side, other, price, opposite, setup, budget):
+def process(
+    free, weight, h, low, key, back, heap, place, jump, side, other, price, opposite, setup, budget, halt
+):
     """PROCESS-STATE until the robot's cell cannot be had for less; returns how it ended, and expansions.
 
     Parameters
@@ -81,7 +86,12 @@ def process(free, weight, h, low, key, back, heap, place, jump, side, other, pri
     """
     robot = u64(setup[ROBOT])
     expansions = 0
+    turns = 0
     while heap[0] > 0:
+        # Here everything is in order, so that it can go on from here when called again.
+        if turns % LOOK == 0 and stopped(halt):
+            return LIMIT, expansions
+        turns += 1
         cell = heap[1] + 0
         u = u64(cell)
         k_old = low[u]

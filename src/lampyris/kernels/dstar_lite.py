@@ -11,7 +11,8 @@ Layout and ``setup``: see :mod:`.incremental`.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import LOOK
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.heap import put, take
 from lampyris.kernels.incremental import (
     BIAS,
@@ -59,6 +60,7 @@ def edit(
     other,
     price,
     setup,
+    halt,
 ):
     """Take in changed cells: each cell with a step to, from or past one of them looks ahead again.
 
@@ -67,6 +69,8 @@ def edit(
     """
     take_in(free, weight, changed, now_free, now_weight, setup)
     for i in range(len(changed)):
+        if i % LOOK == 0 and stopped(halt):
+            return
         for k in range(-1, len(jump)):
             cell = int(changed[i])
             if k >= 0:
@@ -82,7 +86,7 @@ def edit(
 
 
 @kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=2600)
-def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget):
+def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget, halt):
     """D* Lite's ComputeShortestPath, optimised version; returns how it ended and how many cells it expanded.
 
     Parameters
@@ -100,7 +104,12 @@ def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, 
     """
     robot = u64(setup[ROBOT])
     expansions = 0
+    turns = 0
     while heap[0] > 0:
+        # Here everything is in order, so that it can go on from here when called again.
+        if turns % LOOK == 0 and stopped(halt):
+            return LIMIT, expansions
+        turns += 1
         cell = heap[1] + 0
         u = u64(cell)
         least = g[robot] if g[robot] < rhs[robot] else rhs[robot]
@@ -141,11 +150,16 @@ def d_star_lite(free, weight, g, rhs, low, key, heap, place, jump, side, other, 
 
 
 @kernel(out=("g", "rhs", "low", "key", "heap", "place"), each=6500)
-def lpa_star(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget):
+def lpa_star(free, weight, g, rhs, low, key, heap, place, jump, side, other, price, setup, budget, halt):
     """LPA*'s ComputeShortestPath: as :func:`d_star_lite`, without a bias, and every neighbour looks ahead."""
     robot = u64(setup[ROBOT])
     expansions = 0
+    turns = 0
     while heap[0] > 0:
+        # Here everything is in order, so that it can go on from here when called again.
+        if turns % LOOK == 0 and stopped(halt):
+            return LIMIT, expansions
+        turns += 1
         cell = heap[1] + 0
         u = u64(cell)
         least = g[robot] if g[robot] < rhs[robot] else rhs[robot]

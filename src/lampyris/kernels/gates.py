@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import STRETCH
+from lampyris.kernels._jit import kernel, stopped, u64
 
 
 @kernel()
@@ -21,7 +22,7 @@ def _opens(state, cell, ahead, across, strict):
 
 
 @kernel(out=("state", "axis", "queue"), each=500, of="queue")
-def dead_ends(state, axis, queue, count, width, strict):
+def dead_ends(state, axis, queue, count, width, strict, halt):
     """Mark every gate from which, on one side of its passage, no live cell can be reached; to a fixed point.
 
     Parameters
@@ -40,7 +41,11 @@ def dead_ends(state, axis, queue, count, width, strict):
     top = u64(count)
     for i in range(top):
         axis[queue[i]] += 4
+    turns = 0
     while top > u64(0):
+        turns += 1
+        if turns % STRETCH == 0 and stopped(halt):
+            return
         top -= one
         p = queue[top] + u64(0)
         kind = axis[p] - 4

@@ -23,11 +23,11 @@ and luciferin have passes of their own, in :mod:`.descent`.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import fetch, kernel, u64
+from lampyris.kernels._jit import fetch, kernel, stopped, u64
 
 
 @kernel(out=("plan",))
-def lay_out(free, plan, width, pad, open_cell, shut):
+def lay_out(free, plan, width, pad, open_cell, shut, halt):
     """A map into its frame: ``shut`` in walls and border, ``open_cell`` in free cells."""
     inside = u64(width - 2 * pad)
     at = u64(width * pad + pad)
@@ -35,6 +35,8 @@ def lay_out(free, plan, width, pad, open_cell, shut):
         plan[i] = shut
     seam = u64(2 * pad)
     for row in range(u64(0), u64(len(free)), inside):
+        if stopped(halt):
+            return
         for x in range(inside):
             plan[at + x] = open_cell if free[row + x] else shut
         at += inside
@@ -46,10 +48,10 @@ def lay_out(free, plan, width, pad, open_cell, shut):
 
 
 @kernel(out=("cost", "fresh", "order", "level_cost", "level_end"))
-def one_head(free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, never):
+def one_head(free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, never, halt):
     """Settle every cell that can reach the goal by straight steps; arguments as for :func:`two_heads`."""
-    lay_out(free, cost, width, 1, never, -1)
-    lay_out(free, fresh, width, 1, 1, 0)
+    lay_out(free, cost, width, 1, never, -1, halt)
+    lay_out(free, fresh, width, 1, 1, 0, halt)
     w = u64(width)
     one = u64(1)
     ahead = u64(24)
@@ -65,6 +67,8 @@ def one_head(free, cost, fresh, order, level_cost, level_end, width, goal, stop,
     # With the level of the goal all is done if that is where to stop.
     while head < tail and stop != goal:
         begin = tail
+        if stopped(halt):
+            return levels
         d += straight
         for i in range(head, begin):
             p = order[i]
@@ -98,7 +102,9 @@ def one_head(free, cost, fresh, order, level_cost, level_end, width, goal, stop,
 
 
 @kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=900)
-def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, never):
+def two_heads(
+    free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, never, halt
+):
     """Settle every cell that can reach the goal, corners cut, level by level; return how many levels.
 
     Parameters
@@ -114,8 +120,8 @@ def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop
     goal, stop : cells; expansion ends with the level of ``stop``, 0 for never.
     never : more than any cost.
     """
-    lay_out(free, cost, width, 1, never, -1)
-    lay_out(free, fresh, width, 1, 1, 0)
+    lay_out(free, cost, width, 1, never, -1, halt)
+    lay_out(free, fresh, width, 1, 1, 0, halt)
     w = u64(width)
     one = u64(1)
     ahead = u64(24)
@@ -136,6 +142,8 @@ def two_heads(free, cost, fresh, order, level_cost, level_end, width, goal, stop
         by_straight = int(level_cost[near_level]) + straight if near_level < levels else by_diagonal + 1
         d = min(by_straight, by_diagonal)
         begin = tail
+        if stopped(halt):
+            return levels
         if by_diagonal == d:
             end = u64(level_end[far_level])
             for i in range(far, end):
@@ -254,7 +262,20 @@ def _leaps(order, fresh, p, w, tail):
 
 @kernel(out=("cost", "fresh", "order", "level_cost", "level_end"), each=2200)
 def three_heads(
-    free, cost, fresh, order, level_cost, level_end, width, goal, stop, straight, diagonal, knight, never
+    free,
+    cost,
+    fresh,
+    order,
+    level_cost,
+    level_end,
+    width,
+    goal,
+    stop,
+    straight,
+    diagonal,
+    knight,
+    never,
+    halt,
 ):
     """Settle every cell that can reach the goal by straights, diagonals and knight's moves, no corner cut.
 
@@ -262,8 +283,8 @@ def three_heads(
     and 1 more while nothing has touched them: both tests of a step are bits of one byte. A step's legality
     is that of its reverse, so that steps are looked at from the cell they come to.
     """
-    lay_out(free, cost, width, 2, never, -1)
-    lay_out(free, fresh, width, 2, 3, 0)
+    lay_out(free, cost, width, 2, never, -1, halt)
+    lay_out(free, fresh, width, 2, 3, 0, halt)
     w = u64(width)
     one = u64(1)
     ahead = u64(24)
@@ -287,6 +308,8 @@ def three_heads(
         by_straight = int(level_cost[near_level]) + straight if near_level < levels else by_knight + 1
         d = min(by_straight, by_diagonal, by_knight)
         begin = tail
+        if stopped(halt):
+            return levels
         if by_knight == d:
             end = u64(level_end[leap_level])
             for i in range(leap, end):

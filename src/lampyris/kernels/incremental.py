@@ -8,7 +8,8 @@ back, which touch the same cells.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import WAY, kernel, u64
+from lampyris.kernels._helpers import LOOK, STRETCH
+from lampyris.kernels._jit import WAY, kernel, stopped, u64
 from lampyris.kernels.heap import put
 
 GROUND, MASK, STRIDE, GOAL, ROBOT, ROBOT_X, ROBOT_Y, BIAS, SLOPE = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -38,11 +39,13 @@ def estimate(setup, cell):
 
 
 @kernel(out=("low", "key", "heap", "place"))
-def refile(low, key, heap, place, setup):
+def refile(low, key, heap, place, setup, halt):
     """Renew all keys after the robot has moved, and the order of the queue."""
     count = int(heap[0])
     heap[0] = 0
     for i in range(1, count + 1):
+        if i % LOOK == 0 and stopped(halt):
+            return
         # What is filed takes no more room than what has been read.
         cell = int(heap[i])
         key[u64(cell)] = low[u64(cell)] + estimate(setup, cell)
@@ -74,7 +77,7 @@ def look_ahead(free, weight, cost, u, jump, side, other, price, setup):
 
 
 @kernel(out=("way",), each=5000, of=WAY)
-def descend(free, weight, cost, jump, side, other, price, setup, way):
+def descend(free, weight, cost, jump, side, other, price, setup, way, halt):
     """The cheapest way from the robot to the goal, by costs that are right along every such way.
 
     In each cell the first step, in the order of the step set, that costs least with what its end costs: the
@@ -99,4 +102,6 @@ def descend(free, weight, cost, jump, side, other, price, setup, way):
         u = then
         way[length] = u
         length += 1
+        if length % STRETCH == 0 and stopped(halt):
+            return 0
     return length

@@ -50,7 +50,7 @@ one record: with everything taken up at once, in ten arrays, it took 0.9 (in a m
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import WAY, kernel, u64
+from lampyris.kernels._jit import WAY, kernel, stopped, u64
 from lampyris.kernels.bits import ahead, back, bit
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
@@ -251,10 +251,10 @@ def _heed(
 
 
 @kernel()
-def _count(nodes, x, y, i):
+def _count(nodes, x, y, i, halt):
     """How many cells the way over node i to a cell has."""
     cells = 1
-    while i >= 0:
+    while i >= 0 and not stopped(halt):
         cells += max(abs(x - nodes[6 * i]), abs(y - nodes[6 * i + 1]))
         x = nodes[6 * i]
         y = nodes[6 * i + 1]
@@ -263,7 +263,7 @@ def _count(nodes, x, y, i):
 
 
 @kernel(out=("path",), each=2000, of=WAY)
-def unroll(nodes, x, y, i, path):
+def unroll(nodes, x, y, i, path, halt):
     """Write the way over node i to a cell down, cell by cell.
 
     Parameters
@@ -277,7 +277,7 @@ def unroll(nodes, x, y, i, path):
     path[0] = x - 1
     path[1] = y - 1
     # From each node come diagonals, then straights: backwards straights, until both distances are equal.
-    while i >= 0:
+    while i >= 0 and not stopped(halt):
         to_x = nodes[6 * i]
         to_y = nodes[6 * i + 1]
         while x != to_x or y != to_y:
@@ -297,7 +297,7 @@ def unroll(nodes, x, y, i, path):
 def jump(
     words, east, south, west, north, stride, rise, width,
     start_x, start_y, goal_x, goal_y, budget, straight, diagonal, cutting, steps, turns,
-    found, node, nodes, heap, state,
+    found, node, nodes, heap, state, halt,
 ):  # fmt: skip
     """Cheapest way between two cells.
 
@@ -354,7 +354,8 @@ def jump(
     expansions = 0
     ending = EXHAUSTED
     while state[1] > 0 and heap[0] < state[2]:
-        if expansions == budget:
+        # A jump point may be a scan of the whole map: each is worth a look.
+        if expansions == budget or stopped(halt):
             ending = LIMIT
             break
         expansions += 1
@@ -383,6 +384,6 @@ def jump(
         ending = FOUND
     state[0] = ending
     state[1] = expansions
-    state[2] = _count(nodes, goal_x, goal_y, last) if ending == FOUND else 0
+    state[2] = _count(nodes, goal_x, goal_y, last, halt) if ending == FOUND else 0
     state[3] = best if ending == FOUND else -1
     state[4] = last

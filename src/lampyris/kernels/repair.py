@@ -24,7 +24,8 @@ Maps are padded and flat, as :mod:`.wavefront` leaves them. Steps come in pairs,
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import LOOK
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.calendar import AWAY, RING, file, join, leave, refill
 
 LISTED, MOVED = 1, 2
@@ -39,6 +40,7 @@ cost, cells that a wave left from, parents looked at, luciferin formed."""
 def mend(
     free, weight, cost, step, luciferin, after, before, mark, seen, turned, now_free, graded, now_weight,
     jump, side, other, price, ground, mask, goal, shift, hopeless, most, never, keep, gamma, unit, work,
+    halt,
 ):  # fmt: skip
     """Take in changed cells and mend the field; return 0 if it has to be solved anew instead.
 
@@ -77,27 +79,30 @@ def mend(
         work[ENOUGH] = 1
     else:
         count = _doubt(
-            free, weight, cost, step, after, before, mark, seen, count, jump, side, other, price, ground, mask
-        )
+            free, weight, cost, step, after, before, mark, seen, count,
+            jump, side, other, price, ground, mask, halt,
+        )  # fmt: skip
         if count > hopeless:
             work[ENOUGH] = 1
     if work[ENOUGH] == 0:
         count = _lose(
             free, weight, cost, step, after, before, mark, seen, count,
-            jump, side, other, price, ground, mask, shift, most, work,
+            jump, side, other, price, ground, mask, shift, most, work, halt,
         )  # fmt: skip
     if work[ENOUGH] == 0:
         count = _settle(
             free, weight, cost, after, before, mark, seen, count,
-            jump, side, other, price, ground, mask, shift, most, never, work,
+            jump, side, other, price, ground, mask, shift, most, never, work, halt,
         )  # fmt: skip
     if work[ENOUGH] == 0:
         count = _choose(
             free, weight, cost, step, luciferin, after, before, mark, seen, count,
-            jump, side, other, price, ground, mask,
+            jump, side, other, price, ground, mask, halt,
         )  # fmt: skip
         work[LOOKED] = count
-        _glow(cost, step, luciferin, after, before, jump, shift, keep, gamma, unit, work)
+        if stopped(halt):
+            return 0  # some parents are not chosen yet
+        _glow(cost, step, luciferin, after, before, jump, shift, keep, gamma, unit, work, halt)
     for i in range(count):
         mark[u64(seen[i])] = 0
     if work[ENOUGH] == 0:
@@ -138,7 +143,7 @@ def _write(free, weight, cost, mark, seen, turned, now_free, graded, now_weight,
 
 @kernel(out=("after", "before", "mark", "seen"))
 def _doubt(
-    free, weight, cost, step, after, before, mark, seen, count, jump, side, other, price, ground, mask
+    free, weight, cost, step, after, before, mark, seen, count, jump, side, other, price, ground, mask, halt
 ):
     """List the neighbours of the changed cells too; those that may lose their cost wait afterwards.
 
@@ -146,6 +151,8 @@ def _doubt(
     """
     last = count
     for i in range(count):
+        if i % LOOK == 0 and stopped(halt):
+            break
         f = u64(seen[i])
         for k in range(len(jump)):
             u = f + u64(jump[k])
@@ -168,14 +175,19 @@ def _doubt(
 @kernel(out=("cost", "after", "before", "mark", "seen", "work"))
 def _lose(
     free, weight, cost, step, after, before, mark, seen, count,
-    jump, side, other, price, ground, mask, shift, most, work,
+    jump, side, other, price, ground, mask, shift, most, work, halt,
 ):  # fmt: skip
     """Take the cost from all waiting cells, and from those that rely on them, that nothing supports."""
     n = len(free)
+    turns = 0
     while after[u64(n + RING)] != n + RING:
         first = refill(cost, after, before, n, shift, work)
         bucket = first
         while bucket <= work[LAST] and count <= most:
+            turns += 1
+            if turns % LOOK == 0 and stopped(halt):
+                work[ENOUGH] = 1
+                return count
             end = n + (bucket & (RING - 1))
             cell = after[u64(end)]
             if cell == end:
@@ -215,14 +227,18 @@ def _lose(
 @kernel(out=("cost", "after", "before", "mark", "seen", "work"))
 def _settle(
     free, weight, cost, after, before, mark, seen, count,
-    jump, side, other, price, ground, mask, shift, most, never, work,
+    jump, side, other, price, ground, mask, shift, most, never, work, halt,
 ):  # fmt: skip
     """Offer all cells seen so far what their neighbours have, and let a wave go on from there.
 
     Every cost that is left is one that can be had, so it may be offered at once, final or not.
     """
     n = len(free)
+    turns = 0
     for i in range(count):
+        if i % LOOK == 0 and stopped(halt):
+            work[ENOUGH] = 1
+            return count
         u = u64(seen[i])
         if free[u] == 0 or cost[u] == 0:
             continue
@@ -243,6 +259,10 @@ def _settle(
         first = refill(cost, after, before, n, shift, work)
         bucket = first
         while bucket <= work[LAST]:
+            turns += 1
+            if turns % LOOK == 0 and stopped(halt):
+                work[ENOUGH] = 1
+                return count
             end = n + (bucket & (RING - 1))
             cell = after[u64(end)]
             if cell == end:
@@ -278,13 +298,15 @@ def _settle(
 @kernel(out=("step", "luciferin", "after", "before", "mark", "seen"))
 def _choose(
     free, weight, cost, step, luciferin, after, before, mark, seen, count,
-    jump, side, other, price, ground, mask,
+    jump, side, other, price, ground, mask, halt,
 ):  # fmt: skip
     """Parents of all cells seen, and of their neighbours whose parent may be another now; what changed waits
     beyond the ring afterwards. Returns how many were looked at."""
     beyond = len(free) + RING
     last = count
     for i in range(count):
+        if i % LOOK == 0 and stopped(halt):
+            return last
         u = u64(seen[i])
         if mark[u] & MOVED == 0:
             continue
@@ -301,6 +323,8 @@ def _choose(
                 seen[last] = x
                 last += 1
     for i in range(last):
+        if i % LOOK == 0 and stopped(halt):
+            return last
         u = u64(seen[i])
         c = cost[u]
         if c <= 0:
@@ -322,13 +346,17 @@ def _choose(
 
 
 @kernel(out=("luciferin", "after", "before", "work"))
-def _glow(cost, step, luciferin, after, before, jump, shift, keep, gamma, unit, work):
+def _glow(cost, step, luciferin, after, before, jump, shift, keep, gamma, unit, work, halt):
     """Luciferin of the waiting cells, and of all below them in the tree as far as it changes."""
     n = len(cost)
+    turns = 0
     while after[u64(n + RING)] != n + RING:
         first = refill(cost, after, before, n, shift, work)
         bucket = first
         while bucket <= work[LAST]:
+            turns += 1
+            if turns % LOOK == 0 and stopped(halt):
+                return
             end = n + (bucket & (RING - 1))
             cell = after[u64(end)]
             if cell == end:

@@ -26,7 +26,8 @@ never the three towards the west (see ``first`` and ``follow``). This is the par
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import LOOK, STRETCH
+from lampyris.kernels._jit import kernel, stopped, u64
 
 FOUND, EXHAUSTED, LIMIT = 0, 1, 2
 
@@ -38,7 +39,7 @@ SPAN = 2**51
 def search(
     free, stride, start, goal, budget, base,
     offset, via, across, dx, dy, cost, first, follow, slope, slot, shift, queues,
-    after, before, f, step, result,
+    after, before, f, step, result, halt,
 ):  # fmt: skip
     """Cheapest way from start to goal; or, without a goal, everything that can be reached.
 
@@ -115,7 +116,7 @@ def search(
         if cell == goal:
             ending = FOUND
             break
-        if expansions == budget:
+        if expansions == budget or (expansions % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         expansions += 1
@@ -173,6 +174,8 @@ def search(
             cell = cell - offset[step[cell]]
             after[length] = cell
             length += 1
+            if length % STRETCH == 0 and stopped(halt):
+                break
     result[0] = ending
     result[1] = expansions
     result[2] = length

@@ -10,7 +10,7 @@ width + 2``.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, lowest, u64
+from lampyris.kernels._jit import kernel, lowest, stopped, u64
 from lampyris.kernels.ahead import walk_known
 from lampyris.kernels.pace import OF_GOAL, OF_WAITING, pace
 from lampyris.kernels.window import ARRIVED, AT, BODY, FIRST, HEMMED, LENGTH, LOOKED, STOP, WALL
@@ -183,7 +183,7 @@ def ask(
     state, where, taken, left, step_x, step_y, free, stride, cutting, offsets, horizon,
     cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
-    known, marks, lower,
+    known, marks, lower, halt,
 ):  # fmt: skip
     """Plan from where the robot stands; False if that is for the loop, because it would mend.
 
@@ -207,7 +207,7 @@ def ask(
     code = walk_known(
         cost, luc, step, shut, terrain, setup, tally, path,
         ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
-        known, marks, state[MARKED], lower, horizon,
+        known, marks, state[MARKED], lower, horizon, halt,
     )  # fmt: skip
     for k in range(state[MARKED]):
         shut[marks[2 * k + 1] * stride + marks[2 * k]] &= WALL
@@ -244,7 +244,7 @@ def drive_ticks(
     free, stride, robot_cuts, offsets, goal, horizon, law, counted, blocked, height, nodes, why,
     cost, luc, step, shut, terrain, setup, tally, path,
     ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
-    known, marks, lower,
+    known, marks, lower, halt,
 ):  # fmt: skip
     """Tick on until there is an outcome or this block's draws are used up; see :func:`run` of the loop.
 
@@ -271,13 +271,15 @@ def drive_ticks(
             state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets, horizon,
             cost, luc, step, shut, terrain, setup, tally, path,
             ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
-            known, marks, lower,
+            known, marks, lower, halt,
         ) or state[STEPS] < 0:  # fmt: skip
             return ELSEWHERE
         if state[LAST_TICK] < 0:
             state[LAST_TICK] = 10 * (height + stride - 2) + 4 * state[STEPS]
     block = len(draws) // (count + 2)
     for tick in range(block):
+        if stopped(halt):
+            return ELSEWHERE
         state[NOW] += 1
         now = state[NOW]
         told[now] = 0
@@ -305,7 +307,7 @@ def drive_ticks(
                 state, where, taken, left, step_x, step_y, free, stride, robot_cuts, offsets, horizon,
                 cost, luc, step, shut, terrain, setup, tally, path,
                 ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
-                known, marks, lower,
+                known, marks, lower, halt,
             ):  # fmt: skip
                 return ELSEWHERE
             if state[UNTIL] > 0:

@@ -18,7 +18,8 @@ is a consistent bound of the ticks that are left.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel
+from lampyris.kernels._helpers import LOOK, STRETCH
+from lampyris.kernels._jit import kernel, stopped
 from lampyris.kernels.heap import put, take
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
@@ -28,7 +29,7 @@ NEVER = 2**40
 
 
 @kernel(out=("steps", "queue"))
-def steps_to_go(free, offset, via, across, goal, steps, queue):
+def steps_to_go(free, offset, via, across, goal, steps, queue, halt):
     """Least number of steps from each cell to the goal, by a breadth-first wave; how many cells it reached.
 
     Parameters
@@ -46,6 +47,8 @@ def steps_to_go(free, offset, via, across, goal, steps, queue):
     head = 0
     tail = 1
     while head < tail:
+        if head % STRETCH == 0 and stopped(halt):
+            break
         u = queue[head]
         head += 1
         for k in range(len(offset)):
@@ -87,7 +90,7 @@ def _is_safe(begin, end, low, high, tick):
 def sipp(
     free, offset, via, across, price, toll, steps, rest, slot, first, begin, end, owner, barred, ban,
     start, goal, tick, stay, horizon, budget,
-    arrive, paid, came, done, heap, place, key, tie, result,
+    arrive, paid, came, done, heap, place, key, tie, result, halt,
 ):  # fmt: skip
     """Safe interval path planning (Phillips and Likhachev, ICRA 2011): the earliest arrival at the goal.
 
@@ -136,7 +139,7 @@ def sipp(
             ending = FOUND
             final = node
             break
-        if expansions == budget:
+        if expansions == budget or (expansions % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         expansions += 1
@@ -188,7 +191,7 @@ def sipp(
 def space_time(
     free, offset, via, across, price, toll, steps, rest, slot, first, begin, end, barred, ban,
     start, goal, tick, still, horizon, budget,
-    table, cell, arrive, paid, came, done, heap, place, key, tie, result,
+    table, cell, arrive, paid, came, done, heap, place, key, tie, result, halt,
 ):  # fmt: skip
     """A* over cells and ticks (Silver, AIIDE 2005, for one robot): the earliest arrival at the goal.
 
@@ -229,7 +232,7 @@ def space_time(
             ending = FOUND
             final = node
             break
-        if expansions == budget:
+        if expansions == budget or (expansions % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         if states + len(offset) + 1 > room:

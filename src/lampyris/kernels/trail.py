@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import WAY, kernel, u64
+from lampyris.kernels._helpers import STRETCH
+from lampyris.kernels._jit import WAY, kernel, stopped, u64
 
 
 @kernel(out=("path",), each=2000, of=WAY)
-def trail(step, jump, cell, path):
+def trail(step, jump, cell, path, halt):
     """Write down the cells from one to the goal; return how many.
 
     Parameters
@@ -20,6 +21,8 @@ def trail(step, jump, cell, path):
     path[count] = cell
     k = int(step[u64(cell)])
     while k >= 0:
+        if count % STRETCH == 0 and stopped(halt):
+            break
         cell += jump[u64(k)]
         count += 1
         path[u64(count)] = cell

@@ -13,12 +13,12 @@ into itself. As in :mod:`.heads`, a neighbour is written at the end of a list un
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import fetch, kernel, u64
+from lampyris.kernels._jit import fetch, kernel, stopped, u64
 from lampyris.kernels.heads import lay_out
 
 
 @kernel(out=("cost", "order"), each=600)
-def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, guard, never):
+def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, guard, never, halt):
     """Settle every cell that can reach the goal, window by window of width ``straight``; return how many.
 
     Parameters
@@ -30,7 +30,7 @@ def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, gua
     goal, stop : cells; what costs more than ``stop`` is not settled; 0 for never.
     guard : -1 if both side cells of a diagonal must be free, 0 if not.
     """
-    lay_out(free, cost, width, 1, never, -1)
+    lay_out(free, cost, width, 1, never, -1, halt)
     w = u64(width)
     one = u64(1)
     ahead = u64(24)
@@ -46,6 +46,8 @@ def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, gua
     # Where corners may be cut the next window can be empty while diagonals wait beyond it.
     while head < end or waiting > late:
         hi_next = hi + straight
+        if stopped(halt):
+            return head
         # Those that waited, less those that a cheaper way has brought in meanwhile.
         for i in range(late, waiting):
             order[tail] = order[i]
@@ -123,7 +125,9 @@ def windows(free, cost, order, bench, width, goal, stop, straight, diagonal, gua
 
 
 @kernel(out=("cost", "order"), each=3000)
-def ripple(free, cost, order, ends, bench, jump, side, other, price, width, pad, goal, stop, straight, never):
+def ripple(
+    free, cost, order, ends, bench, jump, side, other, price, width, pad, goal, stop, straight, never, halt
+):
     """Settle every cell that can reach the goal by any step set, window by window; return how many.
 
     Parameters
@@ -138,7 +142,7 @@ def ripple(free, cost, order, ends, bench, jump, side, other, price, width, pad,
     pad : width of the border.
     price : exact costs, (m,); every one from ``straight`` to below three times that.
     """
-    lay_out(free, cost, width, pad, never, -1)
+    lay_out(free, cost, width, pad, never, -1, halt)
     late = u64(bench)
     later = late + late
     one = u64(1)
@@ -154,6 +158,8 @@ def ripple(free, cost, order, ends, bench, jump, side, other, price, width, pad,
     # Up to two windows in a row may be empty while a long step is on its way.
     while head < end or ends[1] > late or ends[2] > later:
         hi_next = hi + straight
+        if stopped(halt):
+            return head
         hi_after = hi_next + straight
         tail = end
         for i in range(late, u64(ends[1])):

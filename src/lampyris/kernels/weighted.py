@@ -25,14 +25,14 @@ gets cheaper (1.4 to 1.8 times); a binary heap (4 to 6 times); one table of step
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import fetch, kernel, u64
+from lampyris.kernels._jit import fetch, kernel, stopped, u64
 
 TERRAIN_UNIT = 63
 """What plain ground weighs."""
 
 
 @kernel(out=("cost", "weight"), each=150)
-def lay_out(free, terrain, cost, weight, width, pad, never):
+def lay_out(free, terrain, cost, weight, width, pad, never, halt):
     """A map and its terrain into their frame.
 
     Parameters
@@ -51,6 +51,8 @@ def lay_out(free, terrain, cost, weight, width, pad, never):
         weight[i] = 0
     seam = u64(2 * pad)
     for row in range(u64(0), u64(len(free)), inside):
+        if stopped(halt):
+            return
         for x in range(inside):
             cost[at + x] = never if free[row + x] else -1
         for x in range(inside):
@@ -195,7 +197,7 @@ def _leaps(cost, order, p, c, w, tail, never):
 @kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=800)
 def settle(
     weight, cost, order, toll, load, links, heads, bench, width, goal, stop, straight, diagonal, knight,
-    guard, shift, mask, never,
+    guard, shift, mask, never, halt,
 ):  # fmt: skip
     """Settle every cell that can reach the goal by four, eight or sixteen steps; return how many, 0 if costs
     outgrow ``never``.
@@ -265,6 +267,8 @@ def settle(
         if waiting == zero:
             return tail
         bucket += 1
+        if stopped(halt):
+            return tail
         if (bucket + 1) << shift > dearest:
             return zero
         s = u64(bucket) & u64(mask)
@@ -303,7 +307,7 @@ def settle(
 @kernel(out=("cost", "order", "toll", "load", "links", "heads"), each=2500)
 def any_steps(
     weight, cost, order, toll, load, links, heads, bench, first, jump, side, other, price, goal, stop, shift,
-    mask, never,
+    mask, never, halt,
 ):  # fmt: skip
     """Settle every cell that can reach the goal by any step set; return how many, 0 if costs outgrow
     ``never``.
@@ -350,6 +354,8 @@ def any_steps(
         if waiting == zero:
             return tail
         bucket += 1
+        if stopped(halt):
+            return tail
         if (bucket + 1) << shift > dearest:
             return zero
         for j in range(kinds):

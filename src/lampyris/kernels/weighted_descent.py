@@ -5,12 +5,12 @@ Maps are padded and flat, as :mod:`.weighted` leaves them.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.weighted import TERRAIN_UNIT
 
 
 @kernel(out=("cost", "step", "near", "far"), each=600)
-def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, guard, limit):
+def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, guard, limit, halt):
     """The local parent rule for eight moves over terrain; costs above ``limit`` become -1.
 
     For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at
@@ -26,6 +26,8 @@ def parents8(cost, weight, step, near, far, width, rows, straight, diagonal, gua
     _departures(cost, weight, near, far, u64(0), a, w, straight, diagonal)
     _departures(cost, weight, near, far, w, b, w, straight, diagonal)
     for y in range(u64(rows - 2)):
+        if stopped(halt):
+            return
         begin = y * w
         _departures(cost, weight, near, far, begin + w + w, c, w, straight, diagonal)
         here = begin + w + one
@@ -75,10 +77,12 @@ def _departures(cost, weight, near, far, row, place, width, straight, diagonal):
 
 
 @kernel(out=("cost", "step"), each=1700)
-def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limit):
+def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limit, halt):
     """The same for any step set (``price``: of each step, in the order of ``step``)."""
     w = u64(width)
     for y in range(u64(pad), u64(rows - pad)):
+        if stopped(halt):
+            return
         begin = y * w + u64(pad)
         end = begin + w - u64(2 * pad)
         for j in range(len(jump)):
@@ -93,5 +97,8 @@ def parents(cost, weight, step, width, rows, pad, jump, side, other, price, limi
                 offered = here + base * (TERRAIN_UNIT + weight[at + ahead])
                 free = (here | cost[at + first] | cost[at + second]) >= 0
                 step[at] = k if (offered == c) & free & (c <= limit) else step[at]
-    for i in range(u64(len(cost))):
-        cost[i] = cost[i] if cost[i] <= limit else -1
+    for y in range(u64(rows)):
+        if stopped(halt):
+            return
+        for i in range(y * w, y * w + w):
+            cost[i] = cost[i] if cost[i] <= limit else -1

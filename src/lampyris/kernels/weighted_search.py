@@ -15,7 +15,8 @@ searches, each counting from a base ``span`` lower than the last.
 
 from __future__ import annotations
 
-from lampyris.kernels._jit import kernel, u64
+from lampyris.kernels._helpers import LOOK, STRETCH
+from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.search import EXHAUSTED, FOUND, LIMIT
 
 TERRAIN_UNIT = 63
@@ -84,7 +85,7 @@ def sink(keys, ties, items, place, size, at, key, tie, item):
 def weighted_search(
     free, weight, stride, start, goal, budget, base, span,
     offset, via, across, dx, dy, price, first, follow, slope,
-    keys, ties, items, place, g, step, result,
+    keys, ties, items, place, g, step, result, halt,
 ):  # fmt: skip
     """Cheapest way from start to goal; or, without a goal, everything that can be reached.
 
@@ -122,7 +123,7 @@ def weighted_search(
         if cell == goal:
             ending = FOUND
             break
-        if expansions == budget:
+        if expansions == budget or (expansions % LOOK == 0 and stopped(halt)):
             ending = LIMIT
             break
         expansions += 1
@@ -167,6 +168,8 @@ def weighted_search(
             cell = cell - offset[step[cell]]
             items[length] = cell
             length += 1
+            if length % STRETCH == 0 and stopped(halt):
+                break
     result[0] = ending
     result[1] = expansions
     result[2] = length

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.kernels._jit import WAY, kernel
+from lampyris.kernels._jit import WAY, kernel, stopped
 
 WALL, BODY, GATE = 1, 2, 4
 """Bits of ``shut``: never free; under a moving obstacle now; free, but a gate one has yet to stand before."""
@@ -292,7 +292,7 @@ def note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at,
 def walk(
     cost, luc, step, shut, terrain, setup, tally, draws, path, log,
     ring_dx, ring_dy, ring_at, near, far, price,
-    wall, toll, mark, dist, queue, queued, way,
+    wall, toll, mark, dist, queue, queued, way, halt,
 ):  # fmt: skip
     """Jump from window to window until the goal or a reason to stop; return that reason.
 
@@ -317,7 +317,8 @@ def walk(
         at = tally[AT]
         if at == setup[GOAL]:
             return ARRIVED
-        if tally[JUMPS] >= tally[STOP]:
+        # Between two jumps a walk can be taken up again.
+        if tally[JUMPS] >= tally[STOP] or stopped(halt):
             return PAUSED
         if tally[LENGTH] + len(way) > len(path):
             return FULL

@@ -25,6 +25,7 @@ class Status(StrEnum):
     HEMMED_IN = "hemmed-in"
     ITERATION_LIMIT = "iteration-limit"
     LIMIT = "limit"
+    CANCELLED = "cancelled"
 
     @property
     def sentence(self) -> str:
@@ -43,6 +44,7 @@ _SENTENCES = {
     Status.HEMMED_IN: "Moving obstacles stand on every acceptable neighbour of the robot.",
     Status.ITERATION_LIMIT: "Stopped at iter_max before the goal was reached.",
     Status.LIMIT: "Stopped at the budget before the search was over.",
+    Status.CANCELLED: "Stopped because somebody asked for it.",
 }
 
 

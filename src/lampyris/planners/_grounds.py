@@ -59,8 +59,8 @@ class Grounds:
                 self._kept.append(kept)
         if kept is None:
             kept = self._new()
+        self._kept.remove(kept)  # for good, if mending it is stopped half way
         self._bring(kept, cells)
-        self._kept.remove(kept)
         self._kept.append(kept)
         return kept.mender.padded
 

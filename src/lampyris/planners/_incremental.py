@@ -17,6 +17,7 @@ from lampyris.model.scene import Scene
 from lampyris.planners._copies import Copied
 from lampyris.planners._graph import GridSearch
 from lampyris.planners._incremental_search import LIMIT, Ground, Search
+from lampyris.planners._limits import limited
 from lampyris.planners._living import LivingMap
 from lampyris.planners._why_not import why_not
 from lampyris.planners.base import Budget
@@ -60,7 +61,14 @@ class IncrementalSession(Copied):
         self._search = self._make(
             Ground(self._map.free, self._map.terrain, moves, *ends, informed=self._informed)
         )
+        self._torn = False
 
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`. A search that was stopped goes on from there."""
+        self._torn = self._torn or anywhere
+        return self._name
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The cheapest way from where the robot is to the goal; see
         :meth:`lampyris.planners.base.Session.plan`.
@@ -83,14 +91,19 @@ class IncrementalSession(Copied):
     def _take(self, change: Change) -> None:
         """Hand on to the search where the robot is and which cells are other than before."""
         altered = self._map.take(change)
-        if change.robot is not None and change.robot != self._robot:
+        torn, self._torn = self._torn, True  # until this is over
+        moved = change.robot is not None and change.robot != self._robot
+        if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
-            self._search.move(self._robot)
-        if self._map.terrain is not None and self._moves.scale == 1:
-            # The first terrain on this map: every cost has another unit now.
+        unit = self._map.terrain is not None and self._moves.scale == 1
+        if torn or unit:
+            # A call was stopped in here; or the first terrain on this map: every cost has another unit now.
             self._covered = frozenset()
             altered = []
-            self._begin(self._moves.weighed())
+            self._begin(self._moves.weighed() if unit else self._moves)
+            self._torn = True
+        elif moved:
+            self._search.move(self._robot)
         inside, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
         covered = frozenset((int(x), int(y)) for x, y in change.obstacles if inside((x, y))).difference(ends)
         cells = list(dict.fromkeys(altered + sorted(covered ^ self._covered)))
@@ -102,6 +115,7 @@ class IncrementalSession(Copied):
                 free[[c in covered for c in cells]] = 0
             weights = np.zeros(len(cells), np.uint8) if terrain is None else terrain[y, x]
             self._search.edit(self._search.ground.indices(x, y), free, weights)
+        self._torn = False
 
     def _answer(self, among_obstacles: bool, budget: int | None) -> Plan:
         (x, y), (u, v) = self._robot, self._scene.goal

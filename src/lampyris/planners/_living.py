@@ -6,6 +6,7 @@ import numpy as np
 
 from lampyris.errors import SettingError
 from lampyris.field.layers import free_cells
+from lampyris.halting import unheard
 from lampyris.model.change import Change
 from lampyris.model.grid import MAX_TERRAIN, Grid
 from lampyris.model.scene import Scene
@@ -58,6 +59,10 @@ class LivingMap:
                 )
         if not (change.blocked or change.freed or change.terrain):
             return []
+        with unheard():
+            return self._write(change)
+
+    def _write(self, change: Change) -> list[Cell]:
         self.revision += 1
         turned = dict.fromkeys(change.freed, False) | dict.fromkeys(change.blocked, True)
         width, walls = self._walls.shape[1], _bytes(self._walls)

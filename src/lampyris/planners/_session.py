@@ -16,6 +16,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._copies import Copied
 from lampyris.planners._graph import Answer, GridSearch
+from lampyris.planners._limits import limited
 from lampyris.planners._terrain_graph import TerrainSearch, search_of
 from lampyris.planners._why_not import why_not
 from lampyris.planners.base import Budget
@@ -55,14 +56,17 @@ class GraphSession(Copied):
         self._name = name
         self._make = make
         self._optimal = optimal
-        self._moves = moves_for(scene)
         self._robot = scene.start
-        self._free = free_space(scene)
+        self._search: Search | None = None
+        self._see()
         self._search = make(self._free, scene.grid.terrain, self._moves)
 
     @property
     def search(self) -> Search:
         """What it searches with."""
+        if self._search is None:
+            self._see()
+            self._search = self._make(self._free, self._scene.grid.terrain, self._moves)
         return self._search
 
     @property
@@ -70,6 +74,17 @@ class GraphSession(Copied):
         """Where the robot may be, moving obstacles left out; bool (height, width)."""
         return self._free
 
+    def _see(self) -> None:
+        self._moves = moves_for(self._scene)
+        self._free = free_space(self._scene)
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`. Kernels that stop leave all as it was before."""
+        if anywhere:
+            self._search = None
+        return self._name
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The way from where the robot is to the goal.
 
@@ -96,20 +111,21 @@ class GraphSession(Copied):
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:
             self._scene = scene
-            self._moves = moves_for(scene)
-            self._free = free_space(scene)
-            if not self._search.take(self._free, scene.grid.terrain):
-                self._search = self._make(self._free, scene.grid.terrain, self._moves)
+            made, self._search = self._search, None
+            if made is not None:
+                self._see()
+                if made.take(self._free, scene.grid.terrain):
+                    self._search = made
 
     def _answer(self, change: Change, budget: int | None, timing: dict[str, float]) -> Plan:
-        start, goal = self._robot, self._scene.goal
+        start, goal, search = self._robot, self._scene.goal, self.search
         if not self._free[start[1], start[0]]:
             return Plan(Status.START_OCCUPIED, self._name)
         if not self._free[goal[1], goal[0]]:
             return Plan(Status.GOAL_OCCUPIED, self._name)
         contains = self._scene.grid.contains
         closed = sorted(c for c in change.obstacles if c not in (start, goal) and contains(c))
-        answer = self._search.way(start, goal, budget, closed)
+        answer = search.way(start, goal, budget, closed)
         if answer.pack_s is not None:
             timing["pack_s"] = answer.pack_s
         if answer.cells is not None:
@@ -126,8 +142,8 @@ class GraphSession(Copied):
             )
         if answer.ending == LIMIT:
             return Plan(Status.LIMIT, self._name, iterations=1, expansions=answer.expansions)
-        if isinstance(self._search, GridSearch | TerrainSearch):
-            finder, here = self._search, None if closed else answer.expansions
+        if isinstance(search, GridSearch | TerrainSearch):
+            finder, here = search, None if closed else answer.expansions
         else:
             # What it expands are not the cells of one region: jump points, or cells around either end.
             finder, here = search_of(self._free, self._scene.grid.terrain, self._moves), None

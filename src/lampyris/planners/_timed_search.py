@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lampyris.field.frame import SCRATCH
 from lampyris.field.solve import solve
+from lampyris.halting import look
 from lampyris.kernels.timed import EXHAUSTED, FOUND, FULL, LIMIT, NEVER, sipp, space_time, steps_to_go
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
@@ -127,7 +128,12 @@ class TimedSearch:
             np.empty(n, dtype=np.int32),
         )
         exact = solve(free, moves, goal, terrain=terrain).exact
-        self._rest = np.pad(exact.astype(np.int64), 1, constant_values=-1).ravel()
+        look()
+        rest = np.full((exact.shape[0] + 2, exact.shape[1] + 2), -1, dtype=np.int64)
+        look()
+        rest[1:-1, 1:-1] = exact
+        self._rest = rest.ravel()
+        look()
         self._slot = np.full(n, -1, dtype=np.int32)
 
     def flat(self, cell: Cell) -> int:
@@ -140,16 +146,20 @@ class TimedSearch:
 
     def timetable(self, given: Forbidden) -> Timetable:
         """Lay out a forecast. Valid until the next one is laid out."""
+        look()
         at = np.stack((self._padded(given.at[:, 0]), given.at[:, 1]), axis=1)
         forever = np.stack((self._padded(given.forever[:, 0]), given.forever[:, 1]), axis=1)
         kinds = self._kind_of[(given.steps[:, 2] + 1) * 3 + given.steps[:, 3] + 1]
         may = kinds >= 0
         out = self._padded(given.steps[may, 0])
         code = given.steps[may, 1] * len(self._offset) + kinds[may]
+        look()
         touched = _distinct(np.concatenate((at[:, 0], forever[:, 0], out)))
+        look()
         self._slot[:] = -1
         self._slot[touched] = np.arange(len(touched), dtype=np.int32)
         begin, end, owner = _intervals(at, forever, touched)
+        look()
         first = np.searchsorted(owner, np.concatenate((touched, [len(self._slot)])))
         # One number for slot and code: sorting pairs by column takes twenty times as long.
         span = int(code.max(initial=0)) + 1
@@ -211,10 +221,12 @@ class TimedSearch:
         s = self.flat(start)
         room = 1 << 12
         while True:
+            look()
             hashed = np.full(2 * room, -1, dtype=np.int32)
             arrive, paid, key, tie = (np.zeros(room, dtype=np.int64) for _ in range(4))
             cell, came, place = (np.zeros(room, dtype=np.int32) for _ in range(3))
             result = np.zeros(4, dtype=np.int64)
+            look()
             space_time(
                 *self._ground(), table.slot, table.first, table.begin, table.end, table.barred, table.ban, s,
                 self._goal, tick, table.still, table.horizon, -1 if budget is None else budget, hashed, cell,

@@ -20,6 +20,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
+from lampyris.planners._limits import limited
 from lampyris.planners._timed_search import LIMIT, Route, TimedSearch, Timetable
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
@@ -102,7 +103,7 @@ class TimedSession(Copied):
 
     def _lay(self, scene: Scene) -> None:
         check_cells(scene.grid.blocked.size)
-        self._scene = scene
+        self._scene, self._laid = scene, False
         self._free: BoolGrid = free_space(scene)
         self._moves = _single(moves_for(scene))
         self._search: TimedSearch | None = None
@@ -110,7 +111,14 @@ class TimedSession(Copied):
         walkable = free_cells(scene.grid, 0.0)
         guess, growth = self._settings.forecast, self._settings.growth
         self._forecaster = Forecaster(walkable, own, guess=guess, growth=growth)
+        self._laid = True
 
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`."""
+        self._laid = self._laid and not anywhere
+        return self._name
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The earliest arrival among what is known and guessed of the obstacles.
 
@@ -127,8 +135,9 @@ class TimedSession(Copied):
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:
-            self._lay(scene)
             self._way = None
+        if scene is not self._scene or not self._laid:
+            self._lay(scene)
         made = self._answer(change, None if budget is None else budget.expansions)
         return replace(made, timing={"search_s": time.perf_counter() - began})
 

@@ -21,6 +21,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
+from lampyris.planners._limits import limited
 from lampyris.planners.ad_gso_session import AdGsoSession
 from lampyris.planners.base import Budget
 from lampyris.planners.edits import edited
@@ -61,7 +62,15 @@ class LayeredSession(Copied):
         self._margin = settings.keep_away
         self._given: Scene | None = None
         self._inner: AdGsoSession | None = None
+        self._settled = False
 
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`. The planner inside has let go by itself."""
+        if anywhere or not self._settled:
+            self._inner = None
+        return self._bare.name
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """As :meth:`AdGsoSession.plan`; the path's cost, and what it is compared with, are the real map's.
 
@@ -77,7 +86,9 @@ class LayeredSession(Copied):
         self._scene = scene
         spent = 0
         if self._inner is None or altered or self._is_shut(self._robot):
+            self._settled = False
             spent = self._settle()
+            self._settled = True
         if self._settings.warmth > 0:
             self._warm(change.obstacles)
         assert self._inner is not None

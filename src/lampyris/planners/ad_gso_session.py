@@ -19,6 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
 from lampyris.planners._grounds import Grounds
+from lampyris.planners._limits import limited
 from lampyris.planners._living import LivingMap
 from lampyris.planners.ad_gso_walk import NO_LIMIT, Flat, Trip, Walker, walls
 from lampyris.planners.base import Budget
@@ -51,6 +52,7 @@ class AdGsoSession(Copied):
         check_cells(scene.grid.blocked.size)
         self._settings = settings
         self._scene = scene
+        self._rng = rng
         self._robot = scene.start
         self._moves = moves_for(scene)
         self._map = LivingMap(scene)
@@ -73,7 +75,20 @@ class AdGsoSession(Copied):
             rng=rng,
             record=record,
         )
+        self._keep()
 
+    def _keep(self) -> None:
+        """Remember what a call changes as it goes along."""
+        self._before = self._closed, self._walled, self._hemmed, self._walker.drawn
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`."""
+        if anywhere:
+            self._grounds = self._new_grounds()
+        self._closed, self._walled, self._hemmed, self._walker.drawn = self._before
+        return self._settings.name
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """A way from where the robot is to the goal; see :meth:`lampyris.planners.base.Session.plan`.
 
@@ -83,6 +98,7 @@ class AdGsoSession(Copied):
         """
         change = Change() if change is None else change
         self._take(change)
+        self._keep()
         self._spent = 0
         here, goal = self._robot, self._scene.goal
         if not self._is_free(here):

@@ -13,7 +13,7 @@ from lampyris.kernels import window as w
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Candidate, Jump
-from lampyris.typing import Cell, Cells
+from lampyris.typing import Cell, Cells, Floats
 
 Flat = np.ndarray[Any, np.dtype[Any]]
 
@@ -98,6 +98,15 @@ class Walker:
         toll.fill(1)
         self._room = [wall, toll, *rest]
         self._first_path = 4 * (self._setup[w.WIDTH] + self._setup[w.HEIGHT]) + longest
+
+    @property
+    def drawn(self) -> tuple[Floats, int]:
+        """The draws taken from the generator beforehand, and how many of them are used; may be put back."""
+        return self._draws, self._drawn
+
+    @drawn.setter
+    def drawn(self, was: tuple[Floats, int]) -> None:
+        self._draws, self._drawn = was
 
     def start(self, at: int) -> Trip:
         """A trip that stands on a flat cell and has not moved."""

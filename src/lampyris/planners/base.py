@@ -5,12 +5,14 @@ Adding a planner is one file and one line: see CONTRIBUTING.md.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from lampyris.errors import SettingError
+from lampyris.halting import Stop
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
@@ -41,14 +43,30 @@ class Budget:
     Parameters
     ----------
     expansions : greatest number of cells expanded by one call of ``plan``; None: no limit.
+    seconds : of wall time for one call of ``plan``, > 0; None: no limit. The answer of a call that ran out of
+        it is ``limit``; it comes within 50 ms, or 5 % of the limit if that is more, once the compiled code
+        is loaded. Which calls run out of it depends on the machine; no other answer does.
+    stop : stops the call when it is set, from any thread; the answer is then ``cancelled``.
+
+    Raises
+    ------
+    SettingError : ``BUDGET``.
     """
 
     expansions: int | None = None
+    seconds: float | None = None
+    stop: Stop | None = None
 
     def __post_init__(self) -> None:
         e = self.expansions
         if e is not None and (not isinstance(e, int) or isinstance(e, bool) or e < 1):
             raise SettingError("BUDGET", f"expansions {e!r}", allowed="a whole number >= 1, or None")
+        s = self.seconds
+        real = isinstance(s, int | float) and not isinstance(s, bool)
+        if s is not None and not (real and 0 < s < math.inf):
+            raise SettingError("BUDGET", f"seconds {s!r}", allowed="a number > 0, or None")
+        if self.stop is not None and not isinstance(self.stop, Stop):
+            raise SettingError("BUDGET", f"stop {self.stop!r}", allowed="a lampyris.Stop, or None")
 
 
 @runtime_checkable

@@ -24,10 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.field.footprint import reach_of
+from lampyris.halting import look
 from lampyris.model.change import Seen
 from lampyris.model.grid import frozen
 from lampyris.typing import BoolGrid, Cell
 
+_PART = 1 << 17
+"""Places of bodies that are worked out between two looks at whether to go on."""
 _Ints = NDArray[np.int64]
 _EIGHT = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
 
@@ -156,6 +159,14 @@ class Forecaster:
         self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, *, stands: bool
     ) -> None:
         """Bodies that are on ``places`` (bodies, m, 2) at ``ticks``; ``stands``: and stay at the last."""
+        each = max(1, _PART // (places.shape[1] * len(cells)))
+        for k in range(0, len(places), each):
+            look()
+            self._drive_some(places[k : k + each], ticks, cells, notes, stands)
+
+    def _drive_some(
+        self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, stands: bool
+    ) -> None:
         met = _offsets(self._own, cells)
         now = places[:, :, None, :] + met
         when = np.broadcast_to(ticks[None, :, None], now.shape[:3])
@@ -223,6 +234,7 @@ class Forecaster:
         mask: NDArray[np.bool_] = np.zeros(window.shape, dtype=np.bool_)
         mask[cell[1] - y0, cell[0] - x0] = True
         for k in range(1, horizon + 1):
+            look()
             wide = np.pad(mask, 1)
             grown = mask.copy()
             for dx, dy in _EIGHT:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lampyris.halting import look
 from lampyris.planners import swarm_settings as check
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_session import Decode, SwarmPlanner, Task
@@ -173,6 +174,7 @@ class _Ants:
         taken: list[Ints] = []
         who: list[Ints] = []
         for _ in range(self._longest):
+            look()
             weights = self._weights(on_way, here[on_way])
             chosen = roulette(weights, self._rng.random(on_way.size))
             goes = weights[np.arange(on_way.size), chosen] > 0.0

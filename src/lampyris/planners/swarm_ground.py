@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris.field.layers import clearance
 from lampyris.field.solve import solve
+from lampyris.halting import look
 from lampyris.model.field import Field
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
@@ -30,6 +31,9 @@ THOUSAND = 1000
 
 WIDE = 2.0
 """Distance to walls, in cells beyond the robot's radius, from which on more of it is worth nothing."""
+
+PART = 1 << 18
+"""Cells of a whole map that are worked on between two looks at whether to go on."""
 
 _ROUND = ((1, 0), (2, 1), (1, 1), (1, 2))
 """A quarter of the sixteen directions in order; the others are these, turned."""
@@ -69,9 +73,9 @@ class Ground:
         self.stride = free.shape[1] + 2 * self._pad
         self.free: Flags = self._framed(free, False)
         self.shut: Flags = self._framed(~free, False)
-        self.to_go: Ints = self._framed(self.field.exact.astype(np.int64), -1)
+        self.to_go: Ints = self._framed(self.field.exact, -1, np.int64)
         terrain = scene.grid.terrain
-        self.terrain: Ints | None = None if terrain is None else self._framed(terrain.astype(np.int64), 0)
+        self.terrain: Ints | None = None if terrain is None else self._framed(terrain, 0, np.int64)
         rules = rules_of(moves, False)
         line = np.array([1, self.stride], dtype=np.int64)
         self.jump: Ints = np.stack((rules.dx, rules.dy), axis=1) @ line  # bits: whole numbers
@@ -80,8 +84,19 @@ class Ground:
         self.price: Ints = rules.cost
         self.number = {offset: k for k, offset in enumerate(moves.offsets)}
 
-    def _framed(self, inside: NDArray[Any], border: Any) -> NDArray[Any]:
-        return np.pad(inside, self._pad, constant_values=border).ravel()
+    def _framed(self, inside: NDArray[Any], border: Any, kind: Any = None) -> NDArray[Any]:
+        """A map in its border, flat; part by part, with a look before each."""
+        p = self._pad
+        height, width = self.open_cells.shape
+        framed = np.empty((height + 2 * p, self.stride), dtype=kind or inside.dtype)
+        framed[:p] = framed[height + p :] = border
+        part = max(1, PART // width)
+        for y in range(0, height, part):
+            look()
+            rows = framed[p + y : p + min(y + part, height)]
+            rows[:, :p] = rows[:, p + width :] = border
+            rows[:, p : p + width] = inside[y : y + part]
+        return framed.ravel()
 
     # ---- cells --------------------
 
@@ -131,15 +146,23 @@ class Ground:
     @cached_property
     def room(self) -> FloatGrid:
         """Distance from each cell's centre to the nearest wall, in cells, (height, width)."""
-        return clearance(self.scene.grid) / self.scene.grid.resolution
+        metres = clearance(self.scene.grid)
+        look()
+        return metres / self.scene.grid.resolution
 
     @cached_property
     def nearness(self) -> Ints:
         """How near walls are, in thousandths, int64, flat: 0 from :data:`WIDE` on, 1000 at a wall."""
         grid, robot = self.scene.grid, self.scene.robot
         reach = WIDE + robot.radius / grid.resolution
-        share = 1.0 - np.minimum(self.room, reach) / reach
-        return self._framed(np.rint(THOUSAND * share).astype(np.int64), 0)
+        height, width = self.open_cells.shape
+        near: Ints = np.empty((height, width), dtype=np.int64)
+        part = max(1, PART // width)
+        for y in range(0, height, part):
+            look()
+            share = 1.0 - np.minimum(self.room[y : y + part], reach) / reach
+            near[y : y + part] = np.rint(THOUSAND * share)
+        return self._framed(near, 0)
 
     # ---- what the exact field says --------------------
 
@@ -160,12 +183,14 @@ class Ground:
         known = self.to_go >= 0
         to = np.where(known, np.arange(known.size), -1)
         height, width = self.open_cells.shape
+        look()
         inside = self._framed(np.ones((height, width), dtype=np.bool_), False)
         rest = np.flatnonzero(inside & ~known)
         around = [dy * self.stride + dx for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy]
         while rest.size and known.any():
             found = np.full(rest.size, -1, dtype=np.int64)
             for ahead in around:
+                look()
                 found = np.where(found < 0, to[rest + ahead], found)
             to[rest] = found
             rest = rest[found < 0]

@@ -49,10 +49,17 @@ class Memory:
         self._see()
 
     def _see(self) -> None:
+        self._seen = False
         check_cells(self.scene.grid.blocked.size)
         self._moves = moves_for(self.scene)
         self._free = free_space(self.scene)
         self._grounds: dict[frozenset[Cell], Ground] = {}
+        self._seen = True
+
+    def drop(self, anywhere: bool) -> str:
+        """Let go of what a stopped call left half done; the planner's name."""
+        self._seen = self._seen and not anywhere
+        return self.name
 
     def begin(self, change: Change, budget: Budget | None) -> Plan | None:
         """Take in what is new; an answer at once if an end is occupied.
@@ -64,7 +71,7 @@ class Memory:
         scene = edited(self.scene, change)
         if change.robot is not None:
             self.robot = (int(change.robot[0]), int(change.robot[1]))
-        if scene is not self.scene:
+        if scene is not self.scene or not self._seen:
             self.scene = scene
             self._see()
         ends, contains = (self.robot, scene.goal), scene.grid.contains

@@ -18,6 +18,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners import swarm_settings as check
 from lampyris.planners._copies import Copied
+from lampyris.planners._limits import limited
 from lampyris.planners.base import Budget, Traits
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_memory import Memory
@@ -180,6 +181,11 @@ class SwarmSession(Copied):
         self._record = record
         self._memory = Memory(scene, planner.name)
 
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`."""
+        return self._memory.drop(anywhere)
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """A way from where the robot is to the goal; see :meth:`lampyris.planners.base.Session.plan`.
 

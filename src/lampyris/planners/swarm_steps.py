@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.field.gates import gate_mask
+from lampyris.halting import look
 from lampyris.model.change import Change
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners._copies import Copied
+from lampyris.planners._limits import limited
 from lampyris.planners.base import Budget
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_memory import NONE, Memory
@@ -113,7 +115,14 @@ class StepSession(Copied):
             ys, xs = np.nonzero(gate_mask(scene.grid, scene.robot))
             self._gates = frozenset(zip(xs.tolist(), ys.tolist(), strict=True)) - {scene.start, scene.goal}
         self._closed = self._gates if planner.gates == "close" else NONE
+        self._before = self._closed
 
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planners._limits.Limited`."""
+        self._closed = self._before
+        return self._memory.drop(anywhere)
+
+    @limited
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """A way from where the robot is to the goal; see :meth:`lampyris.planners.base.Session.plan`.
 
@@ -123,9 +132,10 @@ class StepSession(Copied):
         """
         began = time.perf_counter()
         change = change or Change()
-        made = self._memory.begin(change, budget)
         self._gates -= frozenset(change.freed)  # gates are found once, on the map as given
         self._closed -= frozenset(change.freed)
+        self._before = self._closed
+        made = self._memory.begin(change, budget)
         if made is None:
             made = self._travel()
         return replace(made, timing={"search_s": time.perf_counter() - began})
@@ -136,6 +146,7 @@ class StepSession(Copied):
         sealed = self._closed
         ground = self._ground(trip, sealed)
         while not memory.over and ground.field.exact[trip.cells[-1][1], trip.cells[-1][0]] >= 0:
+            look()
             here = trip.cells[-1]
             if here == memory.scene.goal:
                 return self._arrived(trip)

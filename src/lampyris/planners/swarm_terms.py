@@ -13,6 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.halting import look
 from lampyris.planners.swarm_ground import THOUSAND, Ground, Ints
 from lampyris.planners.swarm_ways import Ways
 
@@ -90,10 +91,14 @@ class Score:
 def score(ground: Ground, ways: Ways, weights: Weights) -> Score:
     """Fitness, exact cost and legality of each way. Terms of weight 0 are not worked out."""
     unit = float(ground.moves.unit)
-    plain, extra, shut = length(ground, ways), terrain(ground, ways), blocked(ground, ways)
+    plain, extra = length(ground, ways), terrain(ground, ways)
+    look()
+    shut = blocked(ground, ways)
     fitness = plain / unit + weights.terrain * (extra / unit) + weights.blocked * shut
+    look()
     if weights.clearance > 0:
         fitness = fitness + weights.clearance * (clearance(ground, ways) / THOUSAND)
+    look()
     if weights.turns > 0:
         fitness = fitness + weights.turns * (turns(ground, ways) / 2.0)
     return Score(fitness, plain + extra, shut == 0)

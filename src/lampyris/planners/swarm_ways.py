@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.halting import look
 from lampyris.planners.swarm_ground import Flags, Ground, Ints
 from lampyris.swarm.box import Box, Points
 from lampyris.typing import Cells
@@ -72,13 +73,17 @@ def trace(ground: Ground, nodes: Ints) -> Ways:
     begin = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(many)))
     leg = np.repeat(np.arange(many.size), many)
     i = np.arange(begin[-1]) - begin[leg]
+    look()
     total, second = many[leg], counts[leg, 1]
     half = total // 2
     passed = (i * second + half) // total
+    look()
     turned = ((i + 1) * second + half) // total > passed
     jumps = ground.jump[kinds]
+    look()
     at = ground.flat(a)[leg] + (i - passed) * jumps[leg, 0] + passed * jumps[leg, 1]
     step = np.where(turned, kinds[leg, 1], kinds[leg, 0])
+    look()
     return Ways(begin[:: legs or 1], at, step, ground.legal(at, step), np.zeros(n, dtype=np.int64))
 
 

@@ -69,7 +69,8 @@ def run(
     patience: int | None = None, budget: Budget | None = None,
 ) -> Trace:  # fmt: skip
     """As :func:`lampyris.sim.loop.run`, by whichever way is quicker: the result is the same."""
-    if isinstance(planner, AdGso) and supported(scene, planner, law):
+    timed = budget is not None and (budget.seconds is not None or budget.stop is not None)
+    if not timed and isinstance(planner, AdGso) and supported(scene, planner, law):
         found = FastRuns(scene, planner, law, patience).run(seed, ticks, budget=budget)
         if found is not None:
             return found
@@ -172,8 +173,9 @@ class FastRuns:
     def run(self, seed: int, ticks: int | None = None, *, budget: Budget | None = None) -> Trace | None:
         """The trace of one run; None: it needs what only the loop can do.
 
-        The kernel knows no budget. If all calls of the planner together have spent no more than each of them
-        may, the budget has bound none of them; otherwise it is the loop's to say.
+        Seconds are the loop's to count: see :func:`run`. Expansions: if all calls of the planner together
+        have spent no more than each of them may, the budget has bound none of them; otherwise it is the
+        loop's to say, too.
         """
         began = time.perf_counter()
         count = self._spec.count

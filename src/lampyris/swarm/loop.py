@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris.errors import SettingError
+from lampyris.halting import look
 from lampyris.swarm.box import Box, Points, Values
 
 Asked = TypeVar("Asked")
@@ -142,12 +143,15 @@ def _search(
     goal = np.inf if stop.target is None else sign * stop.target
     why = "iterations"
     while len(trace) < stop.iterations:
+        look()
         asked = swarm.ask()
+        look()
         many = len(asked)  # type: ignore[arg-type]
         if stop.evaluations is not None and evaluations + many > stop.evaluations:
             why = "evaluations"
             break
         values = sign * np.asarray(f(asked), dtype=np.float64)
+        look()
         if watch is not None and watch():
             why = "watch"
             break

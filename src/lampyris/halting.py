@@ -1,0 +1,255 @@
+"""Stopping a call before it is done: when its time is out, when somebody says so, on Ctrl-C.
+
+Whoever limits a call opens a *watch*; whatever runs inside looks at it. A watch is one word of memory, 0
+until the call is to stop. Compiled loops read that word every few hundred cells
+(:mod:`lampyris.kernels._jit`), others ask :func:`look`. A thread of its own sets the word when the time is
+out: the loops let go of the interpreter, so it is never kept from doing so. Without a limit there is no
+thread, and every result is what it would be without any of this.
+
+Watches lie inside each other: what stops the outer one stops the inner one, not the other way round.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+Word = NDArray[np.int64]
+"""int64, (1,): 0, or 1 once the call is to stop."""
+
+NEVER: Word = np.zeros(1, dtype=np.int64)
+"""The word of calls that nobody limits. Nobody writes to it."""
+
+
+class Halted(Exception):
+    """The call was stopped. Raised by :func:`look` and by kernels; whoever opened the watch catches it."""
+
+
+class Stop:
+    """Stops every call that was given it, now and later: ``Budget(stop=stop)``.
+
+    ``set`` may be called from any thread. In a handler of :mod:`signal` it works too, but Python runs those
+    between two of its own steps, not within a compiled loop; :func:`interrupts` is for that.
+    """
+
+    __slots__ = ("_is_set", "_words")
+
+    def __init__(self) -> None:
+        self._is_set = False
+        self._words: dict[int, Word] = {}
+
+    @property
+    def is_set(self) -> bool:
+        """Whether :meth:`set` has been called."""
+        return self._is_set
+
+    def set(self) -> None:
+        """Stop. It takes no lock, so that it can be called anywhere at any moment."""
+        # In this order, and the other way round in join: a word that joins meanwhile is set by one of both.
+        self._is_set = True
+        for word in list(self._words.values()):
+            word[0] = 1
+
+    def join(self, word: Word) -> None:
+        """Have a word set, too, when this is."""
+        self._words[id(word)] = word
+        if self._is_set:
+            word[0] = 1
+
+    def leave(self, word: Word) -> None:
+        """Let go of a word."""
+        self._words.pop(id(word), None)
+
+
+class _Interrupt(Stop):
+    """What Ctrl-C sets."""
+
+    __slots__ = ()
+
+
+class Watch:
+    """One call's limit.
+
+    Parameters
+    ----------
+    seconds : from now on; None: no limit of its own.
+    stop : what may stop it; None: nothing of its own.
+    outer : the watch that this one lies in.
+    """
+
+    __slots__ = ("_over", "deadline", "outer", "stop", "stops", "word")
+    deadline: float
+    stops: tuple[Stop, ...]
+
+    def __init__(self, seconds: float | None, stop: Stop | None, outer: Watch | None) -> None:
+        self.outer = outer
+        self.stop = stop
+        self.word: Word = np.zeros(1, dtype=np.int64)
+        own = math.inf if seconds is None else time.perf_counter() + seconds
+        self.deadline = own if outer is None else min(own, outer.deadline)
+        self.stops = (*(() if outer is None else outer.stops), *(() if stop is None else (stop,)))
+        self._over: threading.Event | None = None
+
+    def begin(self) -> None:
+        """Start to count the time, and to listen."""
+        for stop in self.stops:
+            stop.join(self.word)
+        if self.deadline < math.inf:
+            self._over = threading.Event()
+            threading.Thread(
+                target=self._wait, args=(self._over,), name="lampyris-limit", daemon=True
+            ).start()
+
+    def end(self) -> None:
+        """Nobody looks at it any more."""
+        for stop in self.stops:
+            stop.leave(self.word)
+        if self._over is not None:
+            self._over.set()
+
+    def _wait(self, over: threading.Event) -> None:
+        left = self.deadline - time.perf_counter()
+        # A timeout must fit the system's clock; nobody waits for months.
+        while left > 0.0 and not over.wait(min(left, 1e6)):
+            left = self.deadline - time.perf_counter()
+        if left <= 0.0:
+            self.word[0] = 1
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the call is to stop."""
+        if not self.word[0] and time.perf_counter() >= self.deadline:
+            self.word[0] = 1
+        return bool(self.word[0])
+
+    @property
+    def was_told(self) -> bool:
+        """Whether somebody stopped this very call, and it did not merely run out of time."""
+        return self.stop is not None and self.stop.is_set
+
+
+class _Here(threading.local):
+    watch: Watch | None = None
+    word: Word = NEVER
+
+
+_here = _Here()
+
+
+def word() -> Word:
+    """The word that loops of this thread are to look at now."""
+    return _here.word
+
+
+def watch() -> Watch | None:
+    """The innermost watch of this thread."""
+    return _here.watch
+
+
+def look() -> None:
+    """Go on, or not: for loops in Python, and between two steps that take a while.
+
+    Raises
+    ------
+    Halted : the call is to stop.
+    KeyboardInterrupt : because of Ctrl-C.
+    """
+    here = _here.watch
+    if here is not None and here.is_over:
+        halt()
+
+
+def halt() -> None:
+    """Stop the call.
+
+    Raises
+    ------
+    Halted, or KeyboardInterrupt : always.
+    """
+    here = _here.watch
+    if here is not None and any(isinstance(s, _Interrupt) and s.is_set for s in here.stops):
+        raise KeyboardInterrupt
+    raise Halted
+
+
+@contextlib.contextmanager
+def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator[Watch | None]:
+    """Limit what is done inside, in this thread.
+
+    Parameters
+    ----------
+    seconds : of wall time; None: no limit.
+    stop : stops it when it is set.
+
+    The watch of this call; None where it has neither limit: then the outer one, if any, goes on.
+    """
+    if seconds is None and stop is None:
+        yield None
+        return
+    outer, was = _here.watch, _here.word
+    made = Watch(seconds, stop, outer)
+    made.begin()
+    _here.watch, _here.word = made, made.word
+    try:
+        yield made
+    finally:
+        _here.watch, _here.word = outer, was
+        made.end()
+
+
+@contextlib.contextmanager
+def unheard() -> Iterator[None]:
+    """Finish what is done inside, whatever the watch says: it is short and must not be left half done."""
+    was = _here.watch, _here.word
+    _here.watch, _here.word = None, NEVER
+    try:
+        yield
+    finally:
+        _here.watch, _here.word = was
+
+
+@contextlib.contextmanager
+def interrupts() -> Iterator[None]:
+    """Have Ctrl-C heard within compiled loops, which else hear of it when they are done.
+
+    For the main thread, where Ctrl-C raises :class:`KeyboardInterrupt`; elsewhere it does nothing. The system
+    tells of a signal through a pipe that a thread reads, and which sets the word that the loops look at.
+    """
+    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not heard or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    told, tell = os.pipe()
+    os.set_blocking(tell, False)
+    before = signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
+    if before != -1:
+        # Somebody else listens already.
+        signal.set_wakeup_fd(before)
+        os.close(told)
+        os.close(tell)
+        yield
+        return
+    interrupt = _Interrupt()
+    threading.Thread(target=_listen, args=(told, interrupt), name="lampyris-ctrl-c", daemon=True).start()
+    try:
+        with watching(stop=interrupt):
+            yield
+    finally:
+        signal.set_wakeup_fd(-1)
+        os.close(tell)  # the thread reads to the end, and ends
+
+
+def _listen(told: int, interrupt: Stop) -> None:
+    while said := os.read(told, 64):
+        # Who has set another handler meanwhile wants to hear of it in another way.
+        if signal.SIGINT in said and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            interrupt.set()
+    os.close(told)
