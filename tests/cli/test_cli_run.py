@@ -388,6 +388,44 @@ def test_an_interrupt_is_exit_130_without_a_traceback() -> None:
         assert (process.wait(30), err) == (130, "interrupted\n")
 
 
+def test_an_interrupt_within_code_from_a_string_is_exit_130_too() -> None:
+    """Python would end itself by the signal, whoever has caught the exception."""
+    code = (
+        "import lampyris.cli.verbs as verbs\n"
+        "def slow(name, as_json):\n    exec('raise KeyboardInterrupt')\n"
+        f"verbs.planners = slow\n{MAIN}"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "planners"], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
+def test_a_time_limit_is_exit_5_and_says_so() -> None:
+    words = ["plan", "env-1", "--planner", "gso", "--set", "iterations=100000", "--set", "swarm=500"]
+    call = [sys.executable, "-c", MAIN, *words, "--set", "seeded=false", "--time-limit", "0.05", "--json"]
+    done = subprocess.run(call, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 5, done.stderr
+    told = json.loads(done.stdout)
+    assert told["status"] == "limit"
+    refused = subprocess.run([*call[:-2], "0"], capture_output=True, text=True, check=False)
+    assert refused.returncode == 3
+    assert "--time-limit" in refused.stderr
+    assert "error[BUDGET]" in refused.stderr
+
+
+def test_a_robot_whose_planner_runs_out_of_time_waits_and_says_so() -> None:
+    words = ["simulate", "env-1", "--planner", "gso", "--set", "iterations=100000", "--set", "swarm=500"]
+    more = ["--set", "seeded=false", "--plan-limit", "0.02", "--patience", "2", "--obstacles", "2", "--json"]
+    done = subprocess.run(
+        [sys.executable, "-c", MAIN, *words, *more], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 4, done.stderr
+    told = json.loads(done.stdout)
+    assert told["outcome"] == "blocked"
+    assert any("Stopped after 0.02 s, its limit" in event["sentence"] for event in told["events"])
+
+
 def test_edits_run_again_to_the_same_bytes() -> None:
     """What an app would save after somebody painted while it played."""
     bodies = [{"kind": "random-walk", "count": 9}, {"kind": "crossing", "count": 2}]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import LimitError
+from lampyris.halting import look
 from lampyris.model.grid import frozen
 from lampyris.model.moves import PELL_Q, Moves
 from lampyris.typing import BoolGrid, Cell
@@ -24,11 +25,35 @@ WEIGHS_MOST = 5
 _NARROW, _WIDE = 2**30, 2**62
 MOST = 2**31
 """Cells have numbers of 32 bits, the border's too."""
+PART = 1 << 18
+"""Cells of a map that NumPy works on between two looks at whether to go on."""
 SPARING = 2**23
 """Frames of so many cells or more are worked in as little memory as can be: lists lie in what the results
 will fill. That it takes longer shows on smaller maps only, and there 4 to 8 bytes a cell are nothing."""
 _SCRATCH_BYTES = 64 << 20
 """Largest scratch kept from call to call: on some machines fresh memory costs more than the wavefront."""
+
+
+def framed(inside: NDArray[Any], pad: int, border: Any, kind: Any = None) -> NDArray[Any]:
+    """A map in a border of one value, flat; part by part, with a look before each at whether to go on.
+
+    Parameters
+    ----------
+    inside : (height, width).
+    pad : width of the border.
+    border : what is in it.
+    kind : element type; None for that of the map.
+    """
+    height, width = inside.shape
+    out = np.empty((height + 2 * pad, width + 2 * pad), dtype=kind or inside.dtype)
+    out[:pad] = out[height + pad :] = border
+    part = max(1, PART // width)
+    for y in range(0, height, part):
+        look()
+        rows = out[pad + y : pad + min(y + part, height)]
+        rows[:, :pad] = rows[:, pad + width :] = border
+        rows[:, pad : pad + width] = inside[y : y + part]
+    return out.ravel()
 
 
 class Frame:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.field.frame import SCRATCH
+from lampyris.field.frame import SCRATCH, framed
 from lampyris.field.solve import solve
 from lampyris.halting import look
 from lampyris.kernels.timed import EXHAUSTED, FOUND, FULL, LIMIT, NEVER, sipp, space_time, steps_to_go
@@ -97,7 +97,7 @@ class TimedSearch:
         width = free.shape[1]
         self._width = width
         self._stride = width + 2
-        self._free = np.pad(free, 1).view(np.uint8).ravel()
+        self._free = framed(free, 1, False).view(np.uint8)
         n = len(self._free)
         offsets = moves.offsets
         corners = not moves.corner_cutting
@@ -112,10 +112,12 @@ class TimedSearch:
             [dy * row if dx and dy and corners else 0 for dx, dy in offsets], dtype=np.int64
         )
         self._price = np.array(moves.costs, dtype=np.int64)
-        self._toll = np.ones(n, dtype=np.int64)
-        if terrain is not None:
+        if terrain is None:
+            self._toll = framed(np.broadcast_to(np.int64(1), free.shape), 1, 1)
+        else:
             self._price //= TERRAIN_UNIT
-            self._toll = np.pad(terrain.astype(np.int64) + TERRAIN_UNIT, 1).ravel()
+            self._toll = framed(terrain, 1, 0, np.int64)
+            self._toll += TERRAIN_UNIT
         self._goal = self.flat(goal)
         self._steps = np.empty(n, dtype=np.int32)
         steps_to_go(
@@ -128,11 +130,7 @@ class TimedSearch:
             np.empty(n, dtype=np.int32),
         )
         exact = solve(free, moves, goal, terrain=terrain).exact
-        look()
-        rest = np.full((exact.shape[0] + 2, exact.shape[1] + 2), -1, dtype=np.int64)
-        look()
-        rest[1:-1, 1:-1] = exact
-        self._rest = rest.ravel()
+        self._rest = framed(exact, 1, -1, np.int64)
         look()
         self._slot = np.full(n, -1, dtype=np.int32)
 

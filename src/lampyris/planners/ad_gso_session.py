@@ -11,6 +11,7 @@ from lampyris.field.frame import Frame
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import moves_for
 from lampyris.field.repair import Padded
+from lampyris.halting import look
 from lampyris.kernels import window as w
 from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
@@ -182,7 +183,9 @@ class AdGsoSession(Copied):
         return Grounds(self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma)
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
-        for cell in cells:  # bits: each sets its own bit
+        for k, cell in enumerate(cells):  # bits: each sets its own bit
+            if k % 4096 == 0:
+                look()
             shut[self._walker.flat(cell)] |= bit
 
     def _take(self, change: Change) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.field.frame import PART, framed
 from lampyris.field.layers import clearance
 from lampyris.field.solve import solve
 from lampyris.halting import look
@@ -31,9 +32,6 @@ THOUSAND = 1000
 
 WIDE = 2.0
 """Distance to walls, in cells beyond the robot's radius, from which on more of it is worth nothing."""
-
-PART = 1 << 18
-"""Cells of a whole map that are worked on between two looks at whether to go on."""
 
 _ROUND = ((1, 0), (2, 1), (1, 1), (1, 2))
 """A quarter of the sixteen directions in order; the others are these, turned."""
@@ -61,7 +59,9 @@ class Ground:
     def __init__(self, scene: Scene, moves: Moves, free: BoolGrid, closed: frozenset[Cell]) -> None:
         if closed:
             left = free.copy()
-            for x, y in closed:  # bits: each sets its own cell
+            for k, (x, y) in enumerate(closed):  # bits: each sets its own cell
+                if k % 4096 == 0:
+                    look()
                 left[y, x] = False
             left.setflags(write=False)
             free = left
@@ -85,18 +85,7 @@ class Ground:
         self.number = {offset: k for k, offset in enumerate(moves.offsets)}
 
     def _framed(self, inside: NDArray[Any], border: Any, kind: Any = None) -> NDArray[Any]:
-        """A map in its border, flat; part by part, with a look before each."""
-        p = self._pad
-        height, width = self.open_cells.shape
-        framed = np.empty((height + 2 * p, self.stride), dtype=kind or inside.dtype)
-        framed[:p] = framed[height + p :] = border
-        part = max(1, PART // width)
-        for y in range(0, height, part):
-            look()
-            rows = framed[p + y : p + min(y + part, height)]
-            rows[:, :p] = rows[:, p + width :] = border
-            rows[:, p : p + width] = inside[y : y + part]
-        return framed.ravel()
+        return framed(inside, self._pad, border, kind)
 
     # ---- cells --------------------
 
@@ -198,10 +187,16 @@ class Ground:
 
 
 def _along_parents(field: Field, start: Cell) -> Cells:
-    x, y = start
-    way = [(x, y)]
-    while (x, y) != field.goal:
-        dx, dy = field.moves.offsets[field.step[y, x]]
-        x, y = x + dx, y + dy
-        way.append((x, y))
-    return np.array(way, dtype=np.int32)
+    # Flat while it grows: a list of pairs takes ten times as long to become an array.
+    width = field.step.shape[1]
+    jump = [dy * width + dx for dx, dy in field.moves.offsets]
+    step = field.step.ravel()
+    at, goal = start[1] * width + start[0], field.goal[1] * width + field.goal[0]
+    way = [at]
+    while at != goal:
+        if len(way) % 1024 == 0:
+            look()
+        at += jump[step[at]]
+        way.append(at)
+    y, x = np.divmod(np.array(way, dtype=np.int32), np.int32(width))
+    return np.stack((x, y), axis=1)

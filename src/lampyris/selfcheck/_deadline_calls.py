@@ -60,8 +60,8 @@ class Call:
 
     @property
     def small(self) -> bool:
-        """Whether the map is so small that a call without a limit is over soon."""
-        return self.side <= SMALL
+        """Whether a call without a limit is over soon."""
+        return self.side <= SMALL and not self.settings
 
     @property
     def said(self) -> dict[str, Any]:
@@ -145,7 +145,11 @@ def _spiral(side: int) -> tuple[Blocked, Cell, Cell]:
     while turned < 2:
         ahead, beyond = (x + dx, y + dy), (x + 2 * dx, y + 2 * dy)
         inside = 0 < ahead[0] < side - 1 and 0 < ahead[1] < side - 1
-        if inside and (not _in(blocked, beyond) or blocked[beyond[1], beyond[0]]):
+        if (
+            inside
+            and blocked[ahead[1], ahead[0]]
+            and (not _in(blocked, beyond) or blocked[beyond[1], beyond[0]])
+        ):
             x, y = ahead
             blocked[y, x] = False
             turned = 0

@@ -100,8 +100,8 @@ def _wrong(plan: Plan, call: Call, stopped: Status) -> str:
     if plan.status is stopped:
         return "" if plan.path is None else "a path with a call that was stopped"
     if plan.status is Status.FOUND:
-        verdict = referee.check_plan(plan, call.scene)
-        return "" if verdict else f"found, and the referee says: {verdict}"
+        violation = referee.check_plan(plan, call.scene)
+        return "" if violation is None else f"found, and the referee says: {violation}"
     if plan.status is Status.ITERATION_LIMIT and registry.planner_class(call.planner).traits.stochastic:
         return ""  # a swarm may find none
     if plan.status is Status.NO_PATH and not call.reachable:

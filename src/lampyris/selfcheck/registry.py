@@ -26,6 +26,7 @@ NAMES: tuple[str, ...] = (
     "determinism",
     "scen",
     "referee",
+    "deadline",
 )
 """Each the name of a module of this room that holds ``CHECK``; in the order in which they are run."""
 
