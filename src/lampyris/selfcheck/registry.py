@@ -14,6 +14,7 @@ NAMES: tuple[str, ...] = (
     "profile",
     "sim",
     "monitor",
+    "faults",
     "fuzz",
     "repair",
     "reuse",
