@@ -21,6 +21,7 @@ NAMES: tuple[str, ...] = (
     "metamorphic",
     "store",
     "kill",
+    "oserrors",
     "mutants",
     "flake",
     "swarm",
