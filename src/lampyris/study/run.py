@@ -36,8 +36,8 @@ MAX_DEATHS: Final = 3
 MAX_DOUBTS: Final = 2
 """Answers to a job that may be unusable before it is given up."""
 MAX_ANSWER: Final = 3 * 2**28
-"""Bytes of an answer: a worker says what it likes, and what reads it takes several times as much. The arrays of
-one run are 512 MiB at most before they are packed (:mod:`lampyris.study.evidence`), as text a third more."""
+"""Bytes of an answer: a worker says what it likes, and what reads it takes several times as much. The arrays
+of one run are 512 MiB at most before packing (:mod:`lampyris.study.evidence`), as text a third more."""
 HOPELESS: Final = 20
 """Unusable answers, before the first usable one, that end a study: then it is the workers, not the jobs."""
 EVERY: Final = 0.1
