@@ -81,10 +81,3 @@ def test_it_arrives_among_ten_obstacles_every_time() -> None:
     assert [r.refused for r in rows if r.refused] == []
     assert sum(r.collisions for r in rows) == 0
     assert stop_test.in_time(rows) >= 0.95
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("kind", fault_test.FAULTS)
-def test_bad_data_stop_the_robot_fifty_times(kind: str) -> None:
-    rows = [fault_test.one(0, "physical", (kind, k)) for k in range(50)]
-    assert [r for r in rows if not fault_test.good(r)] == []

@@ -19,6 +19,8 @@ from lampyris.maps.map_hash import map_hash
 from lampyris.maps.movingai import read_scen
 from lampyris.maps.save import COST_WRITERS, WRITERS, save_map
 from lampyris.model.grid import Grid
+from lampyris.selfcheck import maps, registry, runner
+from lampyris.selfcheck.check import Ask
 
 # What each format holds besides size and blocked cells; by the formats' own definitions, not by the code.
 HOLDS = {
@@ -77,22 +79,12 @@ def documents(seed: int, wanted: set[str], terrain: list[int]) -> Iterator[MapDo
         yield MapDocument(grid, **marks)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("ending", "values"), HOLDS)
-def test_the_identity_for_whatever_a_format_holds(tmp_path: Path, ending: str, values: str) -> None:
-    holds = HOLDS[ending, values] - {"surface"}
-    terrain = EXACT if ending == ".yaml" else list(range(1, 253))
-    for seed in range(4):
-        for k, before in enumerate(documents(seed, holds, terrain)):
-            path = tmp_path / f"{seed}-{k}{ending}"
-            done = write_and_compare(before, path, values=values)
-            assert facts(load_map(path, values=values)) == facts(done.document) == facts(before)
-            assert (done.lost, done.hash) == ((), map_hash(before.grid))
-            # And once more from the file: the same bytes.
-            (tmp_path / "again").mkdir(exist_ok=True)
-            again = convert(path, tmp_path / "again" / path.name, values=values, to_values=values)
-            assert again.lost == ()
-            for file in again.files:
-                assert file.read_bytes() == (tmp_path / file.name).read_bytes()
+@pytest.mark.skipif("maps" in registry.NAMES, reason="asked with the others, in test_promises")
+@pytest.mark.parametrize("kind", ["round-trip", "one-hash"])
+def test_what_is_written_is_read_again(kind: str) -> None:
+    """The identity for whatever a format holds, and one hash from all formats that hold a map."""
+    result = runner.run(maps.CHECK, Ask(), runner.Range(only=kind))
+    assert result.holds, [f.what for f in result.outcome.failures[:5]]
 
 
 @pytest.mark.parametrize(("ending", "values"), HOLDS)
@@ -112,21 +104,6 @@ def test_what_is_not_held_is_said_and_the_rest_is_kept(tmp_path: Path, ending: s
             assert (word in lost) == missing, (what, done.lost)
         could = was["terrain"] is not None and values == "occupancy" and ending not in (".txt", ".map")
         assert ("--to-values costmap" in lost) == could
-
-
-def test_all_formats_that_hold_a_map_give_one_hash(tmp_path: Path) -> None:
-    for wanted in (set(), {"unknown"}, {"terrain"}, {"unknown", "terrain"}):
-        asked = 0
-        for k, before in enumerate(documents(3, wanted, EXACT)):
-            present = {what for what in wanted if facts(before)[what] is not None}
-            hashes = {
-                (ending, values): write_and_compare(before, tmp_path / f"{k}{ending}", values=values).hash
-                for (ending, values), holds in HOLDS.items()
-                if present <= holds
-            }
-            assert set(hashes.values()) == {map_hash(before.grid)}, hashes
-            asked += len(hashes)
-        assert asked >= 5 * len(SHAPES)
 
 
 def test_the_hash_tells_terrain_apart() -> None:

@@ -295,6 +295,16 @@ def test_garbage_is_no_result(data: bytes) -> None:
     assert results_of(data, batch) == [None] * 4
 
 
+def test_an_answer_of_more_bytes_than_any_honest_one_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of a gigabyte took several of memory before it was refused."""
+    jobs = tuple(hands.study_of().jobs())[:1]
+    answer = canonical({"results": [{"key": jobs[0].key, "more": "x" * 1000}]})
+    assert results_of(answer, Batch(jobs)) != [None]
+    monkeypatch.setattr(running, "MAX_ANSWER", 1000)
+    monkeypatch.setattr(running.json, "loads", None)
+    assert results_of(answer, Batch(jobs)) == [None]
+
+
 def test_results_are_found_by_key_and_no_more_than_were_asked() -> None:
     batch = Batch(tuple(islice(hands.study_of().jobs(), 3)))
     results = [hands.one(job.plain) for job in batch.jobs]

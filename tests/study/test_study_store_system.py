@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -159,6 +160,7 @@ def test_a_disk_that_is_full(tmp_path: Path, ending: str) -> None:
 
 READ_ONLY = """
 import os
+import re
 from pathlib import Path
 from store_samples import *
 from lampyris.errors import LampyrisError
@@ -237,3 +239,46 @@ def test_a_system_without_fdatasync_keeps_stores_too(tmp_path: Path) -> None:
     child(code, tmp_path / "a")
     with Store.open(tmp_path / "a", writable=False) as store:
         assert list(store.rows().values()) == rows(study())
+
+
+MADE = """
+import errno
+from pathlib import Path
+from store_samples import *
+from lampyris.errors import LampyrisError
+from lampyris.selfcheck._os_calls import Listening
+from lampyris.selfcheck._sitting_child import Plan
+from lampyris.study.store import open_for
+class Turns:
+    plan = Plan({})
+    def before(self, call):
+        return self.plan.before(call)
+    def after(self, call):
+        self.plan.after(call)
+folder, turns, told = Path(sys.argv[1]), Turns(), {}
+Listening(str(folder), turns)
+for stays in (False, True):
+    for n in range(1000):
+        path = folder / f"{stays}-{n}"
+        turns.plan = Plan({"fail": n, "errno": errno.EIO, "stays": stays})
+        try:
+            with open_for(path, study()) as store:
+                store.add(rows(study())[:3])
+        except LampyrisError as error:
+            told[error.code] = told.get(error.code, 0) + 1
+        ended, turns.plan = turns.plan.calls <= n, Plan({})
+        with open_for(path, study()) as store:
+            store.add(rows(study()))
+            assert store.rows() == {row.key: row for row in rows(study())}
+        if ended:
+            break
+print(told)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="locks")
+def test_a_disk_that_fails_anywhere_while_a_store_is_made_is_a_clear_line(tmp_path: Path) -> None:
+    """Some of these calls were outside of what was watched: a traceback, and no word of the store."""
+    told = child(MADE, tmp_path).stdout
+    assert "STORE_WRITE" in told
+    assert set(re.findall("[A-Z_]{5,}", told)) <= {"STORE_WRITE", "STORE_READ"}

@@ -57,9 +57,9 @@ CHANGES = frozenset(("create", "write", "sync", "truncate", "rename", "link", "u
 
 _CODES = {
     "open": 14, "create": 14, "read": 10 | 1 << 8, "write": 10 | 3 << 8, "sync": 10 | 4 << 8,
-    "truncate": 10 | 6 << 8, "unlink": 10 | 10 << 8,
+    "truncate": 10 | 6 << 8, "unlink": 10 | 10 << 8, "folder": 10 | 5 << 8,
 }  # fmt: skip
-"""What SQLite's file system makes of an error: CANTOPEN, IOERR_READ, _WRITE, _FSYNC, _TRUNCATE, _DELETE."""
+"""What SQLite's file system makes of an error: CANTOPEN; IOERR_READ, _WRITE, _FSYNC and so on."""
 _FULL, _OPEN_CREATE, _OPEN_JOURNAL = 13, 0x4, 0x800 | 0x80000
 
 _OPEN = CFUNCTYPE(c_int, c_void_p, c_void_p, c_void_p, c_int, c_void_p)
@@ -232,7 +232,7 @@ class Listening:
             path = self._mine(name)
             code = self._sql(Call("unlink", path), lambda: real_delete(own, name, sync))
             if code == 0 and sync and path:
-                self._listener.after(Call("folder", os.path.dirname(path)))
+                return self._sql(Call("folder", os.path.dirname(path)), lambda: 0)
             return code
 
         self._kept = [_OPEN(open_), _DELETE(delete), mine, real_open, real_delete]
@@ -270,7 +270,7 @@ class Listening:
             code = self._sql(Call("sync", path), lambda: sync(f, flags))
             if code == 0 and f in self._new:  # SQLite syncs the folder with the first sync of a new journal
                 self._new.discard(f)
-                self._listener.after(Call("folder", os.path.dirname(path)))
+                return self._sql(Call("folder", os.path.dirname(path)), lambda: 0)
             return code
 
         ours = (

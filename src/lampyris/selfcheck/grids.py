@@ -133,7 +133,7 @@ def _drawn(ask: Ask, number: int) -> Query:
     (sx, gx), (sy, gy) = rng.integers(4, size=(2, 2)).tolist()
     names, turn = exact(), number // 4
     return Query(
-        4, 4, bits, (sx, sy), (gx, gy), lists.MOVES[number % 4], names[turn % len(names)], number % 8 == 0
+        4, 4, bits, (sx, sy), (gx, gy), lists.MOVES[number % 4], names[turn % len(names)], turn % 8 == 0
     )
 
 

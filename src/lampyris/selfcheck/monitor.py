@@ -34,7 +34,7 @@ KINDS = {
         2 * len(traces.FAULTS),
     ),
     "drives": Kind(
-        f"{len(drives.FAULTS)} faults in drives, in turn: each seen by the referee, and by a watcher if it shows",
+        f"{len(drives.FAULTS)} faults in drives, in turn: each seen by the referee, some by a watcher too",
         6 * len(drives.FAULTS),
         100 * len(drives.FAULTS),
         400 * len(drives.FAULTS),

@@ -6,7 +6,8 @@ expects at least one that is newer than the last it trusted. A message is *not* 
 * its stamp is no number, lies in the future, or is not newer than the last trusted one;
 * it is older than ``max_age``: a younger one is used, and its age counts as time in which the obstacles may
   have moved on;
-* a position, radius or speed in it is no number, or obstacles are missing that were there before;
+* a position, radius, speed or velocity in it is no number, negative where it cannot be, or beyond 1e9; its
+  lists are not equally long; or obstacles are missing that were there before;
 * an obstacle is farther from where it was last trusted to be than its stated top speed allows. Either the
   place is wrong or the speed is, and every promise rests on both. So after a jump the data are trusted
   again only once the new place *could* have been reached: a robot that believed the second message of a
@@ -79,6 +80,9 @@ class PerfectFeed:
 FaultKind = Literal[
     "stops", "jumps", "duplicates", "back-in-time", "nan", "in-robot", "goal-gone", "late", "missing"
 ]
+
+_MOST = 1e9
+"""Cells, metres, m/s: nothing real is beyond, and its square is still far from overflowing."""
 
 FAULTS: tuple[str, ...] = get_args(FaultKind)
 """Every fault that a :class:`FaultyFeed` can put in."""
@@ -184,6 +188,22 @@ def _one_more(truth: Told, robot: tuple[float, float]) -> Told:
     )
 
 
+def _nonsense(m: Told) -> str:
+    """What in a message cannot be, whatever the world is like; an empty string if nothing."""
+    n = len(m.xy)
+    columns = [m.xy, m.radius[:, None], m.top_speed[:, None]]
+    columns += [] if m.velocity is None else [m.velocity]
+    if any(len(column) != n for column in columns):
+        return f"a message has {n} places and another number of sizes, speeds or velocities"
+    table = np.concatenate(columns, axis=1)
+    bad = ~(np.abs(table) <= _MOST).all(axis=1)
+    if bad.any():
+        what = f"has a place, size or speed that is no number, or beyond {_MOST:g}"
+        return f"obstacle {int(np.argmax(bad))} {what}"
+    bad = (table[:, 2:4] < 0.0).any(axis=1)
+    return f"obstacle {int(np.argmax(bad))} has a size or speed below 0" if bad.any() else ""
+
+
 @dataclass
 class Watch:
     """The robot's own judge of what it is told.
@@ -247,11 +267,7 @@ class Watch:
             return f"a message is not newer than the last: it is stamped {m.stamp:.3g} s {how}"
         if now - m.stamp > self.max_age + 1e-9:
             return f"the newest data are {now - m.stamp:.3g} s old; at most {self.max_age:g} s are trusted"
-        table = np.concatenate((m.xy, m.radius[:, None], m.top_speed[:, None]), axis=1)
-        if not np.isfinite(table).all():
-            body = int(np.argmin(np.isfinite(table).all(axis=1)))
-            return f"obstacle {body} has a place, size or speed that is no number"
-        return self._jump(m) or (self._inside(m, robot) if moving else "")
+        return _nonsense(m) or self._jump(m) or (self._inside(m, robot) if moving else "")
 
     def _jump(self, m: Told) -> str:
         last = self.last

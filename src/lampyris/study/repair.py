@@ -70,7 +70,12 @@ def repair(
     """
     place = real(path)
     target = place if out is None else real(out)
-    if out is not None and target.exists():
+    with speaking(target, "write"):
+        return _repaired(place, target, out is None, study)
+
+
+def _repaired(place: Path, target: Path, here: bool, study: Study | None) -> Repaired:
+    if not here and target.exists():
         raise FileError("STORE_EXISTS", "the file exists", where=str(target))
     log = sidecar(place, "-wal")
     if not (place.is_file() or log.is_file()):
@@ -83,7 +88,7 @@ def repair(
         if found == _Salvage(None, {}, {}, None):
             raise FileError("STORE_FORMAT", "nothing of a store is in it", where=str(place))
         stored, notes = _expected(place, found)
-        if out is None and not notes and _is_sound(place, found):
+        if here and not notes and _is_sound(place, found):
             return Repaired(len(found.runs), 0, ("nothing is damaged; nothing was changed",))
         text, maps = _study(place, found, study)
         keep, more = _of_study(found, study)

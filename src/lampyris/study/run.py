@@ -35,6 +35,9 @@ MAX_DEATHS: Final = 3
 """Workers that a job may take with it before it is given up."""
 MAX_DOUBTS: Final = 2
 """Answers to a job that may be unusable before it is given up."""
+MAX_ANSWER: Final = 3 * 2**28
+"""Bytes of an answer: a worker says what it likes, and what reads it takes several times as much. The arrays
+of one run are 512 MiB at most before packing (:mod:`lampyris.study.evidence`), as text a third more."""
 HOPELESS: Final = 20
 """Unusable answers, before the first usable one, that end a study: then it is the workers, not the jobs."""
 EVERY: Final = 0.1
@@ -343,6 +346,8 @@ class _Calm:
 def results_of(data: bytes, batch: Batch) -> list[Mapping[str, Any] | None]:
     """The results in an answer, one a job; None for those that are missing or of another job."""
     none: list[Mapping[str, Any] | None] = [None] * len(batch.jobs)
+    if len(data) > MAX_ANSWER:
+        return none
     try:
         said = json.loads(data)
     except (ValueError, RecursionError):

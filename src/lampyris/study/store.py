@@ -78,6 +78,11 @@ class Store:
         FileError : STORE_EXISTS; STORE_BUSY; STORE_WRITE; STORE_DAMAGED: the log of another is in the way.
         """
         place = real(path)
+        with speaking(place, "write"):
+            return cls._create(place, study)
+
+    @classmethod
+    def _create(cls, place: Path, study: Study) -> Self:
         if place.exists():
             raise FileError("STORE_EXISTS", "the file exists", where=str(place))
         check_folder(place)
@@ -90,9 +95,8 @@ class Store:
             }
             write_new(place, canonical(study_plain(study)).decode("ascii"), maps)
             store = cls(place, hold)
-            with speaking(place, "write"):
-                hold.start(Witness())
-                store._writer = writer(place)
+            hold.start(Witness())
+            store._writer = writer(place)
         except BaseException:
             hold.release(remove=not log_left(place))
             raise
@@ -363,7 +367,9 @@ def open_for(path: str | os.PathLike[str], study: Study) -> Store:
         :meth:`Store.create` and :meth:`Store.open` raise.
     """
     place = real(path)
-    if not place.exists():
+    with speaking(place, "read"):
+        there = place.exists()
+    if not there:
         return Store.create(place, study)
     store = Store.open(place)
     try:

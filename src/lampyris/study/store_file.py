@@ -143,16 +143,26 @@ def writer(path: Path) -> sqlite3.Connection:
     connection = connect(path, "rw")
     try:
         check_schema(connection, path)
-        mode = connection.execute("PRAGMA journal_mode=WAL").fetchone()[0]
-        if mode != "wal":
-            what = "no write-ahead log can be kept there"
-            raise FileError("STORE_WRITE", what, where=str(path), allowed="a disk of this machine")
+        keep_log(connection, path)
         connection.execute("BEGIN IMMEDIATE")  # a file that may only be read is opened without a word
         connection.execute("ROLLBACK")
     except BaseException:
         connection.close()
         raise
     return connection
+
+
+def keep_log(connection: sqlite3.Connection, path: Path) -> None:
+    """Turn a store to its write-ahead log. SQLite itself says nothing where it cannot.
+
+    Raises
+    ------
+    FileError : STORE_WRITE.
+    """
+    mode = connection.execute("PRAGMA journal_mode=WAL").fetchone()[0]
+    if mode != "wal":
+        what = "no write-ahead log can be kept there"
+        raise FileError("STORE_WRITE", what, where=str(path), allowed="a disk of this machine")
 
 
 @contextmanager

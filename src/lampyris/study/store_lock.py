@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lampyris.errors import FileError, UsageError
+from lampyris.report.whole_file import sync_folder
 from lampyris.study.store_file import HEAD, damaged, log_left, sidecar
 
 LOCK = ".lock"
@@ -24,8 +25,6 @@ _LINE = 256
 """Bytes of each line: the process, then two lines for the witness, written in turn."""
 _TRIES = 100
 _LOOKS = 3
-_sync = getattr(os, "fdatasync", os.fsync)
-"""macOS has no fdatasync; fsync does more than is needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +67,7 @@ class Hold:
         """
         self._turn, self._says = 1 - self._turn, True
         os.pwrite(self._fd, _said(witness), _LINE * (1 + self._turn))
-        _sync(self._fd)
+        getattr(os, "fdatasync", os.fsync)(self._fd)  # macOS has no fdatasync
 
     def start(self, witness: Witness) -> None:
         """As :meth:`write`, in both lines: from here on writing needs no new space on the disk.
@@ -79,6 +78,7 @@ class Hold:
         """
         self.write(witness)
         self.write(witness)
+        sync_folder(self.path.parent)  # or lost power takes the witness, and leaves the log without one
 
     def release(self, *, remove: bool) -> None:
         """Free the lock; its file goes first with ``remove``, or if it says nothing yet.
@@ -91,10 +91,23 @@ class Hold:
         try:
             if remove or not self._says:
                 with suppress(OSError):
+                    if self._says:
+                        self._settle()
                     self.path.unlink(missing_ok=True)
         finally:
             with suppress(OSError):  # the descriptor, and the lock with it, is gone all the same
                 os.close(fd)
+
+    def _settle(self) -> None:
+        """Wait until it is certain that the log is gone, or empty: only then may what vouches for it go."""
+        log = self.path.with_name(self.path.name.removesuffix(LOCK) + "-wal")
+        with suppress(FileNotFoundError):
+            fd = os.open(log, os.O_RDWR)
+            try:
+                os.fsync(fd)
+            finally:
+                os.close(fd)
+        sync_folder(self.path.parent)
 
 
 @contextmanager

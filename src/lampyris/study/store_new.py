@@ -18,6 +18,7 @@ from lampyris.study.store_file import (
     chained,
     connect,
     damaged,
+    keep_log,
     seal,
     sidecar,
     speaking,
@@ -108,7 +109,7 @@ def _fill(new: Path, study: str, maps: Mapping[str, str], runs: Iterable[tuple[s
         said = (str(count), head)
         connection.execute("INSERT INTO tally VALUES (1, ?, ?, ?)", (seal("tally", *said), *said))
         connection.execute("COMMIT")
-        connection.execute("PRAGMA journal_mode=WAL")
+        keep_log(connection, new)
     finally:
         connection.close()
     return Witness(count, head)

@@ -1,0 +1,72 @@
+"""The check of the fail-safe: it holds; a robot that does not brake, or too late, or breaks down is seen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from lampyris.selfcheck import faults, runner
+from lampyris.selfcheck.check import Ask, Outcome
+from lampyris.selfcheck.faults import CHECK, SPOILS
+from lampyris.sim import feed
+from lampyris.sim.control import Decision
+from lampyris.sim.drive import DriveSimulation
+from lampyris.sim.feed import FAULTS, Watch
+
+
+def run(kind: str, count: int, first: int = 0) -> Outcome:
+    return runner.run(CHECK, Ask(), runner.Range(only=kind, first=first, cases=count)).outcome
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_it_holds(kind: str) -> None:
+    seen = run(kind, 4, first=100)
+    assert (seen.cases, seen.failed) == (4, 0), seen.failures
+    assert seen.counts["noticed"] >= 3
+
+
+def test_every_way_to_spoil_a_message_is_tried() -> None:
+    seen = run("garbage", len(SPOILS))
+    assert not seen.failures
+    assert {name for name in SPOILS if seen.counts.get(name)} == set(SPOILS)
+    assert seen.counts["messages spoilt"] > 20
+
+
+def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Watch, "hear", lambda self, now, messages, robot, moving: _deaf(self, messages))
+    for kind in ("stops", "duplicates", "back-in-time"):
+        assert run(kind, 6).failed >= 4, kind
+
+
+def _deaf(watch: Watch, messages: list[Any]) -> str:
+    for message in messages[-1:]:
+        watch._note(message)
+        watch.last = message
+    return ""
+
+
+def test_it_sees_a_robot_that_brakes_half_as_hard(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = DriveSimulation._decide
+
+    def tired(self: DriveSimulation, period: float) -> Decision:
+        found = sound(self, period)
+        return Decision(0.5 * found.a, found.cause, found.about) if found.cause == "no data" else found
+
+    monkeypatch.setattr(DriveSimulation, "_decide", tired)
+    assert run("stops", 8).failed >= 4
+
+
+def test_it_sees_messages_that_break_the_robot_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(feed, "_nonsense", lambda message: "")
+    seen = run("garbage", 3 * len(SPOILS))
+    assert seen.failed >= 2
+    assert any("Error" in f.what for f in seen.failures)
+
+
+def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*args: Any, **more: Any) -> Any:
+        raise KeyError("no such obstacle")
+
+    monkeypatch.setattr(faults, "drive", broken)
+    assert run("nan", 2).failed == 2
