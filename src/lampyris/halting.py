@@ -18,15 +18,28 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
+from functools import cache
+from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-Word = NDArray[np.int64]
-"""int64, (1,): 0, or 1 once the call is to stop."""
+    Word: TypeAlias = NDArray[np.int64]
+    """int64, (1,): 0, or 1 once the call is to stop."""
 
-NEVER: Word = np.zeros(1, dtype=np.int64)
-"""The word of calls that nobody limits. Nobody writes to it."""
+
+def _new() -> Word:
+    # NumPy is there when the first loop asks; the command line's --help has no use for it.
+    import numpy as np
+
+    return np.zeros(1, dtype=np.int64)
+
+
+@cache
+def never() -> Word:
+    """The word of calls that nobody limits. Nobody writes to it."""
+    return _new()
 
 
 class Halted(Exception):
@@ -85,33 +98,33 @@ class Watch:
     outer : the watch that this one lies in.
     """
 
-    __slots__ = ("_over", "deadline", "outer", "stop", "stops", "word")
+    __slots__ = ("_over", "_word", "deadline", "outer", "stop", "stops")
     deadline: float
     stops: tuple[Stop, ...]
 
     def __init__(self, seconds: float | None, stop: Stop | None, outer: Watch | None) -> None:
         self.outer = outer
         self.stop = stop
-        self.word: Word = np.zeros(1, dtype=np.int64)
+        self._word: Word | None = None
         own = math.inf if seconds is None else time.perf_counter() + seconds
         self.deadline = own if outer is None else min(own, outer.deadline)
         self.stops = (*(() if outer is None else outer.stops), *(() if stop is None else (stop,)))
         self._over: threading.Event | None = None
 
     def begin(self) -> None:
-        """Start to count the time, and to listen."""
-        for stop in self.stops:
-            stop.join(self.word)
+        """Start to count the time."""
         if self.deadline < math.inf:
             self._over = threading.Event()
+            _ = self.word
             threading.Thread(
                 target=self._wait, args=(self._over,), name="lampyris-limit", daemon=True
             ).start()
 
     def end(self) -> None:
         """Nobody looks at it any more."""
-        for stop in self.stops:
-            stop.leave(self.word)
+        if self._word is not None:
+            for stop in self.stops:
+                stop.leave(self._word)
         if self._over is not None:
             self._over.set()
 
@@ -124,8 +137,19 @@ class Watch:
             self.word[0] = 1
 
     @property
+    def word(self) -> Word:
+        """What the loops read; made, and known to what may stop the call, when it is asked for first."""
+        if self._word is None:
+            self._word = _new()
+            for stop in self.stops:
+                stop.join(self._word)
+        return self._word
+
+    @property
     def is_over(self) -> bool:
         """Whether the call is to stop."""
+        if self._word is None:
+            return any(stop.is_set for stop in self.stops)
         if not self.word[0] and time.perf_counter() >= self.deadline:
             self.word[0] = 1
         return bool(self.word[0])
@@ -138,7 +162,6 @@ class Watch:
 
 class _Here(threading.local):
     watch: Watch | None = None
-    word: Word = NEVER
 
 
 _here = _Here()
@@ -146,7 +169,8 @@ _here = _Here()
 
 def word() -> Word:
     """The word that loops of this thread are to look at now."""
-    return _here.word
+    here = _here.watch
+    return never() if here is None else here.word
 
 
 def watch() -> Watch | None:
@@ -194,26 +218,26 @@ def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator
     if seconds is None and stop is None:
         yield None
         return
-    outer, was = _here.watch, _here.word
+    outer = _here.watch
     made = Watch(seconds, stop, outer)
     made.begin()
-    _here.watch, _here.word = made, made.word
+    _here.watch = made
     try:
         yield made
     finally:
-        _here.watch, _here.word = outer, was
+        _here.watch = outer
         made.end()
 
 
 @contextlib.contextmanager
 def unheard() -> Iterator[None]:
     """Finish what is done inside, whatever the watch says: it is short and must not be left half done."""
-    was = _here.watch, _here.word
-    _here.watch, _here.word = None, NEVER
+    was = _here.watch
+    _here.watch = None
     try:
         yield
     finally:
-        _here.watch, _here.word = was
+        _here.watch = was
 
 
 @contextlib.contextmanager
