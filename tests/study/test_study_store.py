@@ -432,7 +432,8 @@ def test_a_store_that_another_made_meanwhile_is_gone_on_with(
     create = Store.create
 
     def late(path: Path, of: Study) -> Store:
-        filled(path, study(), given=rows(study())[:4])
+        with create(path, of) as first:
+            first.add(rows(of)[:4])
         return create(path, of)
 
     monkeypatch.setattr(Store, "create", late)
