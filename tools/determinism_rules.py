@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from determinism_sets import is_set_type, own_sets
+
 _OURS = "lampyris.elementary has exp, log, sin, cos and atan2"
 _SUMS = "products and a sum, in a stated order"
 _SAID = {
@@ -35,7 +37,6 @@ LISTINGS = frozenset({"os.listdir", "os.scandir", "os.walk", "glob.glob", "glob.
 LISTING_METHODS = frozenset({"iterdir", "glob", "rglob"})
 CHANCE = frozenset({"os.urandom", "uuid.uuid1", "uuid.uuid4"})
 SET_METHODS = frozenset({"union", "intersection", "difference", "symmetric_difference", "copy"})
-SET_TYPES = frozenset({"set", "frozenset", "Set", "AbstractSet", "MutableSet"})
 ORDERED = frozenset(
     {"list", "tuple", "iter", "enumerate", "zip", "map", "filter", "reversed", "next", "dict"}
 )
@@ -52,29 +53,10 @@ class Finding:
     what: str
     why: str
     instead: str
+    last: int = 0
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}: {self.rule}: {self.what}; {self.why}; instead: {self.instead}"
-
-
-def said_sets(trees: list[ast.Module]) -> frozenset[str]:
-    """Names of attributes that are annotated as sets in a class body anywhere, and of nothing else."""
-    found: set[str] = set()
-    other: set[str] = set()
-    for tree in trees:
-        for of in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
-            for one in of.body:
-                if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name):
-                    (found if _is_set_type(one.annotation) else other).add(one.target.id)
-    return frozenset(found - other)
-
-
-def _is_set_type(note: ast.expr | None) -> bool:
-    if isinstance(note, ast.Subscript):
-        note = note.value
-    if isinstance(note, ast.BinOp):
-        return _is_set_type(note.left) or _is_set_type(note.right)
-    return isinstance(note, ast.Name) and note.id in SET_TYPES
 
 
 @dataclass
@@ -96,11 +78,12 @@ class Reader(ast.NodeVisitor):
         self._scopes = [_Scope()]
         self._makers: set[str] = set()
         self._in_order: set[int] = set()
+        self._own: list[set[str]] = [set()]
 
     def read(self, tree: ast.Module) -> list[Finding]:
         """All findings of a module, exceptions not yet taken off."""
         for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef) and _is_set_type(node.returns):
+            if isinstance(node, ast.FunctionDef) and is_set_type(node.returns):
                 self._makers.add(node.name)
         self._learn(tree)
         self.visit(tree)
@@ -136,7 +119,7 @@ class Reader(ast.NodeVisitor):
         known.whole -= unsure
 
     def _note(self, name: str, note: ast.expr | None) -> None:
-        if _is_set_type(note):
+        if is_set_type(note):
             self._scopes[-1].sets.add(name)
         if isinstance(note, ast.Name) and note.id == "int":
             self._scopes[-1].whole.add(name)
@@ -147,7 +130,8 @@ class Reader(ast.NodeVisitor):
         if isinstance(node, ast.Name):
             return any(node.id in scope.sets for scope in self._scopes)
         if isinstance(node, ast.Attribute):
-            return node.attr in self._attributes
+            own = isinstance(node.value, ast.Name) and node.value.id == "self"
+            return node.attr in self._attributes or (own and node.attr in self._own[-1])
         if isinstance(node, ast.BinOp):
             return isinstance(node.op, ast.BitOr | ast.BitAnd | ast.Sub | ast.BitXor) and (
                 self._is_set(node.left) or self._is_set(node.right)
@@ -181,10 +165,27 @@ class Reader(ast.NodeVisitor):
             return inside or (name in {"len", "int", "math.isqrt", "round"} and len(node.args) == 1)
         return False
 
+    def _is_counting(self, node: ast.expr) -> bool:
+        """Whether what is summed is whole numbers for certain: yes and no, lengths, a shape."""
+        if isinstance(node, ast.GeneratorExp | ast.ListComp):
+            one = node.elt
+            sides = [one.body, one.orelse] if isinstance(one, ast.IfExp) else [one]
+            return all(self._is_whole(side) or self._is_yes_or_no(side) for side in sides)
+        return isinstance(node, ast.Attribute) and node.attr == "shape"
+
+    def _is_yes_or_no(self, node: ast.expr) -> bool:
+        if isinstance(node, ast.BoolOp):
+            return all(self._is_yes_or_no(one) for one in node.values)
+        if isinstance(node, ast.UnaryOp):
+            return isinstance(node.op, ast.Not)
+        asked = isinstance(node, ast.Call) and self._name(node.func) in {"bool", "any", "all", "isinstance"}
+        return isinstance(node, ast.Compare) or asked
+
     # What breaks a rule
 
     def _tell(self, node: ast.AST, rule: str, what: str, why: str, instead: str) -> None:
-        self.found.append(Finding(self.file, getattr(node, "lineno", 0), rule, what, why, instead))
+        first, last = getattr(node, "lineno", 0), getattr(node, "end_lineno", 0)
+        self.found.append(Finding(self.file, first, rule, what, why, instead, last))
 
     def visit_Import(self, node: ast.Import) -> None:
         for one in node.names:
@@ -210,6 +211,11 @@ class Reader(ast.NodeVisitor):
             )
         elif root == "cmath":
             self._tell(node, "bits", "cmath", "rounded as the system likes", _OURS)
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> None:
+        self._own.append(own_sets(node))
+        self.generic_visit(node)
+        self._own.pop()
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
         self._scopes.append(_Scope())
@@ -285,6 +291,9 @@ class Reader(ast.NodeVisitor):
             self._tell(node, "bits", name, "the order of its sums is the machine's", _SUMS)
         elif name == "pow" and len(node.args) == 2:
             self._tell(node, "bits", name, "pow rounds as the system likes", "x * x, or whole numbers")
+        elif name == "sum" and not (node.args and self._is_counting(node.args[0])):
+            why = "from Python 3.12 on it carries what rounding loses"
+            self._tell(node, "sum", f"{name}() of numbers that may be floats", why, "math.fsum, or a loop")
         elif method == "dot" and root != "numpy":
             self._tell(node, "bits", ".dot()", "the order of BLAS's sums is the machine's", _SUMS)
         elif name == "numpy.arange" and any(_is_float(one) for one in node.args):

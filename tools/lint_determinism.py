@@ -6,7 +6,7 @@ Allowed in such code are whole numbers, ``+ - * /`` and ``sqrt`` on floats (IEEE
 bit), raw draws of PCG64 from a SeedSequence, and :mod:`lampyris.elementary` for exp, log, sin, cos and atan2.
 Each finding is told as ``file:line: rule: what; why; instead``; exit 1 if there are any.
 
-An exception is said where it is, ``# bits: reason`` on the line itself, or for a whole file in
+An exception is said where it is, ``# bits: reason`` on one of its lines, or for a whole file in
 :data:`EXCEPTIONS`. An exception that excuses nothing is a finding too.
 
 The lint reads one file at a time and knows no types but those that are written there: sets by how they are
@@ -24,7 +24,8 @@ import sys
 import tokenize
 from pathlib import Path
 
-from determinism_rules import Finding, Reader, said_sets
+from determinism_rules import Finding, Reader
+from determinism_sets import said_sets
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "lampyris"
 
@@ -40,6 +41,7 @@ serves."""
 _MEASURED = "how long it took is told, and decides nothing"
 _LIMITED = "a time limit that the user set; what is not found by then is said to be so"
 _WAITED = "how long to wait for others; which run comes back first does not show"
+_COUNTED = "whole numbers"
 _TOLD = "figures about results, for the reader; no run hangs on them"
 
 EXCEPTIONS: dict[tuple[str, str], str] = {
@@ -58,6 +60,12 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     **dict.fromkeys(((f"study/{name}.py", "time") for name in ("cluster", "pool", "run")), _WAITED),
     **dict.fromkeys((("study/compare.py", "bits"), ("study/compare.py", "scipy")), _TOLD),
     ("study/summary_tabs.py", "bits"): _TOLD,
+    ("study/pace.py", "sum"): "how long it will take, told meanwhile",
+    ("kernels/_jit.py", "sum"): _COUNTED,
+    **dict.fromkeys(
+        ((f"study/{name}.py", "sum") for name in ("carve", "drive_evidence", "evidence", "pool", "who")),
+        _COUNTED,
+    ),
 }  # fmt: skip
 """Why a rule does not hold in a file: (file, rule) to reason."""
 
@@ -83,8 +91,9 @@ def lint(
     used: set[int] = set()
     excused: set[tuple[str, str]] = set()
     for one in Reader(file, attributes or said_sets([tree])).read(tree):
-        if reasons.get(one.line):
-            used.add(one.line)
+        said = [line for line in range(one.line, one.last + 1) if reasons.get(line)]
+        if said:
+            used.update(said)
         elif (file, one.rule) in EXCEPTIONS:
             excused.add((file, one.rule))
         else:

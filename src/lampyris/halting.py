@@ -19,31 +19,32 @@ import threading
 import time
 from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    Word: TypeAlias = NDArray[np.int64]
+    Word = NDArray[np.int64]
     """int64, (1,): 0, or 1 once the call is to stop."""
 
 
+class Halted(Exception):
+    """The call was stopped. Raised by :func:`look` and by kernels; whoever opened the watch catches it."""
+
+
 def _new() -> Word:
-    # NumPy is there when the first loop asks; the command line's --help has no use for it.
+    # NumPy is imported when a loop first asks for its word: the command line listens from its first moment
+    # on, and its help must not wait for NumPy.
     import numpy as np
 
     return np.zeros(1, dtype=np.int64)
 
 
 @cache
-def never() -> Word:
+def _never() -> Word:
     """The word of calls that nobody limits. Nobody writes to it."""
     return _new()
-
-
-class Halted(Exception):
-    """The call was stopped. Raised by :func:`look` and by kernels; whoever opened the watch catches it."""
 
 
 class Stop:
@@ -53,11 +54,11 @@ class Stop:
     between two of its own steps, not within a compiled loop; :func:`interrupts` is for that.
     """
 
-    __slots__ = ("_is_set", "_words")
+    __slots__ = ("_is_set", "_watches")
 
     def __init__(self) -> None:
         self._is_set = False
-        self._words: dict[int, Word] = {}
+        self._watches: dict[int, Watch] = {}
 
     @property
     def is_set(self) -> bool:
@@ -66,20 +67,20 @@ class Stop:
 
     def set(self) -> None:
         """Stop. It takes no lock, so that it can be called anywhere at any moment."""
-        # In this order, and the other way round in join: a word that joins meanwhile is set by one of both.
+        # In this order, and the other way round in join: a watch that joins meanwhile is told by one of both.
         self._is_set = True
-        for word in list(self._words.values()):
-            word[0] = 1
+        for watch in list(self._watches.values()):
+            watch.tell()
 
-    def join(self, word: Word) -> None:
-        """Have a word set, too, when this is."""
-        self._words[id(word)] = word
+    def join(self, watch: Watch) -> None:
+        """Have a watch told, too, when this is."""
+        self._watches[id(watch)] = watch
         if self._is_set:
-            word[0] = 1
+            watch.tell()
 
-    def leave(self, word: Word) -> None:
-        """Let go of a word."""
-        self._words.pop(id(word), None)
+    def leave(self, watch: Watch) -> None:
+        """Let go of a watch."""
+        self._watches.pop(id(watch), None)
 
 
 class _Interrupt(Stop):
@@ -98,13 +99,14 @@ class Watch:
     outer : the watch that this one lies in.
     """
 
-    __slots__ = ("_over", "_word", "deadline", "outer", "stop", "stops")
+    __slots__ = ("_is_told", "_over", "_word", "deadline", "outer", "stop", "stops")
     deadline: float
     stops: tuple[Stop, ...]
 
     def __init__(self, seconds: float | None, stop: Stop | None, outer: Watch | None) -> None:
         self.outer = outer
         self.stop = stop
+        self._is_told = False
         self._word: Word | None = None
         own = math.inf if seconds is None else time.perf_counter() + seconds
         self.deadline = own if outer is None else min(own, outer.deadline)
@@ -112,19 +114,19 @@ class Watch:
         self._over: threading.Event | None = None
 
     def begin(self) -> None:
-        """Start to count the time."""
+        """Start to count the time, and to listen."""
+        for stop in self.stops:
+            stop.join(self)
         if self.deadline < math.inf:
             self._over = threading.Event()
-            _ = self.word
             threading.Thread(
                 target=self._wait, args=(self._over,), name="lampyris-limit", daemon=True
             ).start()
 
     def end(self) -> None:
         """Nobody looks at it any more."""
-        if self._word is not None:
-            for stop in self.stops:
-                stop.leave(self._word)
+        for stop in self.stops:
+            stop.leave(self)
         if self._over is not None:
             self._over.set()
 
@@ -134,25 +136,30 @@ class Watch:
         while left > 0.0 and not over.wait(min(left, 1e6)):
             left = self.deadline - time.perf_counter()
         if left <= 0.0:
-            self.word[0] = 1
+            self.tell()
+
+    def tell(self) -> None:
+        """The call is to stop."""
+        # In this order, and the other way round in word: whoever comes second sets it.
+        self._is_told = True
+        if self._word is not None:
+            self._word[0] = 1
 
     @property
     def word(self) -> Word:
-        """What the loops read; made, and known to what may stop the call, when it is asked for first."""
+        """What compiled loops look at."""
         if self._word is None:
             self._word = _new()
-            for stop in self.stops:
-                stop.join(self._word)
+            if self._is_told:
+                self._word[0] = 1
         return self._word
 
     @property
     def is_over(self) -> bool:
         """Whether the call is to stop."""
-        if self._word is None:
-            return any(stop.is_set for stop in self.stops)
-        if not self.word[0] and time.perf_counter() >= self.deadline:
-            self.word[0] = 1
-        return bool(self.word[0])
+        if not self._is_told and time.perf_counter() >= self.deadline:
+            self.tell()
+        return self._is_told
 
     @property
     def was_told(self) -> bool:
@@ -170,7 +177,7 @@ _here = _Here()
 def word() -> Word:
     """The word that loops of this thread are to look at now."""
     here = _here.watch
-    return never() if here is None else here.word
+    return _never() if here is None else here.word
 
 
 def watch() -> Watch | None:

@@ -128,7 +128,7 @@ def summed(answers: Sequence[Answer]) -> dict[str, Any]:
         "solved": sum(bool(a.status) for a in answers),
         "disagree": sum(not a.agrees for a in answers),
         "unreachable": sum(a.status in UNREACHABLE for a in answers),
-        "expansions": sum(a.expansions for a in answers),
+        "expansions": sum(a.expansions for a in answers),  # bits: whole numbers
         "mean_ratio": math.fsum(ratios) / len(ratios) if ratios else None,
         "worst_ratio": max(ratios, default=None),
     }

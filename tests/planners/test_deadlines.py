@@ -242,7 +242,7 @@ def test_without_a_limit_there_is_no_thread_and_no_word() -> None:
     while clocks():
         time.sleep(0.001)  # those of tests before this one end by themselves
     with halting.watching() as watch:
-        assert (watch, halting.watch(), halting.word() is halting.never(), clocks()) == (None, None, True, 0)
+        assert (watch, halting.watch(), halting.word() is halting._never(), clocks()) == (None, None, True, 0)
         halting.look()
     with halting.watching(seconds=50.0):
         assert clocks() == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -315,3 +316,10 @@ def test_the_front_door_takes_a_budget() -> None:
     for run in (lampyris.simulate, lampyris.drive, lampyris.plan):
         with pytest.raises(SettingError):
             run(scene, "astar", budget=5)  # type: ignore[operator]
+
+
+def test_a_clock_that_goes_back_costs_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its seconds were then below zero, which the referee refuses, and the run counted as failed."""
+    clock = itertools.count(1000.0, -7.0)
+    monkeypatch.setattr(one.time, "perf_counter", clock.__next__)
+    assert result_of(study_of("plan"))["timing"]["wall_s"] == 0.0

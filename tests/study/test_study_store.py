@@ -12,7 +12,7 @@ import pytest
 from store_samples import bytes_of, child, filled, names, rows, study
 
 from lampyris.errors import InternalFault, LampyrisError, UsageError
-from lampyris.study.design import Crowd, Who
+from lampyris.study.design import Crowd, Study, Who
 from lampyris.study.plain import study_plain
 from lampyris.study.row import Row
 from lampyris.study.store import Store, open_for
@@ -423,6 +423,22 @@ def test_a_meddled_store_is_seen(tmp_path: Path, sql: str) -> None:
     db.close()
     code_of(path, "STORE_DAMAGED")
     code_of(path, "STORE_DAMAGED", writable=False)
+
+
+def test_a_store_that_another_made_meanwhile_is_gone_on_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two processes began a study at once: the second was told that the file exists, and ended."""
+    create = Store.create
+
+    def late(path: Path, of: Study) -> Store:
+        with create(path, of) as first:
+            first.add(rows(of)[:4])
+        return create(path, of)
+
+    monkeypatch.setattr(Store, "create", late)
+    with open_for(tmp_path / "a", study()) as store:
+        assert len(store) == 4
 
 
 def test_a_store_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

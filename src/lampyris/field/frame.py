@@ -151,7 +151,7 @@ Wanted = tuple[int, Any]
 def carve(block: NDArray[np.uint8] | None, *wanted: Wanted) -> tuple[NDArray[np.uint8], list[NDArray[Any]]]:
     """The block, a new one if the given one is too small, and uninitialised arrays side by side in it."""
     sizes = [length * np.dtype(kind).itemsize for length, kind in wanted]
-    total = sum(-(-size // 64) * 64 for size in sizes)
+    total = sum(-(-size // 64) * 64 for size in sizes)  # bits: whole numbers
     if block is None or block.size < total:
         block = np.empty(total, dtype=np.uint8)
     at, out = 0, []

@@ -178,7 +178,8 @@ class _Build:
                 if grid is not None:
                     self.tried(("obstacles", k), check_obstacle, grid, len(made), one)
                 made.append(one)
-        total = sum(s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in made)
+        counts = [s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in made]
+        total = sum(counts)  # bits: whole numbers
         if total > MAX_BODIES:
             fault = LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
             self.faults.keep(("obstacles",), fault)

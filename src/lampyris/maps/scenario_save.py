@@ -251,7 +251,7 @@ def _plain_value(owner: str, key: str, value: Any) -> Any:
 
 def _count(value: Any) -> int:
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return 1 + sum(map(_count, parts))
+    return 1 + sum(map(_count, parts))  # bits: whole numbers
 
 
 # ---- text --------------------

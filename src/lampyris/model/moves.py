@@ -106,7 +106,8 @@ class Moves:
 
     def exact(self, counts: tuple[int, ...]) -> int:
         """Exact integer cost of so many straights, diagonals and (if any) knight's steps."""
-        return sum(n * c for n, c in zip(counts, (self.unit, *self._dear), strict=False))
+        paid = (n * c for n, c in zip(counts, (self.unit, *self._dear), strict=False))
+        return sum(paid)  # bits: whole numbers
 
     def value(self, exact: int) -> float:
         """A cost as a length in cells, correctly rounded from the exact integer."""

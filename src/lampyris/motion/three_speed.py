@@ -7,6 +7,7 @@ Model, equations and limits: docs/speed/three_speeds.md.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -83,7 +84,7 @@ class ThreeSpeed:
             raise SettingError("LAW_SETTING", f"{self.paces}", where=where, allowed="rising whole numbers")
         where = "physical.three_speed.prior"
         shares = tuple(number(where, share, 0.0, 1.0) for share in _three("prior", self.prior))
-        if abs(sum(shares) - 1.0) > 1e-9:
+        if abs(math.fsum(shares) - 1.0) > 1e-9:
             raise SettingError("LAW_SETTING", f"{shares}", where=where, allowed="shares that add up to 1")
         object.__setattr__(self, "prior", shares)
 

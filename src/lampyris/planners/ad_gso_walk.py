@@ -200,7 +200,9 @@ class Walker:
         x, y = self.cell(at)
         luc = [float(ground.luciferin[c]) for c in cells]
         here = float(ground.luciferin[at])
-        total = sum(here - value for value in luc)
+        total = 0.0
+        for value in luc:  # One after the other: from Python 3.12 on, sum() carries what rounding loses.
+            total += here - value
         out = []
         for c, value in zip(cells, luc, strict=True):
             cx, cy = self.cell(c)

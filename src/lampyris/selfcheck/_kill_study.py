@@ -28,7 +28,7 @@ from lampyris.selfcheck._stores import folder
 from lampyris.selfcheck.check import Tally
 
 KILLS, WORKERS = 3, 2
-JOBS_A_KILL = 60
+JOBS_A_KILL = 40
 """Runs of the study for each kill: it must not end before it was killed so often."""
 GONE_IN = 20.0
 """Seconds in which the workers of a killed study must have ended by themselves."""

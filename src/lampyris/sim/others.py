@@ -98,7 +98,7 @@ class Others:
             return None
         bodies = legs[:, 0].astype(np.int64)
         old = np.zeros(len(bodies), dtype=np.int64)
-        for body in self.touching:
+        for body in self.touching:  # bits: each sets its own entries
             old[bodies == body] = 1
         made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in going.stretches])
         columns = np.ascontiguousarray(legs[:, 1:].T)

@@ -202,7 +202,7 @@ def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
     LimitError : more bodies than a simulation may have.
     """
     specs = scene.traffic
-    total = sum(s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in specs)
+    total = sum(s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in specs)  # bits: whole numbers
     if total > MAX_BODIES:
         raise LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
     plans = Placing(scene, world, seed)

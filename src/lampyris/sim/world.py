@@ -123,7 +123,8 @@ class World:
         """Where a body of that shape could be put now without meeting anybody; bool, (height, width)."""
         mask = shape.open.copy()
         height, width = mask.shape
-        xy = np.array([self.space.cell(c) for c in (*self.taken, *self.robot_cover)], dtype=np.int64)
+        taken = (*self.taken, *self.robot_cover)  # bits: each takes its own cell away
+        xy = np.array([self.space.cell(c) for c in taken], dtype=np.int64)
         for dx, dy in shape.offsets:
             x, y = xy[:, 0] - dx, xy[:, 1] - dy
             inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)

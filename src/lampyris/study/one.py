@@ -188,7 +188,7 @@ def _grid(name: str, resolution: float, grounds: Mapping[str, Any]) -> Grid:
 
 
 def _seconds(clock: _Clock, wall: float) -> dict[str, float]:
-    out = {"cpu_s": time.thread_time() - clock.began, "wall_s": time.perf_counter() - wall}
+    out = {"cpu_s": time.thread_time() - clock.began, "wall_s": max(time.perf_counter() - wall, 0.0)}
     if clock.plan_s is not None:
         out["plan_s"] = clock.plan_s
     return out

@@ -370,7 +370,11 @@ def open_for(path: str | os.PathLike[str], study: Study) -> Store:
     with speaking(place, "read"):
         there = place.exists()
     if not there:
-        return Store.create(place, study)
+        try:
+            return Store.create(place, study)
+        except FileError as fault:
+            if fault.code != "STORE_EXISTS":  # another process has made it since we looked
+                raise
     store = Store.open(place)
     try:
         demand_same(store.plain(), study, str(place))
