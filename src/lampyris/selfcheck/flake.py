@@ -25,7 +25,6 @@ from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 QUICK = (
     "tests/model",
     "tests/maps/test_map_text_npy.py",
-    "tests/maps/test_map_yaml_text.py",
     "tests/motion/test_speed_dissertation.py",
     "tests/test_elementary.py",
 )

@@ -113,8 +113,8 @@ def _power(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
     store = str(one.place / "s.db")
     tally.case("with a log" if f"{store}-wal" in there else "no log", "store" if store in there else "none")
     wrong = one.kept() or one.gone_on_with()
-    names = ", ".join(f"{path.rpartition('/')[2]} ({len(data)})" for path, data in there.items())
-    return f"power lost before change {moment}, left {names}: {wrong}" if wrong else ""
+    left = ", ".join(f"{path.rpartition('/')[2]} ({len(data)})" for path, data in there.items())
+    return f"power lost before change {moment}, left {left}: {wrong}" if wrong else ""
 
 
 def _clock(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
