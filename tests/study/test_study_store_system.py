@@ -70,11 +70,6 @@ def test_a_writer_killed_at_any_moment_loses_nothing_that_it_acknowledged(tmp_pa
     assert killed_often(tmp_path / "a", 4, 1) > 0
 
 
-@pytest.mark.nightly
-def test_a_hundred_kills(tmp_path: Path) -> None:
-    assert killed_often(tmp_path / "a", 100, 2) > 50
-
-
 # ---- what the system refuses --------------------
 
 FULL = """
