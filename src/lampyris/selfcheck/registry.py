@@ -23,12 +23,13 @@ NAMES: tuple[str, ...] = (
     "kill",
     "oserrors",
     "mutants",
-    "flake",
     "swarm",
     "determinism",
     "scen",
     "referee",
     "deadline",
+    "maps",
+    "flake",
 )
 """Each the name of a module of this room that holds ``CHECK``; in the order in which they are run."""
 
