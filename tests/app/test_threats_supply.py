@@ -19,7 +19,7 @@ ENDINGS = {
     "app/static": {".js", ".css", ".html", ".svg", ".json", ".txt"},
 }
 """What may be where; bundled data has a list of its own."""
-DATA = {".json", ".yaml", ".map", ".png", ".csv", ".txt", ".npz", ".pgm", ".md", ".tsv", ".toml", ".typed", ".scen"}
+DATA = set(".json .yaml .map .png .csv .txt .npz .pgm .md .tsv .toml .typed .scen".split())
 # uPlot 1.6.32, MIT, as its own release has it. It is never edited here.
 VENDORED = {"uplot.js", "uplot.css", "uplot-licence.txt"}
 
