@@ -19,7 +19,8 @@ ENDINGS = {
     "app/static": {".js", ".css", ".html", ".svg", ".json", ".txt"},
 }
 """What may be where; bundled data has a list of its own."""
-DATA = set(".json .yaml .map .png .csv .txt .npz .pgm .md .tsv .toml .typed .scen".split())
+DATA = {".json", ".yaml", ".map", ".png", ".csv", ".txt", ".npz", ".pgm", ".md", ".tsv"}
+DATA |= {".toml", ".typed", ".scen"}
 # uPlot 1.6.32, MIT, as its own release has it. It is never edited here.
 VENDORED = {"uplot.js", "uplot.css", "uplot-licence.txt"}
 
