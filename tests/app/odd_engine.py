@@ -39,6 +39,16 @@ def sleep(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     time.sleep(1000)
 
 
+def loop(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """One compiled loop that ends only when the job is cancelled; the file's first byte is 1 once it runs."""
+    import numpy as np
+    from odd_kernel import forever
+
+    yield json_frame("H", {"job": question["job"], "pid": os.getpid()})
+    forever(np.asarray(np.memmap(question["file"], dtype=np.uint8, mode="r+", shape=(1,))))
+    yield json_frame("Z", {"pid": os.getpid()})
+
+
 def mute(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """Never say anything."""
     time.sleep(1000)
@@ -126,7 +136,7 @@ def flood(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 
 if __name__ == "__main__":
     os.environ["ODD_OUT"] = str(os.dup(1))
-    kinds = (spin, wait, sleep, mute, grow, fork, crash, pour, forge, fault, late, place, quick)
+    kinds = (spin, wait, sleep, loop, mute, grow, fork, crash, pour, forge, fault, late, place, quick)
     verbs = {kind.__name__: kind for kind in kinds}
     # As the server calls them, which asks for nothing else.
     verbs |= {"plan": quick, "layer": wait, "simulate": flood, "compare": wait, "make": quick}

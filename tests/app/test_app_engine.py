@@ -241,6 +241,88 @@ def test_a_job_that_does_not_stop_is_killed() -> None:
     assert run(ask()) == ("X", "CANCELLED", "Z", True)
 
 
+async def in_loop(engines: Engines, mark: Path) -> tuple[AsyncIterator[bytes], dict[str, Any]]:
+    """A job that is within a compiled loop, and its head."""
+    mark.write_bytes(b"\0")
+    answer = engines.ask({"verb": "loop", "file": str(mark)})
+    head = await first(answer)
+    while mark.read_bytes() != b"\1":
+        await asyncio.sleep(0.01)
+    return answer, head
+
+
+async def rest(answer: AsyncIterator[bytes]) -> list[tuple[str, Any]]:
+    return [unframed(piece) async for piece in answer]
+
+
+def test_a_job_within_a_compiled_loop_hears_that_it_is_cancelled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The loop ends for nothing else: the next jobs find its process only if it was not killed. The first of
+    them is within the loop as well, and is not stopped by a cancellation of the one before."""
+    monkeypatch.setattr("lampyris.app.engines.GRACE", 20.0)  # others may have all processors meanwhile
+
+    async def ask() -> Any:
+        engines = Engines(1, quick=0, command=ODD)
+        codes, pids = [], set()
+        for k in range(2):
+            answer, head = await in_loop(engines, tmp_path / f"mark{k}")
+            ended = asyncio.ensure_future(rest(answer))
+            for other in (head["job"] - 1, head["job"] + 1, 0):
+                await engines._all[0].cancel(other)
+            assert not (await asyncio.wait({ended}, timeout=0.3))[0]
+            await engines.cancel(head["job"])
+            codes += [told.get("code") for kind, told in await ended if kind != "P"]
+            pids.add(head["pid"])
+        pids.add((await whole(engines, verb="quick"))[-1][1]["pid"])
+        await engines.close()
+        return codes, pids
+
+    codes, pids = run(ask())
+    assert codes == ["CANCELLED"] * 2
+    assert len(pids) == 1
+
+
+def test_who_leaves_a_job_within_a_compiled_loop_leaves_the_engine_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lampyris.app.engines.GRACE", 20.0)
+
+    async def ask() -> tuple[int, int]:
+        engines = Engines(1, quick=0, command=ODD)
+        answer, head = await in_loop(engines, tmp_path / "mark")
+        await answer.aclose()  # type: ignore[attr-defined]
+        after = (await whole(engines, verb="quick"))[-1][1]["pid"]
+        await engines.close()
+        return head["pid"], after
+
+    before, after = run(ask())
+    assert after == before
+
+
+def test_a_job_that_is_cancelled_before_its_turn_is_not_begun() -> None:
+    """Two questions at once, as no server sends them; the second is cancelled while the first is answered."""
+    sent = ({"job": 1, "verb": "wait"}, {"job": 2, "verb": "wait"}, {"cancel": 2}, {"cancel": 1})
+    engine = subprocess.Popen((*ODD, "60", str(2**30)), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert engine.stdin is not None
+    assert engine.stdout is not None
+    for said in sent:
+        data = json.dumps(said).encode()
+        engine.stdin.write(struct.pack("<I", len(data)) + data)
+    engine.stdin.flush()
+    told = []
+    while len(told) < 2:
+        size, job = struct.unpack("<II", engine.stdout.read(8))
+        piece = engine.stdout.read(size)
+        if size and piece[4:5] == b"X":
+            told.append((job, json.loads(piece[5:])["code"]))
+        assert not (job == 2 and piece[4:5] == b"H")
+    engine.stdin.close()
+    engine.stdout.close()
+    engine.wait(30)
+    assert told == [(1, "CANCELLED"), (2, "CANCELLED")]
+
+
 @LINUX
 def test_processor_time_has_its_limit() -> None:
     async def ask() -> Any:
@@ -348,6 +430,7 @@ FORGED = {
     "a list": struct.pack("<I", 2) + b"[]",
     "no number": struct.pack("<I", 11) + b'{"job":"x"}',
     "oversize": struct.pack("<I", 2**31) + b"{}",
+    "cancels no number": struct.pack("<I", 14) + b'{"cancel":[1]}',
     "empty": struct.pack("<I", 0),
     "cut short": struct.pack("<I", 100) + b"{}",
 }

@@ -22,7 +22,6 @@ import lampyris
 from lampyris import scenarios
 from lampyris.app import work
 from lampyris.app.compared import comparison
-from lampyris.app.engine import Cancelled
 from lampyris.app.frames import NOWHERE
 from lampyris.app.layered import grid_at, reach
 from lampyris.app.said import said_scenario
@@ -30,6 +29,7 @@ from lampyris.app.watched import WORDS, begin
 from lampyris.cli import main
 from lampyris.errors import LampyrisError, SettingError
 from lampyris.field.solve import solve_field
+from lampyris.halting import Halted
 from lampyris.maps import library
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
@@ -400,10 +400,10 @@ def test_a_simulation_is_stopped_between_two_ticks() -> None:
     def look() -> None:
         seen.append(1)
         if len(seen) == 4:
-            raise Cancelled
+            raise Halted
 
     question = {"verb": "simulate", "job": 1, "scenario": state(obstacles=CROWD)}
-    with pytest.raises(Cancelled):
+    with pytest.raises(Halted):
         list(work.answer(question, look))
     assert len(seen) == 4
 

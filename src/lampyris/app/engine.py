@@ -2,8 +2,8 @@
 
 A question is a length (u32, little endian) and JSON ``{"job", "verb", ...}``; its answer is a length, and the
 job's number and a frame; the end of an answer is a frame of length 0. Nothing else is ever written there, and
-nothing is pickled. A question ``{"cancel": job}`` that comes while another is answered stops that one at its
-next tick.
+nothing is pickled. A question ``{"cancel": job}`` stops that job wherever it is, also within a compiled loop
+(:mod:`lampyris.halting`), and says nothing to any other.
 
 Limits are set by the engine on itself before it reads anything: memory once, CPU seconds for each question.
 """
@@ -17,10 +17,12 @@ import signal
 import struct
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from io import RawIOBase
-from typing import Any, BinaryIO, NoReturn, cast
+from typing import Any, BinaryIO, NamedTuple, NoReturn, cast
+
+from lampyris import halting
 
 MEMORY = 2 * 2**30
 """Bytes of address space beyond what the libraries map."""
@@ -29,43 +31,50 @@ SECONDS = 60
 MAX_QUESTION = 2**26
 
 
-class Cancelled(Exception):
-    """Nobody waits for the answer any more."""
+class Job(NamedTuple):
+    """A question that was asked.
+
+    Parameters
+    ----------
+    number : the server's; it gives each to one job alone.
+    question : what was asked.
+    stop : set once nobody waits for the answer any more. A job has its own, so that a cancellation that
+        comes too late stops nobody.
+    """
+
+    number: int
+    question: dict[str, Any]
+    stop: halting.Stop
 
 
 class Asked:
-    """Questions from a stream, read by a thread of their own so that a cancellation is seen in time."""
+    """Jobs from a stream, read by a thread of their own so that a cancellation is heard at any moment."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
-        self._questions: queue.Queue[dict[str, Any]] = queue.Queue()
-        self._cancelled: set[int] = set()
+        self._jobs: queue.Queue[Job] = queue.Queue()
+        self._stops: dict[int, halting.Stop] = {}
         threading.Thread(target=self._read, daemon=True).start()
 
-    def next(self) -> dict[str, Any]:
-        """The next question. Where there will be no more, the process ends instead."""
-        return self._questions.get()
+    def next(self) -> Job:
+        """The next job. Where there will be no more, the process ends instead."""
+        return self._jobs.get()
+
+    def done(self, job: Job) -> None:
+        """It is answered, and cannot be cancelled any more."""
+        if self._stops.get(job.number) is job.stop:
+            del self._stops[job.number]
 
     @property
     def first(self) -> int | None:
-        """The job that waits longest; None: none waits."""
-        with self._questions.mutex:
-            said = self._questions.queue[0] if self._questions.queue else None
-        return None if said is None else int(said.get("job", 0))
+        """The number of the job that waits longest; None: none waits."""
+        with self._jobs.mutex:
+            return self._jobs.queue[0].number if self._jobs.queue else None
 
     @property
     def waiting(self) -> bool:
-        """Whether there is a question that nobody has taken."""
-        return not self._questions.empty()
-
-    def look(self, job: int) -> Callable[[], None]:
-        """A function that raises :class:`Cancelled` once the job is cancelled."""
-
-        def check() -> None:
-            if job in self._cancelled:
-                raise Cancelled
-
-        return check
+        """Whether there is a job that nobody has taken."""
+        return not self._jobs.empty()
 
     def _read(self) -> None:
         while True:
@@ -77,14 +86,16 @@ class Asked:
                 _leave()
             try:
                 said = json.loads(body)
-                cancelled, job = said.get("cancel"), int(said.get("job", 0))
-            except (ValueError, RecursionError, AttributeError, TypeError):
+                cancels = said.get("cancel") is not None
+                number = int(said["cancel"] if cancels else said.get("job", 0))
+            except (ValueError, RecursionError, AttributeError, TypeError, OverflowError):
                 os._exit(2)
-            if cancelled is None:
-                self._cancelled.discard(job)
-                self._questions.put(said)
-            else:
-                self._cancelled.add(cancelled)
+            if not cancels:
+                job = Job(number, said, halting.Stop())
+                self._stops[number] = job.stop
+                self._jobs.put(job)
+            elif (stop := self._stops.get(number)) is not None:
+                stop.set()
 
 
 def _leave() -> NoReturn:
@@ -112,13 +123,13 @@ def main() -> NoReturn:
     with heard(lambda piece: _beside(out, asked.first, piece)):
         _warm(asked)
     while True:
-        question = asked.next()
-        job = int(question["job"])
+        job = asked.next()
         limit_seconds(seconds)
-        with heard(partial(_beside, out, job)):
-            for piece in _answered(work.answer(question, asked.look(job))):
-                _write(out, struct.pack("<II", len(piece), job) + piece)
-        _write(out, struct.pack("<II", 0, job))
+        with heard(partial(_beside, out, job.number)), halting.watching(stop=job.stop):
+            for piece in _answered(work.answer(job.question, halting.look)):
+                _write(out, struct.pack("<II", len(piece), job.number) + piece)
+        asked.done(job)
+        _write(out, struct.pack("<II", 0, job.number))
 
 
 def _beside(out: RawIOBase, job: int | None, piece: bytes) -> None:
@@ -153,8 +164,9 @@ def _answered(frames: Iterator[bytes]) -> Iterator[bytes]:
     from lampyris.errors import InternalFault, LampyrisError, LimitError
 
     try:
+        halting.look()  # it may have been cancelled while it waited
         yield from frames
-    except Cancelled:
+    except halting.Halted:
         yield json_frame("X", {"code": "CANCELLED", "what": "stopped"})
     except LampyrisError as fault:
         yield error_frame(fault)
