@@ -58,7 +58,7 @@ lint: $(VENV)/.dev
 
 unit: $(VENV)/.dev
 	@tools/browser.sh
-	$(BIN)/python -m pytest -q -n auto -m "not nightly"
+	$(BIN)/python -m pytest -q -n auto --dist worksteal -m "not nightly"
 
 # Each check goes on where it was stopped: delete build/nightly.ledger to begin anew.
 check-nightly: $(VENV)/.nightly
