@@ -20,6 +20,8 @@ from lampyris.selfcheck import _determinism_run, _small_studies, determinism
 from lampyris.selfcheck._canonical import canonical, digest
 from lampyris.selfcheck.check import Ask, Outcome, Part
 
+pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
+
 LAST_BIT = """
 import numpy as np
 from lampyris import elementary

@@ -16,6 +16,8 @@ from lampyris.selfcheck._flake_order import shuffled
 from lampyris.selfcheck.check import Ask
 from lampyris.selfcheck.runner import Range
 
+pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
+
 ROOT = Path(__file__).resolve().parents[2]
 SOUND = """
 import pytest

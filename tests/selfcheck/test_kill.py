@@ -10,7 +10,10 @@ from lampyris.selfcheck import _kill_study, _sittings, runner
 from lampyris.selfcheck.check import Ask, Outcome, Part, Tally
 from lampyris.selfcheck.kill import CHECK
 
-pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs fork and /proc")
+pytestmark = [
+    pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs fork and /proc"),
+    pytest.mark.nightly,
+]
 
 LATER = """
 def add(self, rows, real=Store.add):

@@ -12,6 +12,8 @@ from lampyris.selfcheck._power import Change, Disk
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.oserrors import CHECK
 
+pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
+
 needs_fork = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs fork")
 
 UNTYPED = """
