@@ -20,7 +20,6 @@ from test_app_work import ask, only, refusal, state
 
 from lampyris import scenarios
 from lampyris.app import said, work
-from lampyris.app.engine import Cancelled
 from lampyris.app.hello import hello
 from lampyris.app.layered import own_order, reach
 from lampyris.app.server import ASKED, WAYS
@@ -29,6 +28,7 @@ from lampyris.app.watched import begin
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import clearance
 from lampyris.field.solve import solve_field
+from lampyris.halting import Halted
 from lampyris.maps.make import RECIPES, make_ground
 from lampyris.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
@@ -197,10 +197,10 @@ def test_a_film_is_stopped_while_it_is_drawn() -> None:
 
     def look() -> None:
         if any(b'"drawing"' in piece for piece in pieces):
-            raise Cancelled
+            raise Halted
 
     question = {"verb": "export", "job": 1, "scenario": state(map="guide"), "what": "gif"}
-    with heard(pieces.append), pytest.raises(Cancelled):
+    with heard(pieces.append), pytest.raises(Halted):
         list(work.answer(question, look))
 
 
