@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,21 @@ def test_the_cases_are_as_varied_as_promised(kind: str) -> None:
     assert words.count("no-path") > 20
     assert words.count("found") > 300
     assert (styles > 0) is (kind != "plain")
+
+
+def test_large_sides_are_drawn_by_whole_numbers_as_many_from_each_octave() -> None:
+    class Whole:
+        """A generator that draws nothing but whole numbers."""
+
+        def __init__(self, number: int) -> None:
+            self.integers = np.random.default_rng(number).integers
+
+    sides = [side for n in range(3_000) for side in check._sides(Whole(n), "large")]
+    assert (min(sides), max(sides)) == (65, 512)
+    for low, high in ((65, 129), (130, 259), (260, 512)):
+        assert 1_850 < sum(low <= side <= high for side in sides) < 2_150
+    assert "np.exp" not in Path(check.__file__).read_text()
+    assert "np.log" not in Path(check.__file__).read_text()
 
 
 # ---- broken on purpose -------------------------------------------------------------------------

@@ -23,6 +23,8 @@ from lampyris.selfcheck.twins.search_twin import Cell
 MOVES = ("octile", "dissertation", "four", "sixteen")
 SMALLEST, SMALL, LARGE, OTHERS = 5, 64, 512, 32
 """Least side of a map; greatest of the small, of the large, and of those for planners that are not exact."""
+OCTAVES = 3
+"""Ranges of large maps' sides; each begins where it is twice as far: 65, 130, 260."""
 SHARED = {"plain": 20, "rough": 20, "large": 40, "others": 20}
 """How many questions share a map."""
 GOALS = {"plain": 4, "rough": 4, "large": 2, "others": 4}
@@ -42,9 +44,10 @@ def _world(ask: Ask, kind: str, group: int) -> World:
 
 def _sides(rng: np.random.Generator, kind: str) -> tuple[int, int]:
     if kind == "large":
-        # As many from 65 to 130 as from 130 to 260: the largest take a hundred times as long.
-        low, high = np.log(SMALL + 1), np.log(LARGE + 1)
-        sides = np.minimum(np.exp(rng.uniform(low, high, size=2)).astype(int), LARGE)
+        # As many from 65 to 129 as from 130 to 259 and from there on: the largest take a hundred times as
+        # long. By whole numbers only: the last bit of exp and log is the processor's.
+        lows = (SMALL + 1) << rng.integers(OCTAVES, size=2)
+        sides = rng.integers(lows, np.minimum(2 * lows, LARGE + 1))
     else:
         sides = rng.integers(SMALLEST, (OTHERS if kind == "others" else SMALL) + 1, size=2)
     return int(sides[0]), int(sides[1])
