@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,36 @@ def test_nothing_asked_is_nothing_proved() -> None:
     result = runner.run(TOY, Ask(), Range(only="drawn", cases=0))
     assert not result.holds
     assert result.bound is None
+
+
+def _with_least(**least: float) -> Check:
+    return replace(TOY, kinds={"all": replace(KINDS["drawn"], chunk=100, least=least)}, run=_even_run)
+
+
+def _even_run(ask: Ask, part: Part) -> Outcome:
+    tally = Tally(part)
+    for number in part.numbers:
+        tally.case("even" if number % 2 == 0 else "odd")
+    return tally.outcome()
+
+
+@pytest.mark.parametrize(
+    ("least", "said"),
+    [
+        ({"even": 0.5}, ""),
+        ({"even": 0.51}, "all: even in 100 of 200 cases; it must be in 0.51 of them"),
+        ({"even": 0.1, "never": 0.001}, "all: never in 0 of 200 cases; it must be in 0.001 of them"),
+    ],
+)
+def test_cases_that_reach_too_little_break_the_check(least: dict[str, float], said: str) -> None:
+    result = runner.run(_with_least(**least), Ask(), Range(cases=200))
+    assert result.lacks == ((said,) if said else ())
+    assert result.holds == (not said)
+    assert not result.outcome.failed
+
+
+def test_of_few_cases_no_share_is_asked() -> None:
+    assert runner.run(_with_least(even=0.9), Ask(), Range(cases=199)).holds
 
 
 def test_the_bound_is_three_over_n() -> None:
@@ -153,6 +184,7 @@ def test_every_check_keeps_to_the_frame() -> None:
             assert 0 <= kind.commit <= kind.nightly <= kind.release
             assert kind.whole is None or kind.release <= kind.whole
             assert kind.chunk > 0
+            assert all(0 < share <= 1 for share in kind.least.values())
 
 
 def _lampyris(*words: str) -> subprocess.CompletedProcess[str]:

@@ -124,6 +124,7 @@ def _record(result: Result, which: Range) -> dict[str, Any]:
         "cases": outcome.cases,
         "failures": outcome.failed,
         "bound": result.bound,
+        "lacks": list(result.lacks),
         "counts": dict(outcome.counts),
         "spreads": {name: spread(values) for name, values in outcome.spreads.items()},
         "failed": [
@@ -150,6 +151,8 @@ def _print(result: Result) -> None:
         print(f"    {name}: " + ", ".join(f"{word} {value:.3g}" for word, value in spread(values).items()))
     if not outcome.cases:
         print("    no case was asked: nothing is proved")
+    for what in result.lacks:
+        print(f"    FAILED {what}")
     for failure in outcome.failures[:SHOWN]:
         print(f"    FAILED {failure.kind} {failure.number}: {failure.what}")
         print(f"        again: {_command(result, failure)}")

@@ -18,6 +18,8 @@ import numpy as np
 SIZES = ("commit", "nightly", "release")
 KEPT_FAILURES = 20
 """Failures told whole of one part; the rest are counted."""
+LEAST_CASES = 200
+"""Cases of a kind from which on its :attr:`Kind.least` is judged: of fewer a share says little."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,9 @@ class Kind:
     commit, nightly, release : how many cases each size has.
     chunk : how many one part has: some seconds' work.
     whole : how many there are, where the kind is exhaustive; None where cases are drawn and never run out.
+    least : smallest share of the cases, 0 to 1, that must have been counted under a name of
+        :attr:`Outcome.counts` (``read``, ``judged``), so that a draw whose cases no longer reach what they
+        are to try does not pass for a proof. Judged over :data:`LEAST_CASES` cases and more.
     """
 
     what: str
@@ -38,10 +43,21 @@ class Kind:
     release: int
     chunk: int
     whole: int | None = None
+    least: Mapping[str, float] = field(default_factory=dict)
 
     def cases(self, size: str) -> int:
         """How many cases the size has."""
         return {"commit": self.commit, "nightly": self.nightly, "release": self.release}[size]
+
+    def lacks(self, seen: Outcome) -> tuple[str, ...]:
+        """What was counted in fewer of the kind's cases than :attr:`least` asks, a sentence each."""
+        if seen.cases < LEAST_CASES:
+            return ()
+        return tuple(
+            f"{name} in {seen.counts.get(name, 0):,} of {seen.cases:,} cases; it must be in {share:.4g} of them"
+            for name, share in self.least.items()
+            if seen.counts.get(name, 0) < share * seen.cases
+        )
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from lampyris.errors import UsageError, did_you_mean
@@ -42,6 +42,8 @@ class Result:
     kinds : first case and number of cases of each kind.
     outcome : all that was seen.
     seconds : of work, on all workers together, in this run and those before it that the ledger holds.
+    by_kind : the same as ``outcome``, kind by kind.
+    lacks : what too few cases reached (:attr:`~lampyris.selfcheck.check.Kind.least`), a sentence each.
     """
 
     check: Check
@@ -49,11 +51,13 @@ class Result:
     kinds: dict[str, tuple[int, int]]
     outcome: Outcome
     seconds: float
+    by_kind: Mapping[str, Outcome]
+    lacks: tuple[str, ...]
 
     @property
     def holds(self) -> bool:
-        """Whether there were cases and none failed: a check that asked nothing proves nothing."""
-        return self.outcome.cases > 0 and not self.outcome.failed
+        """Whether there were cases, of which none failed and enough reached what they were to try."""
+        return self.outcome.cases > 0 and not self.outcome.failed and not self.lacks
 
     @property
     def bound(self) -> float | None:
@@ -82,7 +86,8 @@ def run(
     UsageError : no such kind; a range beyond an exhaustive kind's end.
     """
     ledger = ledger or Ledger(None)
-    kinds = {name: _range(name, kind, ask, which) for name, kind in _asked(check, ask, which).items()}
+    asked = _asked(check, ask, which)
+    kinds = {name: _range(name, kind, ask, which) for name, kind in asked.items()}
     parts = [
         part for name, (first, cases) in kinds.items() for part in _parts(check, ask, name, first, cases)
     ]
@@ -100,7 +105,9 @@ def run(
         if tell:
             tell(done, total, so_far)
     whole = gather(known[part][0] for part in parts)
-    return Result(check, ask, kinds, whole, sum(known[part][1] for part in parts))
+    by_kind = {name: gather(known[part][0] for part in parts if part.kind == name) for name in kinds}
+    lacks = tuple(f"{name}: {what}" for name, seen in by_kind.items() for what in asked[name].lacks(seen))
+    return Result(check, ask, kinds, whole, sum(known[part][1] for part in parts), by_kind, lacks)
 
 
 def _asked(check: Check, ask: Ask, which: Range) -> dict[str, Kind]:
