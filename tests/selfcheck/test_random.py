@@ -181,3 +181,18 @@ def test_an_inexact_planner_that_denies_a_way_is_seen(monkeypatch: pytest.Monkey
     made = outcome("others", 200)
     assert made.failed > 0
     assert all(f.data["planner"] == "sipp" for f in made.failures)
+
+
+@pytest.mark.parametrize("status", [Status.ITERATION_LIMIT, Status.LIMIT])
+def test_a_planner_that_gives_up_is_seen(status: Status, monkeypatch: pytest.MonkeyPatch) -> None:
+    """None of those asked here may, exact or not."""
+    genuine = check.asked
+
+    def given_up(*args: Any) -> Plan:
+        plan = genuine(*args)
+        return Plan(status, plan.planner) if plan else plan
+
+    monkeypatch.setattr(check, "asked", given_up)
+    made = outcome("others", 60)
+    assert made.failed == made.counts["found"] > 20
+    assert all(f"answers {status.value}, the reference found" in f.what for f in made.failures)

@@ -85,3 +85,28 @@ def test_a_way_denied_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     made = outcome("igso", 250)
     assert made.failed > 0
     assert all("answers no-path, the reference found" in f.what for f in made.failures)
+
+
+@pytest.mark.parametrize("kind", ["ad-gso", "dstar-lpso", "igso"])
+def test_only_a_swarm_without_a_seed_and_without_mending_may_give_up(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may, genuine = [], swarm.wrong
+
+    def given_up(plan: Plan, *args: Any, **told: Any) -> str:
+        if not plan:
+            return genuine(plan, *args, **told)
+        fault = genuine(Plan(Status.ITERATION_LIMIT, plan.planner), *args, **told)
+        may.append(not fault)
+        return fault
+
+    monkeypatch.setattr(swarm, "wrong", given_up)
+    made = outcome(kind, 100)
+    assert made.failed == may.count(False) > 30
+    assert all("iteration-limit, the reference found" in f.what for f in made.failures)
+    told = [f.data["settings"] for f in made.failures]
+    if kind == "igso":
+        assert 0 < may.count(True) < 20  # one run of five is without a seed, half of these mend
+        assert all(how.get("seeded", True) or how["repair"] for how in told)
+    else:
+        assert may.count(True) == 0

@@ -20,7 +20,7 @@ from lampyris.selfcheck.twins.search_twin import Cost, Counts, cost_of, less
 from lampyris.selfcheck.twins.way_twin import PLAIN, walked
 
 UNFINISHED = ("iteration-limit", "limit")
-"""What a planner that is not exact may say where there is a way."""
+"""What a planner that may give up says where there is a way: only a swarm without a seed and without mending may."""
 NEAR = 1e-12
 """Share by which a cost as a float may be off: rounding."""
 
@@ -80,14 +80,16 @@ def asked(name: str, scene: Scene, rng: np.random.Generator | None = None) -> Pl
     return planner(name).open(scene, rng or np.random.default_rng(0)).plan()
 
 
-def wrong(plan: Plan, scene: Scene, truth: Truth, *, optimal: bool = True) -> str:
+def wrong(
+    plan: Plan, scene: Scene, truth: Truth, *, optimal: bool = True, gives_up: bool = False
+) -> str:
     """What is wrong with an answer; nothing: an empty word.
 
-    The verdict must be the reference's (a planner that is not exact may give up, but not deny a way that
-    there is). The referee must pass the plan. The way must be one by the twin's own rules, from end to end,
+    The verdict must be the reference's; one that ``gives_up`` may do so where there is a way, but not deny
+    it. The referee must pass the plan. The way must be one by the twin's own rules, from end to end,
     and its recounted cost must be the least: exactly for an exact planner, else at least that.
     """
-    allowed = (truth.word,) if optimal or truth.word != "found" else (truth.word, *UNFINISHED)
+    allowed = (truth.word, *UNFINISHED) if gives_up and truth.word == "found" else (truth.word,)
     if plan.status.value not in allowed:
         return f"answers {plan.status.value}, the reference {truth.word}"
     broken = check_plan(plan, scene)

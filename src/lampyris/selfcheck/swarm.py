@@ -1,8 +1,8 @@
 """Swarm planners keep to their bounds: valid, never shorter than the best way, never longer than their seed.
 
 What is promised: a seeded swarm (the eight that judge whole ways begin with the exact way unless told not to)
-is never longer than that way and its slack; without a seed it may find nothing, but says so and denies no
-way. The two baselines that move cell by cell and AD-GSO promise a valid way. Nobody is better than the best.
+is never longer than that way and its slack; without a seed and mending it may find nothing, but says so and
+denies no way: it alone may give up. The two baselines that move cell by cell and AD-GSO promise a valid way. Nobody is better than the best.
 The reference is that of the check ``random``.
 """
 
@@ -100,8 +100,10 @@ def _judge(ask: Ask, name: str, number: int) -> tuple[World, Cell, Cell, dict[st
     try:
         plan = registry.make(name, settings).open(scene, rng, record=True).plan()
         word = plan.status.value
-        plain = swarm and settings.get("seeded", True) and not settings.get("slack")
-        fault = wrong(plan, scene, truth, optimal=plain)
+        seeded = settings.get("seeded", True)
+        plain = swarm and seeded and not settings.get("slack")
+        gives_up = not seeded and not settings["repair"]
+        fault = wrong(plan, scene, truth, optimal=plain, gives_up=gives_up)
         if not fault and swarm:
             fault = bounds_wrong(plan, truth, settings)
     except Exception as error:
