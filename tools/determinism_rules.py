@@ -6,41 +6,28 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from determinism_names import (
+    LAWS,
+    LISTING_METHODS,
+    LISTINGS,
+    MODULES,
+    OURS,
+    STREAMS,
+    SUMS,
+    banned,
+    banned_builtin,
+)
 from determinism_sets import is_set_type, own_sets
 
-_OURS = "lampyris.elementary has exp, log, sin, cos and atan2"
-_SUMS = "products and a sum, in a stated order"
-_SAID = {
-    "exp exp2 expm1 log log2 log10 log1p logaddexp logaddexp2 geomspace logspace": _OURS,
-    "sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 angle sinc i0": _OURS,
-    "sinh cosh tanh asinh acosh atanh arcsinh arccosh arctanh gamma lgamma erf erfc cbrt": _OURS,
-    "power pow float_power": "a product, or lampyris.elementary.exp and log",
-    "hypot dist": "lampyris.elementary.hypot, or sqrt(x * x + y * y)",
-    "dot vdot inner matmul tensordot einsum vecdot matvec vecmat sumprod": _SUMS,
-    "convolve correlate cov corrcoef polyfit": _SUMS,
-    "interp": "lampyris.elementary.interp",
-    "fma": "a * b + c, rounded twice",
-}
-INSTEAD = {word: instead for words, instead in _SAID.items() for word in words.split()}
-"""Functions of ``math`` and ``numpy`` whose last bit is not defined, and what to write."""
-
-_DRAWN = """
-normal standard_normal exponential standard_exponential gamma standard_gamma beta poisson binomial lognormal
-laplace logistic gumbel weibull pareto rayleigh wald vonmises standard_t standard_cauchy multivariate_normal
-triangular uniform chisquare geometric hypergeometric logseries zipf
-"""
-LAWS = frozenset(_DRAWN.split())
-"""Draws of a Generator that go through libm or round twice in one C expression."""
-
-STREAMS = frozenset({"Generator", "PCG64", "SeedSequence", "BitGenerator"})
-LISTINGS = frozenset({"os.listdir", "os.scandir", "os.walk", "glob.glob", "glob.iglob"})
-LISTING_METHODS = frozenset({"iterdir", "glob", "rglob"})
-CHANCE = frozenset({"os.urandom", "uuid.uuid1", "uuid.uuid4"})
 SET_METHODS = frozenset({"union", "intersection", "difference", "symmetric_difference", "copy"})
 ORDERED = frozenset(
     {"list", "tuple", "iter", "enumerate", "zip", "map", "filter", "reversed", "next", "dict"}
 )
 ORDERED_CALLS = frozenset({"dict.fromkeys", "numpy.array", "numpy.fromiter", "itertools.chain", "sum"})
+
+
+_LIBM = ("goes through the system's libm", "from .random() or .integers()")
+_UNSTABLE = "equal ones come as the machine's vector width likes"
 
 
 @dataclass(frozen=True, order=True)
@@ -65,6 +52,7 @@ class _Scope:
 
     sets: set[str] = field(default_factory=set)
     whole: set[str] = field(default_factory=set)
+    bound: set[str] = field(default_factory=set)
 
 
 class Reader(ast.NodeVisitor):
@@ -78,6 +66,8 @@ class Reader(ast.NodeVisitor):
         self._scopes = [_Scope()]
         self._makers: set[str] = set()
         self._in_order: set[int] = set()
+        self._asked: set[int] = set()
+        self._base: set[int] = set()
         self._own: list[set[str]] = [set()]
 
     def read(self, tree: ast.Module) -> list[Finding]:
@@ -85,6 +75,8 @@ class Reader(ast.NodeVisitor):
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef) and is_set_type(node.returns):
                 self._makers.add(node.name)
+            elif isinstance(node, ast.Import | ast.ImportFrom):
+                self._from |= _imported(node)
         self._learn(tree)
         self.visit(tree)
         return self.found
@@ -104,7 +96,10 @@ class Reader(ast.NodeVisitor):
         known = self._scopes[-1]
         unsure: set[str] = set()
         for node in _own(scope):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                known.bound.add(node.id)
             if isinstance(node, ast.arg):
+                known.bound.add(node.arg)
                 self._note(node.arg, node.annotation)
             elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
                 self._note(node.target.id, node.annotation)
@@ -189,14 +184,9 @@ class Reader(ast.NodeVisitor):
 
     def visit_Import(self, node: ast.Import) -> None:
         for one in node.names:
-            self._from[one.asname or one.name.partition(".")[0]] = (
-                one.name if one.asname else one.name.partition(".")[0]
-            )
             self._module(node, one.name)
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
-        for one in node.names:
-            self._from[one.asname or one.name] = f"{node.module}.{one.name}"
         self._module(node, node.module or "")
 
     def _module(self, node: ast.AST, name: str) -> None:
@@ -210,7 +200,7 @@ class Reader(ast.NodeVisitor):
                 node, "scipy", name, "compiled elsewhere, bits not promised", "our own, or whole numbers"
             )
         elif root == "cmath":
-            self._tell(node, "bits", "cmath", "rounded as the system likes", _OURS)
+            self._tell(node, "bits", "cmath", "rounded as the system likes", OURS)
 
     def visit_ClassDef(self, node: ast.ClassDef) -> None:
         self._own.append(own_sets(node))
@@ -225,7 +215,7 @@ class Reader(ast.NodeVisitor):
 
     def visit_BinOp(self, node: ast.BinOp) -> None:
         if isinstance(node.op, ast.MatMult):
-            self._tell(node, "bits", "@", "the order of BLAS's sums is the machine's", _SUMS)
+            self._tell(node, "bits", "@", "the order of BLAS's sums is the machine's", SUMS)
         elif isinstance(node.op, ast.Pow):
             down = isinstance(node.right, ast.UnaryOp)
             if down or not (self._is_whole(node.left) and self._is_whole(node.right)):
@@ -269,33 +259,83 @@ class Reader(ast.NodeVisitor):
             said = f"{by} {ast.unparse(node)}"
             self._tell(node, "order", said, "a set has no order", "sorted(...), or a dict with None")
 
+    # What is read, called or not
+
+    def visit_Name(self, node: ast.Name) -> None:
+        if isinstance(node.ctx, ast.Load) and id(node) not in self._asked:
+            bound = any(node.id in scope.bound for scope in self._scopes)
+            if node.id in self._from:
+                self._handed_on(node)
+            elif not bound and (told := banned_builtin(node.id)):
+                self._tell(node, *told)
+
+    def visit_Attribute(self, node: ast.Attribute) -> None:
+        if isinstance(node.ctx, ast.Load) and id(node) not in self._asked:
+            self._handed_on(node)
+        # Of a module something is read here, not the module; what was told of the whole is not told again.
+        told = _root(node) in self._from and banned(self._name(node))
+        (self._asked if told else self._base).add(id(node.value))
+        self.generic_visit(node)
+
+    def _handed_on(self, node: ast.Name | ast.Attribute) -> None:
+        """A function that is not called here, but by whom it is given to."""
+        name = self._name(node)
+        known = _root(node) in self._from
+        if known and (told := banned(name)):
+            self._tell(node, *told)
+        elif known and name in MODULES and id(node) not in self._base:
+            self._tell(node, "alias", name, "what is read of it cannot be told", "its own name")
+        elif known and name in LISTINGS:
+            self._tell(node, "order", name, "the file system's order", "sorted(...) of it")
+        elif isinstance(node, ast.Attribute) and not known:
+            self._method_handed_on(node, name)
+
+    def _method_handed_on(self, node: ast.Attribute, name: str) -> None:
+        of = name.split(".")[-2].lstrip("_") if "." in name else ""
+        if node.attr == "dot":
+            self._tell(node, "bits", ".dot", "the order of BLAS's sums is the machine's", SUMS)
+        elif node.attr in LAWS and of == "rng":
+            self._tell(node, "random", f".{node.attr}", *_LIBM)
+        elif node.attr in {"argsort", "argpartition"}:
+            self._tell(node, "order", node.attr, _UNSTABLE, 'kind="stable"')
+        elif node.attr in LISTING_METHODS:
+            self._tell(node, "order", node.attr, "the file system's order", "sorted(...) of it")
+
     def visit_Call(self, node: ast.Call) -> None:
         name = self._name(node.func)
         method = node.func.attr if isinstance(node.func, ast.Attribute) else ""
-        if name in {"sorted", "set", "frozenset", "any", "all", "len"}:
+        by_key = name == "sorted" and any(word.arg in {"key", None} for word in node.keywords)
+        if name in {"sorted", "set", "frozenset", "any", "all", "len"} and not by_key:
             for one in node.args:  # Sorted, or asked in a way that no order shows.
                 self._in_order.add(id(one))
                 if isinstance(one, ast.GeneratorExp | ast.ListComp):
                     self._in_order.update(id(inner) for inner in one.generators)
                     self._in_order.update(id(inner.iter) for inner in one.generators)
+        self._asked.add(id(node.func))
+        told = banned(name)
+        if told is not None:
+            self._tell(node, *told)
         self._of_numbers(node, name, method)
         self._of_chance(node, name, method)
         self._of_order(node, name, method)
+        if name == "getattr" and len(node.args) > 1 and isinstance(node.args[1], ast.Constant):
+            self._base.add(id(node.args[0]))
+            if told := banned(f"{self._name(node.args[0])}.{node.args[1].value}"):
+                self._tell(node, *told)
+        if by_key:  # Those with the same key stay as they came.
+            for one in node.args[:1]:
+                self._ordered(one, "sorted(key=)")
         self.generic_visit(node)
 
     def _of_numbers(self, node: ast.Call, name: str, method: str) -> None:
-        root, _, last = name.rpartition(".")
-        if root in {"math", "numpy"} and last in INSTEAD:
-            self._tell(node, "bits", name, "rounded as the system likes", INSTEAD[last])
-        elif root.startswith(("numpy.linalg", "numpy.fft")):
-            self._tell(node, "bits", name, "the order of its sums is the machine's", _SUMS)
-        elif name == "pow" and len(node.args) == 2:
+        root = name.rpartition(".")[0]
+        if name == "pow" and len(node.args) == 2:
             self._tell(node, "bits", name, "pow rounds as the system likes", "x * x, or whole numbers")
         elif name == "sum" and not (node.args and self._is_counting(node.args[0])):
             why = "from Python 3.12 on it carries what rounding loses"
             self._tell(node, "sum", f"{name}() of numbers that may be floats", why, "math.fsum, or a loop")
         elif method == "dot" and root != "numpy":
-            self._tell(node, "bits", ".dot()", "the order of BLAS's sums is the machine's", _SUMS)
+            self._tell(node, "bits", ".dot()", "the order of BLAS's sums is the machine's", SUMS)
         elif name == "numpy.arange" and any(_is_float(one) for one in node.args):
             self._tell(
                 node, "bits", "np.arange of floats", "start + i * step may be fused", "np.arange(n) * step"
@@ -305,33 +345,14 @@ class Reader(ast.NodeVisitor):
                 self._tell(node, "bits", f"{word.arg}=", "sums are taken in another order", "leave it out")
 
     def _of_chance(self, node: ast.Call, name: str, method: str) -> None:
-        of = "numpy.random."
-        if name.startswith(of) and name.removeprefix(of).partition(".")[0] not in STREAMS:
-            if name == of + "default_rng" and node.args:
-                why = "which generator it is may change with NumPy"
-            else:
-                why = "not seeded by us"
-            self._tell(node, "random", name, why, "Generator(PCG64(SeedSequence(...)))")
-        elif (
+        if (
             method in LAWS
             and isinstance(node.func, ast.Attribute)
             and not name.startswith(("numpy.", "math."))
         ):
-            self._tell(
-                node,
-                "random",
-                f".{method}()",
-                "goes through the system's libm",
-                "from .random() or .integers()",
-            )
-        elif name in {of + one for one in STREAMS} and not node.args and not node.keywords:
+            self._tell(node, "random", f".{method}()", *_LIBM)
+        elif name in {f"numpy.random.{one}" for one in STREAMS} and not node.args and not node.keywords:
             self._tell(node, "random", name, "no seed", "Generator(PCG64(SeedSequence(...)))")
-        elif name in CHANCE:
-            self._tell(node, "random", name, "another each time", "Generator(PCG64(SeedSequence(...)))")
-        elif name.startswith(("time.", "datetime.")):
-            self._tell(
-                node, "time", name, "another each time", "count steps; or say that nothing is decided by it"
-            )
         elif name in {"hash", "id"}:
             self._tell(
                 node, "order", f"{name}()", "another in each process", "a key of its own, or zlib.crc32"
@@ -343,8 +364,7 @@ class Reader(ast.NodeVisitor):
             self._tell(node, "order", name or method, "the file system's order", "sorted(...) of it")
         sorts = method in {"argsort", "argpartition"} or name == "numpy.partition"
         if sorts and not _is_stable(node):
-            why = "equal ones come as the machine's vector width likes"
-            self._tell(node, "order", method, why, 'kind="stable"')
+            self._tell(node, "order", method, _UNSTABLE, 'kind="stable"')
         if name in ORDERED or name in ORDERED_CALLS or method in {"join", "extend"}:
             for one in node.args:
                 self._ordered(one, f"{name or method}()")
@@ -366,6 +386,20 @@ def _own(scope: ast.AST) -> Iterator[ast.AST]:
         if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.arguments):
             yield node
             left += list(ast.iter_child_nodes(node))[::-1]
+
+
+def _imported(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
+    """What the names that an import binds stand for."""
+    if isinstance(node, ast.ImportFrom):
+        return {one.asname or one.name: f"{node.module}.{one.name}" for one in node.names}
+    heads = {one.name.partition(".")[0] for one in node.names if not one.asname}
+    return {one.asname: one.name for one in node.names if one.asname} | {head: head for head in heads}
+
+
+def _root(node: ast.expr) -> str:
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 def _read(node: ast.expr) -> ast.expr:

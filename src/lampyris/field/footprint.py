@@ -35,5 +35,5 @@ def reach_of(own: tuple[Cell, ...], other: tuple[Cell, ...]) -> tuple[Cell, ...]
     The Minkowski difference. A body whose own cell is at p + r, for an r of these, and another at p share a
     cell; so a robot with a size among obstacles is a point among larger ones.
     """
-    found = {(ox - x, oy - y) for ox, oy in other for x, y in own}
-    return tuple(sorted(found, key=lambda c: (c[1], c[0])))
+    found = {(oy - y, ox - x) for ox, oy in other for x, y in own}
+    return tuple((x, y) for y, x in sorted(found))

@@ -20,7 +20,7 @@ from lampyris.selfcheck.twins.search_twin import Cost, Counts, cost_of, less
 from lampyris.selfcheck.twins.way_twin import PLAIN, walked
 
 UNFINISHED = ("iteration-limit", "limit")
-"""What a planner that may give up says where there is a way: only a swarm without a seed and without mending may."""
+"""What a planner that may give up says where there is a way: a swarm without a seed and without mending."""
 NEAR = 1e-12
 """Share by which a cost as a float may be off: rounding."""
 
@@ -80,9 +80,7 @@ def asked(name: str, scene: Scene, rng: np.random.Generator | None = None) -> Pl
     return planner(name).open(scene, rng or np.random.default_rng(0)).plan()
 
 
-def wrong(
-    plan: Plan, scene: Scene, truth: Truth, *, optimal: bool = True, gives_up: bool = False
-) -> str:
+def wrong(plan: Plan, scene: Scene, truth: Truth, *, optimal: bool = True, gives_up: bool = False) -> str:
     """What is wrong with an answer; nothing: an empty word.
 
     The verdict must be the reference's; one that ``gives_up`` may do so where there is a way, but not deny

@@ -1,9 +1,9 @@
 """Swarm planners keep to their bounds: valid, never shorter than the best way, never longer than their seed.
 
-What is promised: a seeded swarm (the eight that judge whole ways begin with the exact way unless told not to)
-is never longer than that way and its slack; without a seed and mending it may find nothing, but says so and
-denies no way: it alone may give up. The two baselines that move cell by cell and AD-GSO promise a valid way. Nobody is better than the best.
-The reference is that of the check ``random``.
+What is promised: a seeded swarm (the eight that judge whole ways begin with the exact way unless told not
+to) is never longer than that way and its slack; without a seed and mending it may find nothing, but says so
+and denies no way: it alone may give up. The two baselines that move cell by cell and AD-GSO promise a valid
+way. Nobody is better than the best. The reference is that of the check ``random``.
 """
 
 from __future__ import annotations

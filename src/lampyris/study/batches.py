@@ -202,12 +202,12 @@ def distinct(study: Study) -> tuple[int, Iterator[Job]]:
         _firsts(study.seeds),
         *_whose(study),
     )
-    return prod(map(sum, firsts)), compress(study.jobs(), map(all, product(*firsts)))
+    return prod(map(sum, firsts)), compress(study.jobs(), map(all, product(*firsts)))  # bits: yes and no
 
 
 def entrants(study: Study) -> int:
     """Pairs of planner and law that have runs of their own; each has as many as the others."""
-    return prod(map(sum, _whose(study)))
+    return prod(map(sum, _whose(study)))  # bits: yes and no are counted
 
 
 def _whose(study: Study) -> tuple[list[bool], list[bool]]:

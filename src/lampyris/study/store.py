@@ -386,7 +386,7 @@ def open_for(path: str | os.PathLike[str], study: Study) -> Store:
 
 def _conflict(path: Path, old: Row, new: Row) -> LampyrisError:
     """STORE_CONFLICT, with the first thing that differs."""
-    names = sorted({*old.metrics, *new.metrics}, key=lambda k: (k not in old.metrics, k))
+    names = sorted(sorted({*old.metrics, *new.metrics}), key=lambda k: k not in old.metrics)
     pairs = [
         ("ending", old.ending, new.ending),
         *((k, old.metrics.get(k), new.metrics.get(k)) for k in names),
