@@ -25,6 +25,8 @@ from lampyris.selfcheck import _fuzz_run, fuzz
 from lampyris.selfcheck._fuzz_targets import TARGETS
 from lampyris.selfcheck.check import Ask, Part
 from lampyris.selfcheck.fuzz import Case, mutant
+from lampyris.selfcheck.twins.map_files import bmp, npy, png
+from lampyris.selfcheck.twins.map_sizes import Uneven, size
 
 KEPT = Path(__file__).parents[1] / "data" / "fuzz"
 ASK = Ask()
@@ -185,6 +187,47 @@ def test_a_result_that_is_not_valid_is_found(monkeypatch: pytest.MonkeyPatch) ->
     outcome = fuzz.run(ASK, Part("text", 0, 200))
     assert {f.what for f in outcome.failures} <= {"an unknown cell is not blocked", "blocked may be written"}
     assert outcome.failed
+
+
+@pytest.mark.parametrize("name", ["png", "bmp", "pgm", "ros", "map", "npy", "csv", "text", "ros-picture"])
+def test_a_map_of_another_size_than_its_file_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reader that leaves the last row out, of a map that has more than one."""
+
+    def call(path: Path, number: int) -> Any:
+        found = TARGETS[name].call(path, number)
+        rows = found.grid.blocked[:-1]
+        return replace(found, grid=replace(found.grid, blocked=rows, unknown=None, terrain=None))
+
+    def short(found: Any) -> None:
+        assert found.grid.blocked.size
+
+    target = replace(TARGETS[name], call=call, check=short)
+    monkeypatch.setattr(fuzz, "TARGETS", {**TARGETS, name: target})
+    outcome = fuzz.run(ASK, Part(name, 0, 100))
+    assert any(" in the file, " in failure.what for failure in outcome.failures), outcome.failures
+
+
+@pytest.mark.parametrize(
+    ("form", "data"),
+    [
+        ("movingai", b"type octile\nheight 0\nwidth 4\nmap\n"),
+        ("movingai", b"type octile\nheight 2\nwidth 2\nmap\n..\n"),
+        ("text", b"..\n...\n"),
+        ("csv", b"0,1\n0\n"),
+        ("pgm", b"P5 2 2 255\n\0\0\0"),
+        ("pgm", b"P1 2 2\n0 1 1\n"),
+        ("numpy", npy("{'descr': '|b1', 'fortran_order': False, 'shape': (1, 2), }", b"\0\1", version=4)),
+        ("numpy", npy("{'descr': '|b1', 'fortran_order': False, 'shape': (1, 2), }", b"\0")),
+        ("png", png(0, 2, 8, 0, b"\0\0")),
+        ("png", png(2, 2, 8, 0, b"\0\0\0\0\0")),
+        ("bmp", bmp(2, 2, 24, bytes(15))),
+        ("bmp", bmp(4, 1, 8, bytes([3, 1, 1, 0]), palette=bytes(8), used=2, packing=1)),
+        ("bmp", bmp(4, 1, 8, bytes([5, 1, 0, 1]), palette=bytes(8), used=2, packing=1)),
+    ],
+)
+def test_a_file_that_is_not_what_it_says_is_no_good_one(form: str, data: bytes) -> None:
+    with pytest.raises(Uneven):
+        size(data, form)
 
 
 def test_a_scenario_that_cannot_be_run_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

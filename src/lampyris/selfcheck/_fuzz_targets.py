@@ -50,6 +50,7 @@ class Target:
     check : raises if a result is not a valid object.
     beside : other files of the folder.
     writes : whether the call may write into the folder.
+    against : given a result and the file it is of, raises if the file says otherwise.
     """
 
     corpus: Mutants | Callable[[], Mutants]
@@ -58,6 +59,7 @@ class Target:
     check: Callable[[Any], None]
     beside: Mapping[str, bytes] = field(default_factory=dict)
     writes: bool = False
+    against: Callable[[Any, bytes], None] | None = None
 
     @property
     def mutants(self) -> Mutants:
@@ -104,13 +106,24 @@ def _zones(path: Path, _: int) -> Any:
     return read_zones(path, valid.SMALL, 1.0)
 
 
+def _as_its_picture(found: MapDocument, _: bytes) -> None:
+    valid.as_the_file_says(found, corpora.ROS_PICTURE)
+
+
+def _of_maps(corpus: Mutants, file: str) -> Target:
+    """The target of a reader of maps."""
+    return Target(corpus, file, _map, valid.document, against=valid.as_the_file_says)
+
+
 _BESIDE = corpora.SCENARIO_BESIDE
 TARGETS: Mapping[str, Target] = {
-    "png": Target(corpora.PNG, "m.png", _map, valid.document),
-    "bmp": Target(corpora.BMP, "m.bmp", _map, valid.document),
-    "pgm": Target(corpora.PGM, "m.pgm", _map, valid.document),
-    "ros": Target(corpora.ROS, "m.yaml", _map, valid.document, {"m.pgm": corpora.ROS_PICTURE}),
-    "map": Target(corpora.MAP, "m.map", _map, valid.document),
+    "png": _of_maps(corpora.PNG, "m.png"),
+    "bmp": _of_maps(corpora.BMP, "m.bmp"),
+    "pgm": _of_maps(corpora.PGM, "m.pgm"),
+    "ros": Target(
+        corpora.ROS, "m.yaml", _map, valid.document, {"m.pgm": corpora.ROS_PICTURE}, against=_as_its_picture
+    ),
+    "map": _of_maps(corpora.MAP, "m.map"),
     "scen": Target(
         corpora.SCEN, "m.scen", lambda p, k: scen.load(p), valid.benchmark, {"a.map": corpora.SCEN_MAP}
     ),
@@ -126,11 +139,16 @@ TARGETS: Mapping[str, Target] = {
         corpora.STUDY_YAML, "s.yaml", of_study.read_study, of_study.study, corpora.STUDY_BESIDE
     ),
     "scenario-yaml": Target(corpora.SCENARIO_YAML, "s.yaml", _scenario, valid.scenario, _BESIDE),
-    "npy": Target(corpora.NPY, "m.npy", _map, valid.document),
-    "csv": Target(corpora.CSV, "m.csv", _map, valid.document),
-    "text": Target(corpora.TEXT, "m.txt", _map, valid.document),
+    "npy": _of_maps(corpora.NPY, "m.npy"),
+    "csv": _of_maps(corpora.CSV, "m.csv"),
+    "text": _of_maps(corpora.TEXT, "m.txt"),
     "ros-picture": Target(
-        corpora.ROS_PICTURES, "m.pgm", _ros_picture, valid.document, {"m.yaml": corpora.ROS_YAML}
+        corpora.ROS_PICTURES,
+        "m.pgm",
+        _ros_picture,
+        valid.document,
+        {"m.yaml": corpora.ROS_YAML},
+        against=valid.as_the_file_says,
     ),
     "yaml": Target(corpora.YAML, "m.yaml", lambda p, k: read_yaml(p.read_bytes(), "m.yaml"), valid.data),
     "json": Target(corpora.JSON, "m.json", lambda p, k: read_json(p.read_bytes(), "m.json"), valid.data),

@@ -15,6 +15,7 @@ from lampyris.maps.scenario import Scenario
 from lampyris.maps.way_file import Way
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
+from lampyris.selfcheck.twins.map_sizes import Uneven, size
 from lampyris.typing import Cell
 
 PLAIN = Grid(np.zeros((6, 7), dtype=bool))
@@ -74,6 +75,17 @@ def document(found: MapDocument) -> None:
         words(note)
 
 
+def as_the_file_says(found: MapDocument, data: bytes) -> None:
+    """A map is as large as its file says, and the file has all of it: read anew by another reader."""
+    try:
+        width, height = size(data, found.format)
+    except Uneven as problem:
+        raise NotValid(f"taken all the same: {problem}") from None
+    taken = found.grid
+    said = f"{width} x {height} in the file, {taken.width} x {taken.height} read"
+    must((taken.width, taken.height) == (width, height), said)
+
+
 def benchmark(found: scen.Benchmark) -> None:
     """A ``.scen`` with its map."""
     document(found.document)
@@ -124,7 +136,9 @@ def way(found: Way) -> None:
 def movers(found: Movers) -> None:
     """Moving bodies from a file."""
     must(np.isfinite(found.xy).all(), "a place that is not finite")
-    must((found.radius >= 0).all() and (found.top_speed >= 0).all(), "a radius or speed below 0")
+    for sizes in (found.radius, found.top_speed):
+        must((np.isfinite(sizes) & (sizes >= 0)).all(), "a radius or speed below 0, or none")
+    must(found.velocity is None or np.isfinite(found.velocity).all(), "a velocity that is not finite")
 
 
 def zones(found: tuple[Any, tuple[str, ...]]) -> None:

@@ -82,6 +82,8 @@ class Case:
         must(grown < MEMORY, f"{grown / 2**20:.0f} MiB of memory, not below {MEMORY >> 20}")
         if problem is None:
             self.target.check(found)
+            if self.target.against is not None:
+                self.target.against(found, data)
         else:
             _refusal(problem)
         return problem.code if problem else "", took, grown

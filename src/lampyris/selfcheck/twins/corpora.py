@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from lampyris.selfcheck.twins.edges import change_bmp, change_npy, change_png_size, change_rows
 from lampyris.selfcheck.twins.map_files import adam7, bmp, chunk, npy, png, rows
-from lampyris.selfcheck.twins.mutator import Corpus, change_png, mend_npy
+from lampyris.selfcheck.twins.mutator import Corpus, mend_npy
 from lampyris.selfcheck.twins.trees import change_json, change_yaml
 
 _PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
@@ -25,7 +26,7 @@ PNG = Corpus(
         png(2, 1, 8, 0, rows([0, 255]), before=chunk(b"acTL", b"\0\0\0\1\0\0\0\0")),
     ),
     text=False,
-    change=change_png,
+    change=change_png_size,
 )
 BMP = Corpus(
     (
@@ -38,6 +39,7 @@ BMP = Corpus(
         bmp(2, 1, 32, b"\xff" * 8, masks=b"\0\0\xff\0\0\xff\0\0\xff\0\0\0\0\0\0\xff", header=56, packing=3),
     ),
     text=False,
+    change=change_bmp,
 )
 PGM = Corpus(
     (
@@ -60,6 +62,7 @@ NPY = Corpus(
         npy("{'descr': '>u2', 'fortran_order': False, 'shape': (2, 2), }", b"\0\0\0\1" * 2, version=2),
     ),
     (b"descr", b"'<i4'", b"'|O'", b"shape", b"fortran_order", b"True", b"()"),
+    change=change_npy,
     mend=mend_npy,
 )
 MAP = Corpus(
@@ -69,8 +72,9 @@ MAP = Corpus(
         b"type octile\r\nheight 2\r\nwidth 2\r\nmap\r\n..\r\n@.\r\n\r\n",
     ),
     (b"type", b"octile", b"tile", b"height", b"width", b"map", b".G@OTSW"),
+    change=change_rows,
 )
-TEXT = Corpus((b"#..#\n#S?#\n#oG#\n", b"\xef\xbb\xbf....\n.##.\n\n", b"#"), (b"#.?SGo",))
+TEXT = Corpus((b"#..#\n#S?#\n#oG#\n", b"\xef\xbb\xbf....\n.##.\n\n", b"#"), (b"#.?SGo",), change=change_rows)
 CSV = Corpus(
     (
         b"0,1,0\n1,0,-1\n",
@@ -116,7 +120,7 @@ ROS = Corpus(
     change=change_yaml,
 )
 ROS_PICTURE = b"P5 3 2 255\n" + bytes([0, 205, 254, 100, 255, 90])
-ROS_PICTURES = Corpus((*PGM.seeds, *PNG.seeds, *BMP.seeds), text=False, change=change_png)
+ROS_PICTURES = Corpus((*PGM.seeds, *PNG.seeds, *BMP.seeds), text=False, change=change_png_size)
 _MANY_STYLES = rb"""a: {b: [1, 2.5, true, null, 'x', "y\u00e9\n"], c: ~}
 d: |
   text
@@ -190,6 +194,7 @@ ZONES_NPY = Corpus(
         npy("{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3), }", b"\0\0\x80\x7f" * 6),
     ),
     (b"descr", b"'<f4'", b"'<i4'", b"'|O'", b"shape", b"fortran_order", b"True", b"(2, 3)"),
+    change=change_npy,
     mend=mend_npy,
 )
 _DOB = b"""NumberOfDynamicObstacles: 1

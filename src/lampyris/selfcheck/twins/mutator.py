@@ -275,7 +275,8 @@ def _chunks(data: bytes) -> list[tuple[bytes, bytes]]:
 
 def mend_npy(data: bytes) -> bytes:
     """The length of the header made right: it ends with the first end of line."""
-    end = data.find(b"\n", 10)
-    if len(data) < 10 or end < 0:
+    start, form = (10, "<H") if data[6:7] == b"\1" else (12, "<I")
+    end = data.find(b"\n", start)
+    if len(data) < start or end < 0:
         return data
-    return data[:8] + struct.pack("<H", (end + 1 - 10) & 0xFFFF) + data[10:]
+    return data[:8] + struct.pack(form, (end + 1 - start) & 0xFFFF) + data[start:]

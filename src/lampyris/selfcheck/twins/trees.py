@@ -50,6 +50,8 @@ ODD_VALUES: tuple[Any, ...] = (
         [[0, 0], [1, 1]],
     ),
 )
+EDGES = (0, 0.0, float("nan"), float("inf"), float("-inf"))
+"""What becomes of a number, besides one more and one less."""
 _PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./-]*")
 _DEEP = 40
 
@@ -79,14 +81,21 @@ def changed_tree(rng: Rng, tree: Any, corpus: Corpus) -> Any:
     roll = rng.random()
     if roll < 0.35:
         return _set(tree, way, pick(rng, ODD_VALUES))
-    if roll < 0.5 and isinstance(here, int | float) and not isinstance(here, bool):
+    if roll < 0.5 and _is_number(here):
         return _set(tree, way, here + int(rng.integers(-2, 3)))
     if roll < 0.6:
         return _set(tree, way, _at(tree, pick(rng, ways)))
+    if roll < 0.68 and (numbers := [w for w in ways if _is_number(_at(tree, w))]):
+        way = pick(rng, numbers)
+        return _set(tree, way, pick(rng, (*EDGES, _at(tree, way) - 1, _at(tree, way) + 1)))
     if roll < 0.75:
         other = _tree(pick(rng, corpus.seeds), corpus) or tree
         return _set(tree, way, _at(other, pick(rng, list(_ways(other)))))
     return _children_changed(rng, tree, way, here, corpus)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _children_changed(rng: Rng, tree: Any, way: Way, here: Any, corpus: Corpus) -> Any:
@@ -117,7 +126,7 @@ def _seed(data: bytes) -> str | None:
     tree = _json_of(data)
     if tree is None:
         try:
-            tree = yaml.safe_load(data)
+            tree = yaml.safe_load(data.removesuffix(b"---\n"))  # so `ros2 topic echo` ends a message
         except (yaml.YAMLError, ValueError):
             return None
     return json.dumps(tree, default=str) if isinstance(tree, dict | list) else None
