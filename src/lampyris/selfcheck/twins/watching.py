@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
 import sys
 import threading
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -43,7 +43,6 @@ _IMPORTS = ("open", "compile", "exec")
 """What an import does: it reads code and runs it."""
 _MOVES = {"os.remove": 1, "os.rename": 2, "os.link": 2}
 """What a writer may do with its own files, and how many of its words are their names."""
-_SAID = re.compile(rb"^(VmHWM|VmRSS):\s+(\d+) kB", re.MULTILINE)
 _folders: tuple[str, ...] = ()
 _plain: frozenset[str] = frozenset()
 _may_write = False
@@ -98,6 +97,12 @@ def _importing() -> bool:
 sys.addaudithook(_hook)
 
 
+@lru_cache(maxsize=16)
+def _real(folder: Path) -> str:
+    """Where a folder is; asked once, for it stays there while files are read in it."""
+    return os.path.realpath(folder)
+
+
 @contextmanager
 def watched(*folders: Path, plain: Collection[str] = (), may_write: bool = False) -> Iterator[list[str]]:
     """What is done meanwhile beyond reading files of the folders: a list of words, empty if it is nothing.
@@ -113,7 +118,7 @@ def watched(*folders: Path, plain: Collection[str] = (), may_write: bool = False
     before = sys.dont_write_bytecode
     sys.dont_write_bytecode = True
     _plain, _may_write = frozenset(plain), may_write
-    _folders = tuple(os.path.realpath(folder) for folder in folders)
+    _folders = tuple(map(_real, folders))
     try:
         yield _seen
     finally:
@@ -183,15 +188,19 @@ def _resident(what: str) -> int | None:
 def _status() -> dict[str, int] | None:
     """Resident memory and its mark, in bytes."""
     try:
-        handle = os.open("/proc/self/status", os.O_RDONLY)
-        try:
-            said = os.read(handle, 8192)
-        finally:
-            os.close(handle)
-    except OSError:
+        said = os.pread(_status_file(os.getpid()), 8192, 0)
+        return {
+            name: int(said[(at := said.index(b"\n%b:" % name.encode()) + 7) : said.index(b"kB", at)]) * 1024
+            for name in ("VmHWM", "VmRSS")
+        }
+    except (OSError, ValueError, AttributeError):
         return None
-    found = {name.decode(): int(kb) * 1024 for name, kb in _SAID.findall(said)}
-    return found if {"VmHWM", "VmRSS"} <= found.keys() else None
+
+
+@lru_cache(maxsize=1)
+def _status_file(process: int) -> int:
+    """The file in which the kernel tells of a process, opened once: a step reads it, and does no more."""
+    return os.open(f"/proc/{process}/status", os.O_RDONLY)
 
 
 class Hangs(BaseException):
