@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lampyris.motion import blind as motion_blind
 from lampyris.motion import physical
 from lampyris.motion import profile as product
 from lampyris.selfcheck import _profile_cases as cases
@@ -99,6 +100,19 @@ def test_it_sees_a_radius_forgotten_and_a_reach_cut_off(monkeypatch: pytest.Monk
         )
         assert run("laws", 200).failed > 0
     assert run("laws", 200).failed == 0
+
+
+@pytest.mark.parametrize(("name", "factor"), [("hidden_speed", 0.98), ("reaction", 0.95), ("d_max", 0.97)])
+def test_it_sees_a_cap_of_blind_areas_off_by_little(
+    name: str, factor: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = motion_blind.stop_within
+
+    def other(distance: Any, **more: float) -> Any:
+        return sound(distance, **(more | {name: more[name] * factor}))
+
+    monkeypatch.setattr(motion_blind, "stop_within", other)
+    assert run("laws", 200).failed > 0
 
 
 def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ from lampyris.motion import laws
 from lampyris.motion.course import Course
 from lampyris.motion.profile import Feasible
 from lampyris.referee import check_profile
+from lampyris.selfcheck import _profile_blind as blind
 from lampyris.selfcheck import _profile_cases as cases
 from lampyris.selfcheck import _profile_ways as ways
 from lampyris.selfcheck._profile_cases import Case
@@ -249,14 +250,17 @@ def _laws(rng: np.random.Generator, tally: Tally, number: int) -> None:
         v0 *= 80.0 / ground.scene.robot.v_max
     tally.count(f"{law}, {'curve' if curved else 'path'}")
     data = {"law": law, "v0": v0, "curve": curved}
+    hidden = blind.drawn(rng) if law == "blind" else None
     try:
-        made = _profile(ground, law, v0)
+        made = _profile(ground, hidden or law, v0)
     except SettingError as refused:
         tally.count("refused: too fast")
         if refused.code != "PROFILE_INFEASIBLE" or v0 == 0.0:
             tally.fail(number, f"{law}: {refused}", **data)
         return
     fault = _keeps(ground, made, law, v0)
+    if not fault and hidden is not None:
+        fault = blind.fault_of(ground, made, hidden, tally)
     if not fault and law in MONOTONE and v0 == 0.0 and ground.scene.robot.jerk_max is None:
         tally.count("a limit raised")
         fault = _raised(rng, ground, made, law)
@@ -275,7 +279,7 @@ def _raised(rng: np.random.Generator, ground: Ground, made: Profile, law: str) -
     return f"slower with {factor!r} times the {name}" if slower else ""
 
 
-def _profile(ground: Ground, law: str, v0: float) -> Profile:
+def _profile(ground: Ground, law: laws.SpeedLaw, v0: float) -> Profile:
     return laws.profile(ground.way, ground.scene, law=law, obstacles=ground.bodies, v0=v0)
 
 
