@@ -149,7 +149,11 @@ def _truth(asked: Drawn) -> tuple[_Asked, int | None]:
 
 def judge_plans(tally: Tally, number: int, rng: np.random.Generator, planners: Mapping[str, Planner]) -> None:
     """Both planners on one drawn question."""
-    asked = draw(rng, recorded=bool(rng.random() < 0.5))
+    judge_asked(tally, number, draw(rng, recorded=bool(rng.random() < 0.5)), planners)
+
+
+def judge_asked(tally: Tally, number: int, asked: Drawn, planners: Mapping[str, Planner]) -> None:
+    """Both planners on one question."""
     scene = asked.scene
     (free, steps, cutting, bodies, own), want = _truth(asked)
     ends = {"start-occupied": scene.start, "goal-occupied": scene.goal}

@@ -11,6 +11,7 @@ from lampyris.planners.base import Planner, Session
 from lampyris.planners.sipp import Sipp
 from lampyris.planners.space_time_astar import SpaceTimeAStar
 from lampyris.selfcheck import _moving_drawn as drawn
+from lampyris.selfcheck import _moving_gates as gates
 from lampyris.selfcheck._moving_cases import ONE, Question, first_of_group, place, questions
 from lampyris.selfcheck._moving_judge import Judged, fault
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
@@ -58,6 +59,14 @@ KINDS = {
         release=80_000,
         chunk=100,
     ),
+    "gates": Kind(
+        "two ways, the nearer one shut about as long as the other is longer; and a last step that two bodies"
+        " cross: to wait or to go about; both planners, from a session and through the front door",
+        commit=200,
+        nightly=4_000,
+        release=40_000,
+        chunk=100,
+    ),
     "driven": Kind(
         "a drawn plan driven with real accelerations among its obstacles: every instant's distance",
         commit=30,
@@ -75,6 +84,10 @@ def run(ask: Ask, part: Part) -> Outcome:
         judge = drawn.judge_plans if part.kind == "drawn" else drawn.judge_drive
         for number in part.numbers:
             judge(tally, number, ask.rng("moving", part.kind, number), PLANNERS)
+    elif part.kind == "gates":
+        for number in part.numbers:
+            question = gates.draw(ask.rng("moving", part.kind, number))
+            drawn.judge_asked(tally, number, question, PLANNERS)
     else:
         _every(tally, part)
     return tally.outcome()
