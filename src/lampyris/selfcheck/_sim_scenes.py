@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import SceneError
+from lampyris.field.solve import solve
 from lampyris.maps.library import load
 from lampyris.model.drive import Drive
 from lampyris.model.edit import Edit
@@ -84,6 +85,23 @@ def drawn_scene(
     if kind in ("recorded", "all"):
         traffic += [Recorded(random_track(rng, blocked, 25), radius=body_radius) for _ in range(2)]
     return Scene(Grid(blocked), start, goal, moves_named(moves), Robot(radius=robot_radius), tuple(traffic))
+
+
+def crowded(rng: np.random.Generator) -> Scene:
+    """A map of 5 to 13 cells a side, and walkers on up to a third of its cells; the ends far apart."""
+    moves = moves_named(("octile", "octile", "dissertation", "four")[int(rng.integers(4))])
+    while True:
+        width, height = (int(n) for n in rng.integers(5, 14, 2))
+        blocked = rng.random((height, width)) < rng.uniform(0.0, 0.2)
+        free = [(int(x), int(y)) for y, x in zip(*np.nonzero(~blocked), strict=True)]
+        start, *some = (free[k] for k in rng.choice(len(free), 5, replace=False).tolist())
+        away = solve(~blocked, moves, start).exact
+        goal = max(some, key=lambda c: (float(away[c[1], c[0]]), c))
+        if away[goal[1], goal[0]] > 0:
+            break
+    count = int(rng.integers(1, max(2, len(free) // 3)))
+    rate = float(rng.uniform(0.2, 1.0)) if rng.random() < 0.3 else None
+    return Scene(Grid(blocked), start, goal, moves, traffic=(RandomWalk(count, rate),))
 
 
 def with_edits(scene: Scene, rng: np.random.Generator, many: int = 3) -> Scene:

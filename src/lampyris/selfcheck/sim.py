@@ -30,6 +30,7 @@ from lampyris.selfcheck.check import Ask, Check, Kind, Part, Tally
 from lampyris.selfcheck.check import Outcome as Seen
 from lampyris.selfcheck.twins.drive_monitor import watch
 from lampyris.selfcheck.twins.edit_twin import EditMonitor
+from lampyris.selfcheck.twins.pace_twin import gains
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim import fast, loop
@@ -41,6 +42,13 @@ KINDS = {
         190_000,
         500_000,
         250,
+    ),
+    "crowd": Kind(
+        "the kernel's run among walkers that fill up to a third of a small map, and the loop's, field by field",
+        200,
+        8_000,
+        40_000,
+        50,
     ),
     "walk": Kind(
         "the loop: every planner, step set, kind of traffic and size of bodies", 500, 24_000, 100_000, 100
@@ -55,7 +63,7 @@ KINDS = {
     ),
 }
 
-_SLOW = {"fast": 200, "walk": 20, "edits": 10}
+_SLOW = {"fast": 200, "crowd": 20, "walk": 20, "edits": 10}
 """One run in so many is judged by the slow monitor too; long runs of many bodies are dear to it."""
 
 _COMPARED = 100
@@ -72,6 +80,8 @@ _CROWDS = (
 )
 _LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=30.0))
 _RUNS_A_SCENE = 25
+LONGEST_CROWD = 60
+"""Ticks of a run in a crowd."""
 _REFUSED = {"OBSTACLE_TRACK", "OBSTACLE_OVERLAP", "OBSTACLE_START", "OBSTACLE_ROOM"}
 """Random traffic that does not fit the map."""
 
@@ -154,6 +164,15 @@ def _looped(ask: Ask, number: int, tally: Tally, check: str, name: str) -> None:
         return
     tally.count(kind)
     tally.count("sized" if robot or body else "of one cell")
+    wrong = gains(
+        [(x, y) for x, y in trace.robot.tolist()],
+        trace.speed.tolist(),
+        law,
+        scene.robot.a_max,
+        scene.grid.resolution,
+    )
+    if wrong:
+        tally.fail(number, f"{law}: {wrong[0]}", **data)
     _judge_trace(trace, check, number, tally, **data)
 
 
@@ -186,11 +205,30 @@ def _fast(ask: Ask, number: int, tally: Tally) -> None:
         tally.count("by the loop")  # the kernel does not know a robot that is hemmed in
         trace = loop.run(scene, who, seed=number, law=law)
     elif number % _COMPARED == 0:
-        tally.count("compared with the loop")
-        other = difference(trace, loop.run(scene, who, seed=number, law=law))
-        if other:
-            tally.fail(number, f"the kernel and the loop differ in {other}")
+        _compare(trace, loop.run(scene, who, seed=number, law=law), number, tally)
     _judge_trace(trace, "fast", number, tally)
+
+
+def _compare(trace: Trace, other: Trace, number: int, tally: Tally) -> None:
+    tally.count("compared with the loop")
+    where = difference(trace, other)
+    if where:
+        tally.fail(number, f"the kernel and the loop differ in {where}")
+
+
+def _crowd(ask: Ask, number: int, tally: Tally) -> None:
+    """Much happens on little room: bodies in each other's way, and in the robot's, at every tick."""
+    rng = ask.rng("sim", "crowd", number)
+    scene = scenes.crowded(rng)
+    who, law = (AdGso(), AdGso(nt=3, mvr=2))[int(rng.integers(2))], _LAWS[int(rng.integers(2))]
+    patience = int(rng.integers(0, 6))
+    found = fast.FastRuns(scene, who, law, patience).run(number, LONGEST_CROWD)
+    if found is None:
+        tally.count("by the loop")
+        return
+    other = loop.run(scene, who, seed=number, law=law, ticks=LONGEST_CROWD, patience=patience)
+    _compare(found, other, number, tally)
+    _judge_trace(found, "crowd", number, tally)
 
 
 def difference(a: Trace, b: Trace) -> str:
@@ -239,6 +277,7 @@ def _drive(ask: Ask, number: int, tally: Tally) -> None:
 
 _JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
     "fast": _fast,
+    "crowd": _crowd,
     "walk": _walk,
     "edits": _edits,
     "drive": _drive,
