@@ -44,7 +44,7 @@ KINDS = {
         250,
     ),
     "crowd": Kind(
-        "the kernel's run among walkers that fill up to a third of a small map, and the loop's, field by field",
+        "walkers on up to a third of a small map: the kernel's run and the loop's, field by field",
         200,
         8_000,
         40_000,
