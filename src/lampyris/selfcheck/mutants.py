@@ -18,10 +18,19 @@ GROUPS = {
     "sim": "the simulator, its monitor and what it senses",
     "parsers": "readers of maps, scenarios and other files",
     "referee": "the referee itself: what it no longer sees",
+    "metamorphic": "anything that two answers must have in common",
+    "swarm": "swarm planners and their bounds",
+    "store": "the store of a study's results: reading, going on and repair",
+    "determinism": "draws, orders and sums, which must be the same everywhere",
 }
 """Groups of defects, a file of them each."""
-COMMIT = {"planner": 6, "repair": 3, "profile": 3, "sim": 2, "parsers": 3, "referee": 2}
-"""How many of each the size ``commit`` has: the first ones, which are quick."""
+COMMIT = {
+    "planner": 6, "repair": 3, "profile": 3, "sim": 2, "parsers": 3, "referee": 2,
+    "metamorphic": 1, "swarm": 1, "store": 1, "determinism": 0,
+}  # fmt: skip
+"""How many of each the size ``commit`` has: the first ones, which are quick; none of those that start
+processes of their own.
+"""
 CHUNK = 8
 
 
