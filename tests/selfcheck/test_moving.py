@@ -104,7 +104,7 @@ def raises(plan: Plan) -> Plan:
 
 
 @pytest.mark.parametrize("wrong", [later, late_at_the_goal, gives_up, takes_a_short_cut, raises])
-@pytest.mark.parametrize("kind", ["two patrols", "drawn"])
+@pytest.mark.parametrize("kind", ["two patrols", "drawn", "gates"])
 def test_wrong_answers_fail(
     kind: str, wrong: Callable[[Plan], Plan], monkeypatch: pytest.MonkeyPatch
 ) -> None:

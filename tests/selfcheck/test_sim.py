@@ -13,6 +13,7 @@ from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck import runner
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.sim import CHECK, faults_of
+from lampyris.selfcheck.twins.pace_twin import gains
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim import loop
@@ -62,6 +63,28 @@ def test_the_quick_monitor_and_the_slow_one_agree_on_traces_that_were_tampered_w
         assert bool(quick) == bool(slow), (seed, k, t, quick, slow)
         broken += bool(quick)
     assert 10 < broken < 40
+
+
+def test_the_kernel_and_the_loop_are_compared_in_crowds() -> None:
+    seen = run("crowd", 60)
+    assert (seen.cases, seen.failed) == (60, 0), seen.failures
+    assert seen.counts["compared with the loop"] > 40
+
+
+@pytest.mark.parametrize(
+    ("law", "speed", "fine"),
+    [
+        ("dissertation", [0.0, 20.0, 0.0, 28.0], True),
+        ("dissertation", [0.0, 20.0, 0.0, 28.1], False),
+        ("dissertation", [0.0, 20.0, 1.0, 28.0], False),
+        ("physical", [0.0, 1.0, 0.0, 2.0**0.25], True),
+        ("physical", [0.0, 1.0, 0.0, 1.2], False),
+        ("physical", [0.0, 1.1, 0.0, 1.0], False),
+    ],
+)
+def test_speeds_may_be_no_more_than_the_law_gains(law: str, speed: list[float], fine: bool) -> None:
+    cells = [(0, 0), (1, 0), (1, 0), (2, 1)]
+    assert (gains(cells, speed, law, 0.5, 1.0) == []) is fine
 
 
 def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
