@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lampyris.errors import InternalFault, LampyrisError, LimitError
 from lampyris.model.trace import Trace
 from lampyris.planners import registry
 from lampyris.selfcheck import _sim_scenes as scenes
-from lampyris.selfcheck import runner
+from lampyris.selfcheck import runner, sim
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.sim import CHECK, faults_of
 from lampyris.selfcheck.twins.pace_twin import gains
@@ -95,3 +96,33 @@ def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = run("walk", 5)
     assert (seen.cases, seen.failed) == (5, 5)
     assert seen.failures[0].what == "IndexError: no such body"
+
+
+@pytest.mark.parametrize("fault", [InternalFault("PLAN_START", "elsewhere"), LimitError("LIMIT", "too much")])
+def test_no_error_of_ours_counts_as_a_refusal(monkeypatch: pytest.MonkeyPatch, fault: LampyrisError) -> None:
+    def broken(*args: object, **more: object) -> None:
+        raise fault
+
+    monkeypatch.setattr(loop, "run", broken)
+    seen = run("walk", 3)
+    assert (seen.cases, seen.failed) == (3, 3)
+
+
+def test_every_map_and_planner_is_judged_the_slow_way_in_turn() -> None:
+    scenes_of = sim.RUNS_A_SCENE * len(sim.MAPS)
+    for stride in (sim.SLOW["fast"], sim.COMPARED):
+        every = {(k // sim.RUNS_A_SCENE) % len(sim.MAPS) for k in range(0, stride * scenes_of, stride)}
+        assert every == set(range(len(sim.MAPS)))
+    planners = {sim.planner_of(k) for k in range(200)}
+    for kind in ("walk", "edits"):
+        stride = sim.SLOW[kind]
+        assert {sim.planner_of(k) for k in range(0, stride * 200, stride)} == planners
+
+
+def test_the_comparison_of_kernel_and_loop_sees_any_field() -> None:
+    trace = some_trace(3)
+    assert sim.difference(trace, trace) == ""
+    robot = trace.robot.copy()
+    robot[-1] += 1
+    assert sim.difference(trace, replace(trace, robot=robot)) == "robot"
+    assert sim.difference(trace, replace(trace, detail="else")) == "detail"
