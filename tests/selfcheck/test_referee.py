@@ -23,7 +23,8 @@ LOST = {
     "corner": {"paths", "wild", "pairs"},
     "knight": {"paths"},
     "steps": {"paths"},
-    "cost": {"paths"},
+    "cost": {"paths", "wide"},
+    "sweep": {"wide"},
 }
 """Rules, and the kinds of cases that miss each."""
 

@@ -17,6 +17,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.referee import check_path
+from lampyris.selfcheck import _referee_wide as wide
 from lampyris.selfcheck._referee_cases import TWELVE, Asked, counted, drawn
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.competition_twin import first_wrong, moves_of, turns_of
@@ -27,6 +28,10 @@ KINDS = {
         "a lawful walk (even numbers) is accepted, one spoilt in one of twelve ways (odd ones) is refused by"
         " the rule it breaks; the public rules agree where they apply",
         commit=10_000, nightly=1_000_000, release=10_000_000, chunk=1000,
+    ),
+    "wide": Kind(
+        "the same for robots with a size on ground that costs: a wall within the radius, a wrong price",
+        commit=1000, nightly=50_000, release=500_000, chunk=250,
     ),
     "wild": Kind(
         "eight cells or fewer on a map of 4 x 4, drawn near each other: both judges say the same",
@@ -48,7 +53,7 @@ _POINT = Robot()
 def run(ask: Ask, part: Part) -> Outcome:
     """Judge the paths of a part."""
     tally = Tally(part)
-    case = {"paths": _paths, "wild": _wild, "pairs": _pairs, "holes": _holes}[part.kind]
+    case = {"paths": _paths, "wide": _wide, "wild": _wild, "pairs": _pairs, "holes": _holes}[part.kind]
     for number in part.numbers:
         rng = ask.rng("referee", part.kind, number)
         try:
@@ -102,6 +107,24 @@ def _is_length(path: Path, cells: tuple[Cell, ...]) -> bool:
     cardinal, ordinal = moves_of(cells)
     exact = cardinal * _OCTILE.straight + ordinal * _OCTILE.diagonal
     return path.exact == exact and math.isclose(path.cost, cardinal + math.sqrt(2) * ordinal, rel_tol=1e-12)
+
+
+def _wide(rng: np.random.Generator, number: int, tally: Tally) -> None:
+    """Even numbers are lawful, odd ones spoilt."""
+    way = None if number % 2 == 0 else number // 2 % len(wide.WAYS)
+    asked = wide.lawful(rng) if way is None else wide.spoilt(rng, way)
+    cells = asked.cells
+    found = check_path(asked.path, asked.grid, asked.robot, MOVES[asked.moves], cells[0], cells[-1])
+    said, want = "" if found is None else found.rule, "" if way is None else wide.RULES[way]
+    tally.case("accepted" if not said else "refused", "lawful, wide" if way is None else wide.WAYS[way])
+    if said != want:
+        data = {
+            "radius": asked.radius,
+            "moves": asked.moves,
+            "cells": cells,
+            "blocked": asked.blocked.tolist(),
+        }
+        tally.fail(number, f"{_word(said)}, to be {_word(want)}", **data, terrain=asked.terrain.tolist())
 
 
 def _wild(rng: np.random.Generator, number: int, tally: Tally) -> None:
