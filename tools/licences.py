@@ -38,6 +38,40 @@ def licence(found: Distribution) -> str:
     expression = told.get("License-Expression")
     if expression:
         return str(expression)
+    name = _short(found)
+    return (bsd(_text(found)) or name) if name == "BSD" else name
+
+
+def bsd(text: str) -> str:
+    """Which of the BSD licences a text is, by its clauses; nothing: it cannot be told.
+
+    Parameters
+    ----------
+    text : of a licence; what comes after its first disclaimer is of other things that are in the package.
+    """
+    first, ended, _ = " ".join(text.split()).lower().partition("this software is provided by")
+    clauses = ("redistributions of source code must", "redistributions in binary form must")
+    if not ended or not all(one in first for one in clauses):
+        return ""
+    if "advertising materials" in first:
+        return "BSD-4-Clause"
+    return "BSD-3-Clause" if "endorse or promote products" in first else "BSD-2-Clause"
+
+
+def _text(found: Distribution) -> str:
+    """The licence's text: in the metadata, or in the file beside them."""
+    told = found.metadata.get("License") or ""
+    if len(told) > LONGEST:
+        return told
+    beside = [
+        one for one in found.files or [] if re.search(r"\.dist-info/(licenses/)?LICENSE(\.\w+)?$", str(one))
+    ]
+    return beside[0].read_text(encoding="utf-8") if beside else ""
+
+
+def _short(found: Distribution) -> str:
+    """A short name, or the classifier's."""
+    told = found.metadata
     classified = [
         line.rpartition(" :: ")[2].removesuffix(" License")
         for line in told.get_all("Classifier") or []

@@ -19,8 +19,6 @@ from lampyris.maps.map_hash import map_hash
 from lampyris.maps.movingai import read_scen
 from lampyris.maps.save import COST_WRITERS, WRITERS, save_map
 from lampyris.model.grid import Grid
-from lampyris.selfcheck import maps, registry, runner
-from lampyris.selfcheck.check import Ask
 
 # What each format holds besides size and blocked cells; by the formats' own definitions, not by the code.
 HOLDS = {
@@ -77,14 +75,6 @@ def documents(seed: int, wanted: set[str], terrain: list[int]) -> Iterator[MapDo
             origin=(-3.25, 4.0, 0.5) if "frame" in wanted else (0.0, 0.0, 0.0),
         )
         yield MapDocument(grid, **marks)  # type: ignore[arg-type]
-
-
-@pytest.mark.skipif("maps" in registry.NAMES, reason="asked with the others, in test_promises")
-@pytest.mark.parametrize("kind", ["round-trip", "one-hash"])
-def test_what_is_written_is_read_again(kind: str) -> None:
-    """The identity for whatever a format holds, and one hash from all formats that hold a map."""
-    result = runner.run(maps.CHECK, Ask(), runner.Range(only=kind))
-    assert result.holds, [f.what for f in result.outcome.failures[:5]]
 
 
 @pytest.mark.parametrize(("ending", "values"), HOLDS)
