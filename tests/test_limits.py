@@ -21,6 +21,7 @@ from lampyris.maps import (
     dob,
     image,
     json_text,
+    load,
     movingai,
     numpy_file,
     pgm,
@@ -406,6 +407,26 @@ def test_limits_of_a_robot(field: str) -> None:
     for value in (0, np.nextafter(LEAST, 0), np.nextafter(GREATEST, np.inf), -1, np.nan, np.inf):
         with pytest.raises(LampyrisError, match="ROBOT_LIMIT"):
             Robot(**{field: float(value)})
+
+
+def test_a_number_of_a_table(tmp_path: Path) -> None:
+    """A billion: of what comes one after the other, the next double is refused, and so is a million's."""
+    most = csv_table.GREATEST
+    for value in (most, np.nextafter(most, 0), -most, np.nextafter(-most, 0)):
+        assert read_way(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
+    for value in (np.nextafter(most, np.inf), np.nextafter(-most, -np.inf)):
+        with pytest.raises(LampyrisError, match=r"^error\[WAY\]"):
+            read_way(put(tmp_path, b"x,y\n%a,0\n0,0\n" % float(value), "w.csv"))
+
+
+def test_what_a_file_is_shows_in_its_head(tmp_path: Path) -> None:
+    """A zero byte within the head: no text. Behind it: the reader of texts says what is wrong."""
+    codes = []
+    for at in (load.HEAD_BYTES - 2, load.HEAD_BYTES - 1, load.HEAD_BYTES):
+        with pytest.raises(LampyrisError) as caught:
+            load_map(put(tmp_path, b"." * at + b"\0\n", "m.dat"))
+        codes.append(caught.value.code)
+    assert codes[0] == codes[1] != codes[2]
 
 
 def test_limits_of_a_grid() -> None:

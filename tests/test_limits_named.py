@@ -18,10 +18,11 @@ import pytest
 
 import lampyris
 from lampyris.errors import MAX_PART, FileError, LampyrisError
-from lampyris.maps import json_text, ros_yaml, scenario_form, scenario_how
+from lampyris.maps import json_text, ros_yaml, scenario_form, scenario_how, way_file
 from lampyris.maps.json_text import read_json
 from lampyris.maps.load import load_map
 from lampyris.maps.scenario_file import MAX_SIDE
+from lampyris.maps.way_file import read_way
 from lampyris.model.edit import MAX_EDITS, Edit, check_edits
 from lampyris.model.grid import MAX_TERRAIN, Grid
 from lampyris.planners import _timed_session, ad_gso
@@ -131,6 +132,16 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "glowworms": (glowworm.MOST, lambda f, n: glowworm.GSO(n=n), "SWARM"),
     "particles": (particle.MOST, lambda f, n: particle.PSO(n=n), "SWARM"),
     "terrain": (MAX_TERRAIN, lambda f, n: Grid([[False]], terrain=[[n]]), "GRID_TERRAIN"),
+    "way in YAML": (
+        way_file.YAML_BYTES,
+        lambda f, n: read_way(put(f, b"poses: []\n".ljust(n, b"#"), "w.yaml")),
+        "YAML_SIZE",
+    ),
+    "values of a way in YAML": (
+        way_file.YAML_VALUES,
+        lambda f, n: read_way(put(f, b"poses: [" + b"0," * (n - 2) + b"]\n", "w.yaml")),
+        "YAML_SIZE",
+    ),
     "values of JSON": (
         json_text.MAX_VALUES,
         lambda f, n: read_json(b'{"a": [' + b"0," * (n - 2) + b"0]}", "m"),
@@ -279,27 +290,101 @@ ASKED: dict[str, str] = {
     "planners._timed_search.MOST_STATES": NOT_INPUT + "memory of a search, tests/test_memory.py",
     "planners._timed_session.MOST_UNROLLED": NOT_INPUT + "ticks of tracks written out",
     "planners.expanded.MOST_CELLS": NOT_INPUT + "maps up to which a page draws what was expanded",
+    "app.asking.MAX_JSON": "app/test_app_limits.py",
+    "app.asking.MOST_VALUES": "app/test_app_limits.py",
+    "app.compared.MOST_SEEDS": "app/test_app_limits.py",
+    "app.compared.MOST_WHO": "app/test_app_limits.py",
+    "app.decode.MAX_BYTES": "app/test_app_limits.py",
+    "app.decode.MAX_FILES": "app/test_app_limits.py",
+    "app.engine.MAX_QUESTION": "app/test_app_limits.py",
+    "app.guard.MAX_HEAD": "app/test_app_limits.py",
+    "app.guard.MAX_HEADERS": "app/test_app_limits.py",
+    "app.guard.MAX_URL": "app/test_app_limits.py",
+    "app.library.MOST_BYTES": "app/test_app_limits.py",
+    "app.library.MOST_FILES": "app/test_app_limits.py",
+    "app.names.MOST": "app/test_app_limits.py",
+    "app.said.MOST_SIDE": "app/test_app_limits.py",
+    "app.studying.MOST_QUERIES": "app/test_app_limits.py",
+    "app.studying.MOST_RUNS": "app/test_app_limits.py",
+    "app.studying.MOST_SEEDS": "app/test_app_limits.py",
+    "app.guard.MAX_BODY": "app/test_app_http.py",
+    "app.guard.LARGE_AT_ONCE": "app/test_threats_bombs.py",
+    "app.decode.AT_ONCE": "app/test_app_decode.py",
+    "app.engines.QUEUE": "app/test_app_engine.py",
+    "app.studies.MOST_WAITING": "app/test_app_studies.py",
+    "app.decode.MAX_ANSWER": NOT_INPUT + "what our own reader of maps says of them",
+    "app.engines.MAX_FRAME": NOT_INPUT + "what our own engine says, app/test_app_engine.py",
+    "app.guard.MAX_DRAIN": NOT_INPUT + "what is still read of a refused body, app/test_app_http.py",
+    "app.studies.MAX_LINE": NOT_INPUT + "what our own study says of how far it is",
+    "app.studies.MOST": NOT_INPUT + "studies that are over and still known",
+    "app.watched.MOST_TICKS": NOT_INPUT + "ticks of one frame; a drive has as many frames as it takes",
+    "field.frame._SCRATCH_BYTES": NOT_INPUT + "memory of a sweep, tests/test_memory.py",
+    "maps.csv_table.GREATEST": LIMITS_PY,
+    "maps.load.HEAD_BYTES": LIMITS_PY,
+    "maps.movingai.HEADER_BYTES": LIMITS_PY,
+    "maps.numpy_file.HEADER_BYTES": LIMITS_PY,
+    "maps.pgm.HEADER_BYTES": LIMITS_PY,
+    "maps.way_file.YAML_BYTES": HERE,
+    "maps.way_file.YAML_VALUES": HERE,
+    "model.robot.GREATEST": LIMITS_PY,
+    "maps.document.BYTES_PER_CELL": LIMITS_PY,
+    "planners.swarm_ways.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
+    "study.tracks.AT_ONCE": NOT_INPUT + "ticks advanced in one go",
 }
 
 
-def named_limits() -> set[str]:
-    """Constants that are called a limit; those of the app and of the checks are asked where they are."""
+NO_LIMITS = {
+    "kernels.any_angle.LIMIT", "kernels.bidirectional.LIMIT", "kernels.incremental.LIMIT",
+   "kernels.jps.LIMIT",    "kernels.search.LIMIT", "kernels.timed.LIMIT",
+    "kernels.pace.OF_LIMIT", "kernels.pace.OF_WAITING", "kernels.pace.V_MAX", "planners.ad_gso_walk.NO_LIMIT",
+    "maps.scenario_file._LIMIT", "study.form._LIMIT", "app.guard.BYTES", "maps.load.VALUES",
+    "field.frame.WEIGHS_MOST",
+}  # fmt: skip
+"""So called and no limits: endings, columns of a table, words, types."""
+WORDS = "MAX|MOST|LIMIT|BYTES|VALUES|GREATEST|LONGEST|LARGEST|DEEPEST|WAITING|QUEUE|AT_ONCE"
+CALLED = re.compile(rf"_?([A-Z0-9]+_)*({WORDS})(_[A-Z0-9_]+)?")
+"""A name one of whose words says that there is an end to something."""
+
+
+def named_in(text: str) -> set[str]:
+    """Constants of a module that are called a limit."""
     found = set()
-    for path in SOURCE.rglob("*.py"):
-        module = ".".join(path.relative_to(SOURCE).with_suffix("").parts)
-        if module.startswith(("app.", "selfcheck.")):
-            continue
-        for node in ast.parse(path.read_text()).body:
-            targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-            for target in targets:
-                if isinstance(target, ast.Name) and re.fullmatch(r"_?(MAX|MOST|LIMIT)(_[A-Z_]+)?", target.id):
-                    found.add(f"{module}.{target.id}")
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            every = [one for top in targets for one in ast.walk(top) if isinstance(one, ast.Name)]
+            names = [one.id for one in every if isinstance(one.ctx, ast.Store)]
+            found |= {name for name in names if CALLED.fullmatch(name)}
     return found
 
 
+def named_limits() -> set[str]:
+    """Of all modules; those of the checks are their own measures."""
+    found = set()
+    for path in SOURCE.rglob("*.py"):
+        module = ".".join(path.relative_to(SOURCE).with_suffix("").parts)
+        if not module.startswith("selfcheck."):
+            found |= {f"{module}.{name}" for name in named_in(path.read_text(encoding="utf-8"))}
+    return found
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "MAX_A = 1", "A_BYTES = 1", "MOST_A: Final = 1", "LEAST, GREATEST = 1, 2", "_LIMIT = 1", "MAX_2 = 1",
+        "_MOST_A_B: int = 2", "LARGE_AT_ONCE = 2",
+    ],
+)  # fmt: skip
+def test_the_census_sees_a_limit_by_any_of_its_words(line: str) -> None:
+    assert len(named_in(line)) == 1
+
+
+def test_the_census_sees_no_other_names() -> None:
+    assert not named_in("MAXIMAL = 1\nmost = 1\nALMOST_A = 2\nLEAST = 1\ndef f():\n    MAX_A = 1")
+
+
 def test_each_limit_is_asked_somewhere() -> None:
-    aliases = {"study.form._LIMIT", "maps.scenario_file._LIMIT"}  # words and types
-    found = named_limits() - aliases
+    found = named_limits() - NO_LIMITS
     assert found == set(ASKED), f"say where {found ^ set(ASKED)} is asked at n - 1, n and n + 1"
     for name, where in ASKED.items():
         assert where.startswith(NOT_INPUT) or (TESTS / where).is_file(), name
