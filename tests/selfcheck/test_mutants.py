@@ -161,6 +161,7 @@ def test_each_defect_has_its_place_and_its_check(group: str, defect: Defect) -> 
         compile(text.replace(defect.find, defect.replace), defect.file, "exec")
     kinds = registry.check(defect.check).kinds_for(Ask())
     assert defect.kind in kinds
+    assert defect.first + defect.cases <= kinds[defect.kind].commit  # each commit would see it
     whole = kinds[defect.kind].whole
     assert whole is None or defect.first + defect.cases <= whole
 
