@@ -60,7 +60,10 @@ def selfcheck(
     list_: List = False,
     json_: Json = False,
 ) -> None:
-    """Prove what is promised: cases, failures, seconds, seed of each check; exit 0 only if all hold."""
+    """Prove what is promised: cases, failures, seconds, seed of each check.
+
+    Exits with 0 only if all hold, with 6 if a promise is broken.
+    """
     from lampyris.cli import selfcheck_work as work
     from lampyris.selfcheck.check import Ask
     from lampyris.selfcheck.runner import Range

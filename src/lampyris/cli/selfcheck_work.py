@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import datetime
-import json
+import re
+import shlex
 import sys
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,9 @@ from lampyris.cli import verbs
 from lampyris.errors import FileError, InternalFault, UsageError
 from lampyris.selfcheck import registry
 from lampyris.selfcheck.check import SIZES, Ask, Check, Failure, Outcome
-from lampyris.selfcheck.ledger import Ledger, append, fingerprint
-from lampyris.selfcheck.runner import Range, Result, Told, run, spread
+from lampyris.selfcheck.ledger import Ledger, append, fingerprint, versions
+from lampyris.selfcheck.plain import plain, text
+from lampyris.selfcheck.runner import Range, Result, Told, planned, run, spread
 
 BROKEN = InternalFault.exit_code
 TENTHS = 10
@@ -48,26 +51,21 @@ def processes(workers: int | None) -> int:
 def selfcheck(asked: Asked) -> int:
     """``lampyris selfcheck``. Returns the exit code: 0 only if every check held."""
     checks = _checks(asked)
+    # Before the first of them runs for an hour: whether all of them can do what they are asked.
+    checks = [check for check in checks if _can_run(check, asked)]
     ledger = Ledger(asked.ledger)
     if asked.failures is not None:
         _folder(asked.failures)
     results = []
     for check in checks:
-        try:
-            with _progress(check.name, quiet=asked.json) as tell:
-                result = run(check, asked.ask, asked.which, ledger, tell)
-        except UsageError as error:
-            if asked.names or error.code != "CHECKOUT":
-                raise
-            # Asked for everything, where the project's own tests are not installed: told, and no failure.
-            print(f"note: {check.name} was left out: {error.what}", file=sys.stderr)
-            continue
+        with _progress(check.name, quiet=asked.json) as tell:
+            result = run(check, _ask(check, asked), asked.which, ledger, tell)
         results.append(result)
         record = _record(result, asked.which)
         if asked.json:
-            verbs.print_json(record)
+            verbs.print_json(plain(record))
         else:
-            _print(result)
+            _print(result, record)
         if asked.record is not None:
             append(asked.record, record)
         if asked.failures is not None:
@@ -82,7 +80,7 @@ def selfcheck(asked: Asked) -> int:
 def list_checks(asked: Asked) -> int:
     """``lampyris selfcheck --list``. Returns the exit code."""
     for check in _checks(asked):
-        kinds = check.kinds_for(asked.ask)
+        kinds = check.kinds_for(_ask(check, asked))
         if asked.json:
             verbs.print_json(
                 {
@@ -108,7 +106,28 @@ def _checks(asked: Asked) -> list[Check]:
         raise UsageError("SIZE", f"no size is called {asked.ask.size!r}", allowed=", ".join(SIZES))
     if len(asked.names) != 1 and asked.which.only is not None:
         raise UsageError("KIND", "--only goes with one check", todo="name the check whose kind it is")
-    return [registry.check(name) for name in asked.names or registry.NAMES]
+    checks = [registry.check(name) for name in asked.names or registry.NAMES]
+    if asked.ask.folder is not None and not any(check.folder for check in checks):
+        taken = ", ".join(name for name in registry.NAMES if registry.check(name).folder)
+        raise UsageError("FOLDER", "none of these checks reads a folder", where="--folder", allowed=taken)
+    return checks
+
+
+def _ask(check: Check, asked: Asked) -> Ask:
+    """What one of the checks is asked: a folder only if it reads one."""
+    return asked.ask if check.folder else replace(asked.ask, folder=None)
+
+
+def _can_run(check: Check, asked: Asked) -> bool:
+    try:
+        planned(check, _ask(check, asked), asked.which)
+    except UsageError as error:
+        if asked.names or error.code != "CHECKOUT":
+            raise
+        # Asked for everything, where the project's own tests are not installed: told, and no failure.
+        print(f"note: {check.name} was left out: {error.what}", file=sys.stderr)
+        return False
+    return True
 
 
 def _record(result: Result, which: Range) -> dict[str, Any]:
@@ -120,7 +139,7 @@ def _record(result: Result, which: Range) -> dict[str, Any]:
         "size": result.ask.size if which == Range(which.only) else "part",
         "only": which.only,
         "seed": result.ask.seed,
-        "kinds": {name: {"first": first, "cases": cases} for name, (first, cases) in result.kinds.items()},
+        "kinds": {name: _of_kind(result, name) for name in result.of_kind},
         "cases": outcome.cases,
         "failures": outcome.failed,
         "bound": result.bound,
@@ -128,22 +147,39 @@ def _record(result: Result, which: Range) -> dict[str, Any]:
         "counts": dict(outcome.counts),
         "spreads": {name: spread(values) for name, values in outcome.spreads.items()},
         "failed": [
-            {"command": _command(result, f), "what": f.what, "data": dict(f.data)} for f in outcome.failures
+            {"kind": f.kind, "command": _command(result, f), "what": f.what, "data": f.data}
+            for f in outcome.failures
         ],
         "seconds": round(result.seconds, 1),
+        "wall": round(result.wall, 1),
         "workers": result.ask.workers,
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "version": lampyris.__version__,
         "code": fingerprint(),
+        "versions": versions(),
     }
 
 
-def _print(result: Result) -> None:
+def _of_kind(result: Result, name: str) -> dict[str, Any]:
+    seen, kind = result.of_kind[name], result.planned.kinds[name]
+    first, cases = result.planned.ranges[name]
+    return {
+        "first": first,
+        "cases": cases,
+        "failures": seen.outcome.failed,
+        "drawn": kind.whole is None,
+        "seconds": round(seen.seconds, 1),
+        "counts": dict(seen.outcome.counts),
+        "spreads": {word: spread(values) for word, values in seen.outcome.spreads.items()},
+    }
+
+
+def _print(result: Result, record: dict[str, Any]) -> None:
     outcome = result.outcome
     bound = f" bound={result.bound:.1e}" if result.bound is not None else ""
     print(
         f"{result.check.name}: cases={outcome.cases} failures={outcome.failed} "
-        f"seconds={result.seconds:.1f} seed={result.ask.seed} size={result.ask.size}{bound}"
+        f"seconds={result.seconds:.1f} seed={result.ask.seed} size={record['size']}{bound}"
     )
     if outcome.counts:
         print("    " + ", ".join(f"{name} {n:,}" for name, n in outcome.counts.items()))
@@ -160,11 +196,18 @@ def _print(result: Result) -> None:
 
 
 def _command(result: Result, failure: Failure) -> str:
-    folder = f" --folder {result.ask.folder}" if result.ask.folder else ""
-    return (
-        f"lampyris selfcheck {result.check.name} --only {failure.kind} --first {failure.number} --cases 1 "
-        f"--seed {result.ask.seed}{folder}"
-    )
+    words = ["lampyris", "selfcheck", result.check.name, "--only", failure.kind]
+    words += ["--first", str(failure.number), "--cases", str(failure.cases)]
+    words += ["--seed", str(result.ask.seed), "--size", result.ask.size]
+    if result.ask.folder:
+        words += ["--folder", str(result.ask.folder)]
+    return shlex.join(words)
+
+
+def _slug(kind: str) -> str:
+    """A file name's part: what cannot stand in one is replaced, and what was replaced is told by a number."""
+    plainly = re.sub(r"[^A-Za-z0-9._-]+", "-", kind)
+    return plainly if plainly == kind else f"{plainly}-{zlib.crc32(kind.encode()):08x}"
 
 
 def _keep(folder: Path, result: Result, failure: Failure) -> None:
@@ -175,11 +218,11 @@ def _keep(folder: Path, result: Result, failure: Failure) -> None:
         "seed": result.ask.seed,
         "command": _command(result, failure),
         "what": failure.what,
-        "data": dict(failure.data),
+        "data": failure.data,
     }
-    path = folder / f"{result.check.name}-{failure.kind}-{failure.number}.json"
+    path = folder / f"{result.check.name}-{_slug(failure.kind)}-{failure.number}.json"
     try:
-        path.write_text(json.dumps(words, indent=1, default=str) + "\n", encoding="utf-8")
+        path.write_text(text(words, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise FileError("FILE_WRITE", error.strerror or str(error), where=str(path)) from None
 

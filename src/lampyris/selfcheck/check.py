@@ -54,7 +54,8 @@ class Kind:
         if seen.cases < LEAST_CASES:
             return ()
         return tuple(
-            f"{name} in {seen.counts.get(name, 0):,} of {seen.cases:,} cases; it must be in {share:.4g} of them"
+            f"{name} in {seen.counts.get(name, 0):,} of {seen.cases:,} cases; "
+            f"it must be in {share:.4g} of them"
             for name, share in self.least.items()
             if seen.counts.get(name, 0) < share * seen.cases
         )
@@ -106,12 +107,14 @@ class Failure:
     kind, number : the case.
     what : what was expected and what came, in a line or some.
     data : the case whole, in words of JSON, to become a regression test.
+    cases : how many cases, from ``number`` on, have to be run to see it again.
     """
 
     kind: str
     number: int
     what: str
     data: Mapping[str, Any] = field(default_factory=dict)
+    cases: int = 1
 
 
 @dataclass(frozen=True)
@@ -198,6 +201,10 @@ class Check:
     kinds : the kinds of cases by name, or a function of what was asked, where they depend on data.
     run : does one part. It is called in any process: it must be a function of a module.
     alone : one part at a time, in this process: the check measures time or starts processes of its own.
+    by_size : cases are judged by another measure at another size: their outcomes do not serve each other.
+    folder : reads the folder of ``--folder``.
+    inputs : a word for all that verdicts hang on beside the package, the seed and the size, such as a hash of
+        files; where there is another word, what was done counts no more. It may refuse what was asked.
     """
 
     name: str
@@ -206,6 +213,9 @@ class Check:
     kinds: Mapping[str, Kind] | Callable[[Ask], Mapping[str, Kind]]
     run: Callable[[Ask, Part], Outcome]
     alone: bool = False
+    by_size: bool = False
+    folder: bool = False
+    inputs: Callable[[Ask], str] | None = None
 
     def kinds_for(self, ask: Ask) -> Mapping[str, Kind]:
         """The kinds there are for what was asked."""

@@ -155,4 +155,5 @@ CHECK = Check(
     _KINDS,
     _run,
     alone=True,
+    by_size=True,
 )

@@ -21,6 +21,7 @@ import lampyris
 from lampyris.errors import UsageError
 from lampyris.selfcheck._flake_order import ORDER, OUTCOMES
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+from lampyris.selfcheck.ledger import files_of, hash_of
 
 QUICK = (
     "tests/model",
@@ -33,6 +34,8 @@ WHAT: Mapping[str, tuple[str, ...]] = {"quick": QUICK, "suite": ("tests", "-m", 
 LONGEST = {"quick": 600.0, "suite": 14_400.0}
 """Seconds a run may take before it counts as hung."""
 SHOWN = 5
+READ = ("tests", "tools", "examples", "benchmarks")
+"""Folders of the checkout that tests are made of or read."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +163,13 @@ def _run(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
+def _inputs(_: Ask) -> str:
+    """Of the tests and what they read beside the package; without tests nothing can be asked."""
+    root = checkout()
+    files = [path for name in READ for path in files_of(root / name)]
+    return hash_of([root / "pyproject.toml", *files], root)
+
+
 CHECK = Check(
     name="flake",
     goals=("G28",),
@@ -182,4 +192,5 @@ CHECK = Check(
     },
     run=_run,
     alone=True,
+    inputs=_inputs,
 )

@@ -1,7 +1,8 @@
 """Which parts are done, so that a long run can be stopped and gone on with.
 
 A file of JSON lines, one for each part, written when the part is done and not before. A part counts only for
-the same seed, check and code: what another version of the package did proves nothing about this one.
+the same seed, check, code and input: what another version of the package did proves nothing about this one.
+A run that is killed while it writes leaves half a line at most: that part is done again.
 """
 
 from __future__ import annotations
@@ -9,29 +10,64 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import lampyris
 from lampyris.errors import FileError
 from lampyris.selfcheck.check import Ask, Check, Failure, Outcome, Part
+from lampyris.selfcheck.plain import text
 
-_NOT_JUDGED = ("app", "cli", "report", "reproduce")
+_NOT_JUDGED = ("app", "report", "reproduce")
 """Rooms whose files no check's verdict hangs on."""
+_CACHES = (".pyc", ".nbi", ".nbc")
+_LIBRARIES = ("numpy", "numba", "scipy")
+"""Whose arithmetic results hang on."""
+
+
+def versions() -> dict[str, str]:
+    """Of Python (major and minor) and of the libraries that compute; ``none``: it is not there."""
+    found = {"python": f"{sys.version_info.major}.{sys.version_info.minor}"}
+    for name in _LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "none"
+    return found
+
+
+def hash_of(files: Iterable[Path], root: Path, *words: str) -> str:
+    """Of the files' bytes and their names below ``root``, and of words; sixteen digits."""
+    digest = hashlib.sha256("\0".join(words).encode())
+    for path in sorted(files):
+        digest.update(f"{path.relative_to(root).as_posix()}\0".encode())
+        digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()[:16]
+
+
+def files_of(root: Path) -> Iterator[Path]:
+    """All files below a folder that are not caches."""
+    for path in root.rglob("*"):
+        parts = path.relative_to(root).parts
+        if path.is_file() and "__pycache__" not in parts and path.suffix not in _CACHES:
+            yield path
 
 
 @cache
-def fingerprint() -> str:
-    """Of all files of the package whose code the checks judge or are made of; sixteen digits."""
-    root = Path(lampyris.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        name = path.relative_to(root)
-        if name.parts[0] not in _NOT_JUDGED:
-            digest.update(f"{name.as_posix()}\0".encode() + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+def fingerprint(root: Path = Path(lampyris.__file__).parent) -> str:
+    """Of all files of the package that the checks judge, use or are made of, and of :func:`versions`."""
+    judged = [path for path in files_of(root) if path.relative_to(root).parts[0] not in _NOT_JUDGED]
+    return hash_of(judged, root, *(f"{name} {number}" for name, number in versions().items()))
+
+
+def key(check: Check, ask: Ask, part: Part, inputs: str = "") -> str:
+    """What the outcome of a part hangs on beside the code."""
+    size = f" size {ask.size}" if check.by_size else ""
+    return f"{check.name} {part.kind} {part.first}+{part.cases} seed {ask.seed}{size} {inputs}".rstrip()
 
 
 class Ledger:
@@ -49,18 +85,17 @@ class Ledger:
             if line["code"] == fingerprint():
                 self._done[line["part"]] = (_outcome(line["outcome"]), float(line["seconds"]))
 
-    def done(self, check: Check, ask: Ask, part: Part) -> tuple[Outcome, float] | None:
-        """What came of the part, and its seconds, if an earlier run did it."""
-        return self._done.get(_key(check, ask, part))
+    def done(self, key: str) -> tuple[Outcome, float] | None:
+        """What came of the part with this :func:`key`, and its seconds, if an earlier run did it."""
+        return self._done.get(key)
 
-    def add(self, check: Check, ask: Ask, part: Part, outcome: Outcome, seconds: float) -> None:
+    def add(self, key: str, outcome: Outcome, seconds: float) -> None:
         """Keep what came of a part.
 
         Raises
         ------
         FileError : FILE_WRITE.
         """
-        key = _key(check, ask, part)
         self._done[key] = (outcome, seconds)
         if self._path is None:
             return
@@ -69,43 +104,46 @@ class Ledger:
 
 
 def append(path: Path, line: dict[str, Any]) -> None:
-    """Put one line of JSON behind the others, whole or not at all, and on the disk.
+    """Put one line of JSON behind the others; it is on the disk when this returns.
+
+    Who is killed meanwhile may leave half a line: the next one begins a line of its own, and who reads has to
+    pass over the half.
 
     Raises
     ------
     FileError : FILE_WRITE.
     """
-    text = json.dumps(line, separators=(", ", ": "), allow_nan=False)
     try:
         with path.open("ab+") as file:
             if file.tell():
                 file.seek(-1, os.SEEK_END)
-                if file.read(1) != b"\n":  # a run that was killed while it wrote
+                if file.read(1) != b"\n":
                     file.write(b"\n")
-            file.write(f"{text}\n".encode())
+            file.write(f"{text(line)}\n".encode())
             file.flush()
             os.fsync(file.fileno())
     except OSError as error:
         raise FileError("FILE_WRITE", error.strerror or str(error), where=str(path)) from None
 
 
-def _key(check: Check, ask: Ask, part: Part) -> str:
-    folder = f" {ask.folder.resolve()}" if ask.folder else ""
-    return f"{check.name} {part.kind} {part.first}+{part.cases} seed {ask.seed}{folder}"
+_BEGINS = '{"part": '
+"""Each line."""
 
 
 def _lines(path: Path | None) -> Iterator[dict[str, Any]]:
     if path is None or not path.exists():
         return
     try:
-        text = path.read_text(encoding="utf-8")
+        lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise FileError("FILE_READ", str(error), where=str(path)) from None
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(lines, 1):
+        words = None
         try:
             words = json.loads(line)
         except ValueError:
-            continue  # half a line: that part is done again
+            if line[: len(_BEGINS)] == _BEGINS[: len(line)]:
+                continue  # half a line: that part is done again
         if not isinstance(words, dict) or {"part", "code", "seconds", "outcome"} - words.keys():
             raise FileError(
                 "LEDGER",
@@ -121,7 +159,7 @@ def _words(outcome: Outcome) -> dict[str, Any]:
         "cases": outcome.cases,
         "failed": outcome.failed,
         "failures": [
-            {"kind": f.kind, "number": f.number, "what": f.what, "data": dict(f.data)}
+            {"kind": f.kind, "number": f.number, "what": f.what, "data": dict(f.data), "cases": f.cases}
             for f in outcome.failures
         ],
         "counts": dict(outcome.counts),
@@ -133,7 +171,10 @@ def _outcome(words: dict[str, Any]) -> Outcome:
     return Outcome(
         words["cases"],
         words["failed"],
-        tuple(Failure(f["kind"], f["number"], f["what"], f["data"]) for f in words["failures"]),
+        tuple(
+            Failure(f["kind"], f["number"], f["what"], f["data"], f.get("cases", 1))
+            for f in words["failures"]
+        ),
         words["counts"],
-        {name: tuple(values) for name, values in words["spreads"].items()},
+        {name: tuple(float(value) for value in values) for name, values in words["spreads"].items()},
     )

@@ -28,6 +28,7 @@ from lampyris.selfcheck import _worlds as worlds
 from lampyris.selfcheck._answers import asked, exact, in_cells
 from lampyris.selfcheck._grid_costs import cost_at, costs_to
 from lampyris.selfcheck.check import KEPT_FAILURES, Ask, Check, Kind, Outcome, Part, Tally
+from lampyris.selfcheck.ledger import hash_of
 from lampyris.selfcheck.twins.search_twin import cost_of
 from lampyris.selfcheck.twins.way_twin import walked
 
@@ -196,4 +197,19 @@ def _kinds(ask: Ask) -> Mapping[str, Kind]:
     return kinds
 
 
-CHECK = Check("scen", ("G5",), "the optimal lengths published with MovingAI maps are found", _kinds, _run)
+def _inputs(ask: Ask) -> str:
+    """Of all that is read of a folder."""
+    if ask.folder is None:
+        return ""
+    return hash_of([*_files(ask.folder).values(), *_maps(ask.folder).values()], ask.folder)
+
+
+CHECK = Check(
+    "scen",
+    ("G5",),
+    "the optimal lengths published with MovingAI maps are found",
+    _kinds,
+    _run,
+    folder=True,
+    inputs=_inputs,
+)
