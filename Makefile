@@ -60,13 +60,19 @@ unit: $(VENV)/.dev
 	@tools/browser.sh
 	$(BIN)/python -m pytest -q -n auto --dist worksteal -m "not nightly"
 
-# Each check goes on where it was stopped: delete build/nightly.ledger to begin anew.
+# Each check goes on where it was stopped: delete build/nightly.ledger to begin anew. What came of the checks
+# is appended to build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.
+# A line that fails does not keep the others from running; the exit code tells of it at the end.
 check-nightly: $(VENV)/.nightly
 	@tools/browser.sh
 	@mkdir -p build
-	$(BIN)/python -m pytest -q -n auto -m nightly -s
-	$(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger --failures build/failures
-	$(MAKE) coverage
+	@failed=0; \
+	run() { echo "$$*"; "$$@" || { failed=1; echo "FAILED: $$*"; }; }; \
+	run $(BIN)/python -m pytest -q -n auto -m nightly -s; \
+	run $(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger \
+		--failures build/failures --record build/promises.jsonl; \
+	run $(BIN)/python tools/coverage_rooms.py; \
+	exit $$failed
 
 coverage: $(VENV)/.nightly
 	@tools/browser.sh

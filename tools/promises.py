@@ -22,14 +22,18 @@ import tempfile
 import time
 import tomllib
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from pathlib import Path
 from typing import Any
+
+from lampyris.selfcheck.ledger import append
 
 ROOT = Path(__file__).resolve().parents[1]
 GOALS = ROOT / "docs" / "promises.toml"
 RECORDS = ROOT / "docs" / "promises.jsonl"
 PAGE = ROOT / "docs" / "promises.md"
 SIZES = ("part", "commit", "nightly", "release")
+NAMED = {"Python": "python", "NumPy": "numpy"}
 
 HEAD = """# What is promised, and what was measured
 
@@ -53,10 +57,16 @@ def goals() -> list[dict[str, Any]]:
 
 
 def records() -> list[dict[str, Any]]:
-    """What was recorded, oldest first."""
+    """What was recorded, oldest first; half a line, left by a killed run, is told and passed over."""
     if not RECORDS.exists():
         return []
-    return [json.loads(line) for line in RECORDS.read_text(encoding="utf-8").splitlines()]
+    found = []
+    for number, line in enumerate(RECORDS.read_text(encoding="utf-8").splitlines(), 1):
+        try:
+            found.append(json.loads(line))
+        except ValueError:
+            print(f"{RECORDS}, line {number}: half a record, passed over: {line[:60]}", file=sys.stderr)
+    return found
 
 
 # ---- the page ------------------------------------------------------------------------------------------
@@ -73,16 +83,87 @@ def page() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _last(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The goal's last record of each size and choice of kinds, smallest first."""
-    mine = [r for r in known if r.get("goal") == goal["id"] or r.get("check") == goal.get("check")]
-    last = {(r.get("size", ""), tuple(r.get("kinds", ()))): r for r in mine}
-    return sorted(last.values(), key=lambda r: (SIZES.index(r["size"]) if r.get("size") else -1, r["cases"]))
+def _of(goal: dict[str, Any], record: dict[str, Any]) -> dict[str, Any] | None:
+    """What a record says of the goal; None: nothing. A goal with ``kinds`` has the figures of these alone."""
+    if record.get("goal") == goal["id"]:
+        return record
+    if "check" not in goal or record.get("check") != goal["check"]:
+        return None
+    if "kinds" not in goal:
+        return record
+    # Records made before the figures of kinds were kept: what failed may be of any kind.
+    old = {"failures": record["failures"], "drawn": False, "seconds": record["seconds"]}
+    old |= {"counts": {}, "spreads": {}}
+    kinds = {name: old | kind for name, kind in record["kinds"].items() if name in goal["kinds"]}
+    if not kinds:
+        return None
+    figures = list(kinds.values())
+    drawn = sum(kind["cases"] for kind in figures if kind["drawn"])
+    failures = min(sum(kind["failures"] for kind in figures), record["failures"])
+    lacks = [
+        what for what in record.get("lacks", ()) if what.startswith(tuple(f"{name}: " for name in kinds))
+    ]
+    return record | {
+        "kinds": kinds,
+        "cases": sum(kind["cases"] for kind in figures),
+        "failures": failures,
+        "lacks": lacks,
+        "holds": not failures and not lacks,
+        "seconds": min(sum(kind["seconds"] for kind in figures), record["seconds"]),
+        "bound": min(1.0, 3 / drawn) if drawn and not failures and not lacks else None,
+        "counts": dict(sum((Counter(kind["counts"]) for kind in figures), Counter())),
+        "spreads": {word: told for kind in figures for word, told in kind["spreads"].items()},
+        "failed": [one for one in record["failed"] if one.get("kind", "") in {"", *kinds}],
+    }
+
+
+def _last(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
+    """The goal's last record of each size, seed and choice of kinds, smallest first.
+
+    Of pieces of a run (``--first``, ``--cases``) those of one code without a case in common stand together.
+    """
+    last: dict[Any, list[dict[str, Any]]] = {}
+    for record in known:
+        mine = _of(goal, record)
+        if mine is None:
+            continue
+        key = (mine.get("size", ""), mine.get("seed"), tuple(mine.get("kinds", ())))
+        others = last.get(key, []) if mine.get("size") == "part" else []
+        last[key] = [one for one in others if one["code"] == mine["code"] and _disjoint(one, mine)] + [mine]
+    return sorted(last.values(), key=lambda pieces: (_rank(pieces[0]), sum(one["cases"] for one in pieces)))
+
+
+def _rank(record: dict[str, Any]) -> int:
+    return SIZES.index(record["size"]) if record.get("size") else -1
+
+
+def _disjoint(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Whether two pieces have no case in common."""
+    return all(
+        kind["first"] + kind["cases"] <= then["first"] or then["first"] + then["cases"] <= kind["first"]
+        for kind, then in ((kind, other["kinds"][name]) for name, kind in one["kinds"].items())
+    )
+
+
+def _sum(pieces: list[dict[str, Any]]) -> dict[str, Any]:
+    """Pieces as one record, as far as the table tells of it."""
+    if len(pieces) == 1:
+        return pieces[0]
+    failures = sum(one["failures"] for one in pieces)
+    drawn = sum(kind["cases"] for one in pieces for kind in one["kinds"].values() if kind.get("drawn"))
+    lacks = [what for one in pieces for what in one.get("lacks", ())]
+    return pieces[-1] | {
+        "cases": sum(one["cases"] for one in pieces),
+        "failures": failures,
+        "lacks": lacks,
+        "seconds": sum(one["seconds"] for one in pieces),
+        "bound": min(1.0, 3 / drawn) if drawn and not failures and not lacks else None,
+    }
 
 
 def _row(goal: dict[str, Any], known: list[dict[str, Any]]) -> str:
     found = _last(goal, known)
-    measured = "<br>".join(_figure(r) for r in found) or "not run yet"
+    measured = "<br>".join(_figure(_sum(pieces)) for pieces in found) or "not run yet"
     notes = goal.get("blank", "")
     command = f"`{goal['command']}`"
     return f"| {goal['id']} | {goal['must']} | {command} | {measured} | {notes} |"
@@ -92,10 +173,15 @@ def _figure(record: dict[str, Any]) -> str:
     size = record.get("size", "")
     kinds = record.get("kinds") or {}
     only = f" {', '.join(kinds)}" if record.get("only") else ""
-    if "percent" in record:
-        return f"{record['percent']:.1f} % in {_time(record['seconds'])}, {record['date']}"
     failures = record["failures"]
-    said = f"{failures:,} failures" if not failures else f"**{failures:,} failures**"
+    said = f"**{failures:,} failures**" if failures else "0 failures"
+    if record.get("lacks"):
+        said += f", **{'; '.join(record['lacks'])}**"
+    if record.get("skipped"):
+        said += f", {record['skipped']:,} skipped"
+    if "percent" in record:
+        ill = f", {said}" if failures else ""
+        return f"{record['percent']:.1f} %{ill} in {_time(record['seconds'])}, {record['date']}"
     bound = f" (bound {record['bound']:.1e})" if record.get("bound") and record["cases"] >= 1000 else ""
     words = f"{size}{only}: " if size else ""
     return f"{words}{record['cases']:,} cases, {said}{bound}, {_time(record['seconds'])}, {record['date']}"
@@ -108,22 +194,35 @@ def _time(seconds: float) -> str:
 
 
 def _details(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[str]:
-    found = [r for r in _last(goal, known) if "kinds" in r]
+    found = [r for pieces in _last(goal, known) for r in pieces if "kinds" in r]
     if not found:
         return []
     lines = [f"**{goal['id']}, `{goal['check']}`**", ""]
     for record in found:
-        kinds = ", ".join(f"{name} {k['cases']:,}" for name, k in record["kinds"].items())
+        kinds = ", ".join(_range(name, kind) for name, kind in record["kinds"].items())
         lines.append(
             f"- {record['size']}, seed {record['seed']}, {record['date']}, code `{record['code']}`, "
-            f"{record['workers']} workers, {_time(record['seconds'])} of work: {kinds}"
+            f"{record['workers']} workers, {_time(record['seconds'])} of work{_surroundings(record)}: {kinds}"
         )
         if record["counts"]:
             lines.append("  - seen: " + ", ".join(f"{name} {n:,}" for name, n in record["counts"].items()))
         for name, values in record["spreads"].items():
-            lines.append(f"  - {name}: " + ", ".join(f"{word} {v:.3g}" for word, v in values.items()))
+            lines.append(f"  - {name}: " + ", ".join(f"{word} {float(v):.3g}" for word, v in values.items()))
+        lines += [f"  - **too few**: {what}" for what in record.get("lacks", ())]
         lines += [f"  - **failed**: `{f['command']}`: {f['what']}" for f in record["failed"]]
     return [*lines, ""]
+
+
+def _range(name: str, kind: dict[str, Any]) -> str:
+    """A kind's cases; of a piece from which number on."""
+    return f"{name} {kind['cases']:,}" + (f" from {kind['first']:,} on" if kind["first"] else "")
+
+
+def _surroundings(record: dict[str, Any]) -> str:
+    """Python and NumPy, and the seconds that went by, where the record has them."""
+    wall = f" in {_time(record['wall'])}" if "wall" in record else ""
+    there = record.get("versions", {})
+    return wall + "".join(f", {word} {there[name]}" for word, name in NAMED.items() if name in there)
 
 
 # ---- running -------------------------------------------------------------------------------------------
@@ -136,17 +235,33 @@ def run(names: list[str]) -> int:
     if missing:
         sys.exit(f"no goal is called {', '.join(sorted(missing))}; allowed: G1..G30, all")
     broken = 0
+    ran: dict[str, bool] = {}
     for goal in chosen:
-        print(f"{goal['id']}: {goal['command']}", flush=True)
-        holds = _run(goal)
-        print(f"{goal['id']}: {'holds' if holds else 'BROKEN'}", flush=True)
-        broken += not holds
+        command = _with_folder(goal["command"])
+        if command is None:
+            print(f"{goal['id']}: cannot be run: LAMPYRIS_SHARED and ../shared are no folder", flush=True)
+            broken += goal["id"] in names
+            continue
+        print(f"{goal['id']}: {command}", flush=True)
+        if command not in ran:  # Two goals may share a check, which serves them both.
+            ran[command] = _run(goal, command)
+        print(f"{goal['id']}: {'holds' if ran[command] else 'BROKEN'}", flush=True)
+        broken += not ran[command]
     PAGE.write_text(page(), encoding="utf-8")
     return broken
 
 
-def _run(goal: dict[str, Any]) -> bool:
-    words = shlex.split(goal["command"])
+def _with_folder(command: str) -> str | None:
+    """The command with a folder of this machine for ``DIR``; None if there is none."""
+    words = shlex.split(command)
+    if "DIR" not in words:
+        return command
+    folder = Path(os.environ.get("LAMPYRIS_SHARED") or ROOT.parent / "shared").resolve()
+    return shlex.join(str(folder) if word == "DIR" else word for word in words) if folder.is_dir() else None
+
+
+def _run(goal: dict[str, Any], command: str) -> bool:
+    words = shlex.split(command)
     if words[:2] == ["lampyris", "selfcheck"]:
         words = [sys.executable, "-m", *words, "--record", str(RECORDS)]
         return subprocess.run(words, cwd=ROOT, check=False).returncode == 0
@@ -175,14 +290,13 @@ def _tests(goal: dict[str, Any], words: list[str]) -> bool:
     number = {key: int(suite.get(key, 0)) for key in ("tests", "failures", "errors", "skipped")}
     failures = number["failures"] + number["errors"]
     cases = number["tests"] - number["skipped"]
-    record = {"goal": goal["id"], "cases": cases, "failures": failures, "bound": None}
+    record = {"goal": goal["id"], "cases": cases, "failures": failures, "skipped": number["skipped"]}
     _keep(record | {"seconds": round(time.monotonic() - began, 1), "date": _today()})
     return done.returncode == 0 and cases > 0
 
 
 def _keep(record: dict[str, Any]) -> None:
-    with RECORDS.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(record) + "\n")
+    append(RECORDS, record)
 
 
 def _today() -> str:
