@@ -6,6 +6,7 @@ Hypothesis looks for the smallest example that breaks a law. The draws are the s
 from __future__ import annotations
 
 import json
+import math
 import string
 from dataclasses import replace
 from pathlib import Path
@@ -130,6 +131,20 @@ def test_json_is_read_as_any_writer_writes_it(table: dict[str, Any]) -> None:
         found = read_json(text.encode(), "m").data
         assert found == table
         assert json.dumps(found) == json.dumps(table)  # 1, 1.0 and True are not the same
+
+
+NUMBERS = st.from_regex(r"-?[1-9][0-9]{0,3}(\.[0-9]{1,3})?[eE][+-]?[0-9]{1,3}", fullmatch=True)
+
+
+@settings(FIXED, max_examples=300)
+@given(number=NUMBERS)
+def test_a_number_of_json_is_the_nearest_double_or_refused_if_there_is_none(number: str) -> None:
+    text = b'{"a": %s}' % number.encode()
+    if math.isinf(float(number)):
+        with pytest.raises(LampyrisError, match="JSON_NUMBER"):
+            read_json(text, "m")
+    else:
+        assert read_json(text, "m").data["a"] == float(number)
 
 
 @st.composite
