@@ -29,8 +29,12 @@ if TYPE_CHECKING:
     """int64, (1,): 0, or 1 once the call is to stop."""
 
 
-class Halted(Exception):
-    """The call was stopped. Raised by :func:`look` and by kernels; whoever opened the watch catches it."""
+class Halted(BaseException):
+    """The call was stopped. Raised by :func:`look` and by kernels; whoever opened the watch catches it.
+
+    Not an ``Exception``: a guest's planner that makes an answer of whatever goes wrong inside it would make
+    one of this, too, and its call would never end as stopped.
+    """
 
 
 def _new() -> Word:
@@ -86,7 +90,12 @@ class Stop:
 class _Interrupt(Stop):
     """What Ctrl-C sets."""
 
-    __slots__ = ()
+    __slots__ = ("is_left",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_left = False
+        """Whether the next Ctrl-C is somebody else's; whoever reads of it says that it was the one."""
 
 
 class Watch:
@@ -172,6 +181,8 @@ class _Here(threading.local):
 
 
 _here = _Here()
+_listening: _Interrupt | None = None
+"""What :func:`interrupts` sets, while it listens."""
 
 
 def word() -> Word:
@@ -227,9 +238,9 @@ def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator
         return
     outer = _here.watch
     made = Watch(seconds, stop, outer)
-    made.begin()
-    _here.watch = made
     try:
+        made.begin()
+        _here.watch = made
         yield made
     finally:
         _here.watch = outer
@@ -245,6 +256,36 @@ def unheard() -> Iterator[None]:
         yield
     finally:
         _here.watch = was
+
+
+@contextlib.contextmanager
+def under(watch: Watch | None) -> Iterator[None]:
+    """Do what is done inside, in this thread, under the watch of another thread's call that it is a part of.
+
+    Parameters
+    ----------
+    watch : of that call (:func:`watch`), its word asked for there before; None: nobody limits it.
+    """
+    was = _here.watch
+    _here.watch = watch
+    try:
+        yield
+    finally:
+        _here.watch = was
+
+
+def leave_next(is_left: bool) -> None:
+    """Leave the next Ctrl-C to a handler that the caller sets; loops are stopped by those after it.
+
+    The caller cannot be told by its handler alone: it may have given it back before the thread that listens
+    reads of the signal.
+
+    Parameters
+    ----------
+    is_left : False once no handler waits for it any more, unless it has come.
+    """
+    if _listening is not None:
+        _listening.is_left = is_left
 
 
 @contextlib.contextmanager
@@ -268,19 +309,28 @@ def interrupts() -> Iterator[None]:
         os.close(tell)
         yield
         return
-    interrupt = _Interrupt()
+    global _listening
+    _listening = interrupt = _Interrupt()
     threading.Thread(target=_listen, args=(told, interrupt), name="lampyris-ctrl-c", daemon=True).start()
     try:
         with watching(stop=interrupt):
             yield
     finally:
+        _listening = None
         signal.set_wakeup_fd(-1)
         os.close(tell)  # the thread reads to the end, and ends
 
 
-def _listen(told: int, interrupt: Stop) -> None:
+def _listen(told: int, interrupt: _Interrupt) -> None:
     while said := os.read(told, 64):
-        # Who has set another handler meanwhile wants to hear of it in another way.
-        if signal.SIGINT in said and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            interrupt.set()
+        for _ in range(said.count(signal.SIGINT)):
+            _hear(interrupt)
     os.close(told)
+
+
+def _hear(interrupt: _Interrupt) -> None:
+    """One Ctrl-C. Who has set another handler meanwhile wants to hear of it in another way."""
+    if interrupt.is_left:
+        interrupt.is_left = False
+    elif signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        interrupt.set()

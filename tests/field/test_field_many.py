@@ -5,14 +5,18 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import lampyris
+from lampyris import halting
 from lampyris.errors import SceneError, SettingError
+from lampyris.field import many
 from lampyris.field.many import solve_many
 from lampyris.field.solve import solve
+from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
@@ -86,3 +90,40 @@ def test_a_goal_off_the_map_is_told_at_its_turn() -> None:
 def test_workers_are_at_least_one(workers: int) -> None:
     with pytest.raises(SettingError, match="workers"):
         solve_many(np.ones((5, 5), dtype=bool), MOVES["octile"], [(1, 1)], workers=workers)
+
+
+def test_the_limit_of_the_call_is_heard_by_the_threads_that_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+    free, stop = np.ones((30, 30), dtype=np.bool_), halting.Stop()
+    first: list[Field] = []
+    begun = threading.Barrier(2)
+
+    def stopped_meanwhile(*args: Any, **how: Any) -> Field:
+        if first:
+            return solve(*args, **how)
+        begun.wait(30)
+        stop.set()
+        return solve(*args, **how)
+
+    monkeypatch.setattr(many, "solve", stopped_meanwhile)
+    fields = many.solve_many(free, MOVES["octile"], [(0, 0), (5, 5)], workers=2)
+    with halting.watching(stop=stop), pytest.raises(halting.Halted):
+        first.append(next(fields))
+
+
+def test_a_field_asked_for_in_a_call_that_is_over_is_solved_for_who_takes_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    free, stop, late = np.ones((30, 30), dtype=np.bool_), halting.Stop(), threading.Event()
+
+    def held(*args: Any, **how: Any) -> Field:
+        if args[2] == (5, 5) and not late.is_set():
+            late.wait(30)
+        return solve(*args, **how)
+
+    monkeypatch.setattr(many, "solve", held)
+    fields = many.solve_many(free, MOVES["octile"], [(x, x) for x in (0, 5, 9, 12)], workers=1)
+    with halting.watching(stop=stop):
+        assert next(fields).goal == (0, 0)
+        stop.set()
+    late.set()
+    assert [field.goal for field in fields] == [(5, 5), (9, 9), (12, 12)]

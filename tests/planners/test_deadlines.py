@@ -19,8 +19,11 @@ from lampyris.kernels import _helpers, any_angle, bidirectional, dstar, dstar_li
 from lampyris.kernels._jit import Kernel
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
+from lampyris.model.plan import Plan
 from lampyris.planners import registry
+from lampyris.planners._limits import within
 from lampyris.planners.base import Session
+from lampyris.study import run as running
 
 OURS = tuple(name for name in registry.names() if not registry.origin_of(name))
 
@@ -263,6 +266,71 @@ def test_ctrl_c_reaches_a_loop_that_reads_the_word_alone() -> None:
         interrupted()
     assert halting.watch() is None
     assert signal.set_wakeup_fd(-1) == -1
+
+
+def test_the_ctrl_c_that_a_study_takes_over_stops_no_loop_and_the_next_does() -> None:
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        pytest.skip("Ctrl-C is ignored here")
+
+    def heard(interrupt: halting.Stop, seconds: float) -> bool:
+        until = time.perf_counter() + seconds
+        while not interrupt.is_set and time.perf_counter() < until:
+            time.sleep(0.001)
+        return interrupt.is_set
+
+    def interrupted() -> None:
+        watch = halting.watch()
+        assert watch is not None
+        with running._Calm(at_once=False) as calm:
+            signal.raise_signal(signal.SIGINT)
+            # The study has given the handler back before the thread that listens reads of the signal.
+            assert not heard(watch.stops[-1], 0.05)
+            halting.look()
+            with pytest.raises(KeyboardInterrupt):
+                calm.check()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert heard(watch.stops[-1], 10.0)
+
+    for _ in range(10):
+        with halting.interrupts():
+            interrupted()
+
+
+def test_a_study_without_ctrl_c_leaves_the_next_one_to_nobody() -> None:
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        pytest.skip("Ctrl-C is ignored here")
+    with halting.interrupts():
+        with running._Calm(at_once=False):
+            assert halting._listening is not None
+            assert halting._listening.is_left
+        assert not halting._listening.is_left
+    assert halting._listening is None
+
+
+def test_a_planner_that_answers_whatever_goes_wrong_is_stopped_all_the_same() -> None:
+    def guest() -> Plan:
+        try:
+            halting.look()
+        except Exception:
+            return Plan(Status.NO_PATH, "guest")
+        return Plan(Status.FOUND, "guest")
+
+    stop = Stop()
+    stop.set()
+    assert within(Budget(stop=stop), "guest", guest).status is Status.CANCELLED
+
+
+def test_a_limit_that_cannot_be_watched_leaves_no_watch_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    stop = Stop()
+    monkeypatch.setattr(threading.Thread, "start", full)
+    with pytest.raises(RuntimeError, match="new thread"), halting.watching(1.0, stop):
+        pass
+    assert halting.watch() is None
+    assert not stop._watches
 
 
 @pytest.mark.parametrize("bad", [0, -1.0, float("nan"), float("inf"), True, "1"])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 
+from lampyris import halting
 from lampyris.errors import SettingError
 from lampyris.field.layers import free_space, moves_for
 from lampyris.field.solve import solve
@@ -87,16 +89,32 @@ def _solve_many(
     gamma: float,
     workers: int,
 ) -> Iterator[Field]:
-    ahead: deque[Future[Field]] = deque()
+    ahead: deque[tuple[Future[Field], Callable[[], Field]]] = deque()
     with ThreadPoolExecutor(workers, thread_name_prefix="lampyris-field") as pool:
         try:
             for goal in goals:
-                ahead.append(pool.submit(solve, free, moves, goal, terrain=terrain, rho=rho, gamma=gamma))
+                one = partial(solve, free, moves, goal, terrain=terrain, rho=rho, gamma=gamma)
+                halting.word()  # made here, where one thread asks for it
+                ahead.append((pool.submit(_watched, halting.watch(), one), one))
                 if len(ahead) > workers + 1:
-                    yield ahead.popleft().result()
+                    yield _taken(*ahead.popleft())
             while ahead:
-                yield ahead.popleft().result()
+                yield _taken(*ahead.popleft())
         finally:
             # Whoever stops taking fields shall not wait for those that nobody will see.
-            for future in ahead:
+            for future, _ in ahead:
                 future.cancel()
+
+
+def _watched(watch: halting.Watch | None, one: Callable[[], Field]) -> Field:
+    """A field, given up when the call that asked for it is to stop."""
+    with halting.under(watch):
+        return one()
+
+
+def _taken(future: Future[Field], one: Callable[[], Field]) -> Field:
+    try:
+        return future.result()
+    except halting.Halted:
+        halting.look()
+        return one()  # the call that asked for it is over, and another one takes it

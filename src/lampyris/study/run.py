@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any, Final, Protocol
 
+from lampyris import halting
 from lampyris.errors import LampyrisError
 from lampyris.study.batches import Batch, Batches, Letters, entrants
 from lampyris.study.cluster import Cluster
@@ -305,13 +306,16 @@ class _Calm:
             and signal.getsignal(signal.SIGINT) is signal.default_int_handler
         )
         if self._mine:
+            halting.leave_next(True)
             signal.signal(signal.SIGINT, self._note)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._restore()
+        if self._mine:
+            self._restore()
+            halting.leave_next(False)  # it has not come
         if kind is None:
             self.check()
 
