@@ -302,10 +302,11 @@ def test_a_study_without_ctrl_c_leaves_the_next_one_to_nobody() -> None:
         pytest.skip("Ctrl-C is ignored here")
     with halting.interrupts():
         with running._Calm(at_once=False):
-            assert halting._listening is not None
-            assert halting._listening.is_left
-        assert not halting._listening.is_left
-    assert halting._listening is None
+            listening = halting._listening
+            assert listening is not None
+            assert listening.is_left
+        left = listening.is_left
+    assert (left, halting._listening) == (False, None)
 
 
 def test_a_planner_that_answers_whatever_goes_wrong_is_stopped_all_the_same() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from dataclasses import replace
 from typing import Any
@@ -12,6 +13,7 @@ from lampyris import halting
 from lampyris.model.plan import Plan, Status
 from lampyris.planners._session import GraphSession
 from lampyris.planners.base import Budget, Session
+from lampyris.selfcheck import _deadline_processes as processes
 from lampyris.selfcheck import deadline
 from lampyris.selfcheck._deadline_calls import SIDES, call_of, session_of
 from lampyris.selfcheck.check import Ask, Outcome, Part
@@ -35,6 +37,68 @@ def test_a_call_that_goes_on_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch)
     found = outcome(kind)
     assert found.failed > 0
     assert "ms late" in found.failures[0].what
+
+
+class Holding:
+    """A session that lets no other thread of this process run for a while, and says that it was stopped."""
+
+    def plan(self, change: object, budget: Budget) -> Plan:
+        sum(range(10**7))
+        return Plan(Status.LIMIT if budget.stop is None else Status.CANCELLED, "holding")
+
+
+@pytest.mark.parametrize("by_hand", [False, True])
+def test_a_call_that_keeps_every_other_thread_from_waking_is_seen(by_hand: bool) -> None:
+    began, used = time.perf_counter(), time.process_time()
+    done = deadline._timed(Holding(), 0.01, by_hand=by_hand)  # type: ignore[arg-type]
+    whole, cpu = time.perf_counter() - began, time.process_time() - used
+    assert cpu - 0.03 < done.cpu <= done.wall < whole
+    assert done.wall > 0.05
+
+
+def test_a_long_call_is_stopped_and_one_that_ends_before_tries_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def soon(session: Session, seconds: float, *, by_hand: bool) -> deadline._Timed:
+        assert 1.5 <= seconds <= 4.0
+        return deadline._Timed(Plan(Status.ITERATION_LIMIT, "gso"), 0.0, 0.0, False)
+
+    found = outcome("long", 1)
+    assert (found.failed, found.counts["stopped"], len(found.spreads["long_ms"])) == (0, 1, 1)
+    monkeypatch.setattr(deadline, "_timed", soon)
+    assert "tries nothing" in outcome("long", 1).failures[0].what
+
+
+@pytest.mark.parametrize("kind", ["limit", "cancel"])
+def test_most_calls_are_at_work_when_they_are_to_end(kind: str) -> None:
+    found = outcome(kind, 30)
+    assert found.counts["stopped"] >= 0.6 * 30
+    assert deadline.CHECK.kinds_for(Ask())[kind].least == {"stopped": 0.6}
+
+
+@pytest.mark.nightly  # it breaks the product in processes of its own
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals")
+@pytest.mark.parametrize("kind", ["ctrl-c", "app"])
+def test_processes_are_stopped_and_one_that_is_late_or_answers_otherwise_is_seen(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = outcome(kind, 2)
+    assert (found.cases, len(found.spreads[f"{kind}_ms"])) == (2, 2)
+    assert not [one.what for one in found.failures if "late" not in one.what]  # the machine may be busy
+    late = (
+        "import os, time\nfrom lampyris import halting\n"
+        "def after(real):\n    def late(*given):\n        until = time.process_time() + 0.3\n"
+        "        while time.process_time() < until: pass\n        real(*given)\n    return late\n"
+    )
+    whose = {"_COMMAND": "os._exit = after(os._exit)\n", "_ENGINE": "halting.halt = after(halting.halt)\n"}
+    for code, words in whose.items():
+        monkeypatch.setattr(processes, code, late + words + getattr(processes, code))
+    found = outcome(kind, 1)
+    assert "ms late" in found.failures[0].what
+    other = {"_COMMAND": "\nimport sys; sys.exit(1)\n", "_ENGINE": "\nprint(); raise SystemExit\n"}
+    for code, words in other.items():
+        monkeypatch.setattr(processes, code, words)
+    assert "late" not in outcome(kind, 1).failures[0].what
 
 
 def test_a_wrong_answer_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

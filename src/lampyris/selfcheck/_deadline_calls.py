@@ -28,6 +28,10 @@ SIDES = {
     "slits": (64, 256, 512), "clutter": (64, 512), "weighted": (64, 512), "crowd": (64, 256),
 }  # fmt: skip
 MAPS = tuple(SIDES)
+LONG_MAPS = ("free", "weighted")
+SWARMS = ("apso", "gso", "igso", "ipso", "lpso", "mmas-dstar", "pso", "pso-apf")
+FOR_MINUTES: Mapping[str, Any] = {"iterations": 100_000, "swarm": 200, "seeded": False}
+"""Settings with which such a planner goes on for minutes."""
 _OF_MAP = (0.12, 0.2, 0.12, 0.08, 0.12, 0.12, 0.12, 0.12)
 _TIMED = ("sipp", "space-time-astar")
 _FOUR = ndimage.generate_binary_structure(2, 1)
@@ -43,7 +47,8 @@ class Call:
     map, side : which map (:data:`SIDES`), and how many cells a side.
     moves, planner, settings : how to plan on it.
     seed : of the session.
-    seconds : when it is to end.
+    seconds : when it is to end, if it goes on for so long.
+    share : of the time that it takes, else.
     scene : the map, its ends and its traffic.
     reachable : whether there is a way on the bare map.
     """
@@ -57,6 +62,7 @@ class Call:
     seconds: float
     scene: Scene
     reachable: bool
+    share: float = 0.5
 
     @property
     def small(self) -> bool:
@@ -69,6 +75,7 @@ class Call:
         return {
             "map": self.map, "side": self.side, "moves": self.moves, "planner": self.planner,
             "settings": dict(self.settings), "seed": self.seed, "seconds": self.seconds,
+            "share": self.share,
         }  # fmt: skip
 
 
@@ -91,7 +98,19 @@ def call_of(rng: np.random.Generator) -> Call:
     scene = Scene(grid, start, goal, moves=MOVES[moves], traffic=traffic)
     seed = int(rng.integers(2**31))
     reachable = _joined(kind, side, moves == "dissertation")
-    return Call(kind, side, moves, planner, settings, seed, seconds, scene, reachable)
+    share = float(rng.uniform(0.1, 0.8))
+    return Call(kind, side, moves, planner, settings, seed, seconds, scene, reachable, share)
+
+
+def long_call_of(rng: np.random.Generator) -> Call:
+    """A drawn call of a swarm that would go on for minutes. Its limit is 1.5 to 4 s."""
+    kind = LONG_MAPS[int(rng.integers(len(LONG_MAPS)))]
+    planner = SWARMS[int(rng.integers(len(SWARMS)))]
+    side = (64, 512)[int(rng.integers(2))]
+    blocked, terrain, start, goal = _map(kind, side)
+    scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES["octile"])
+    seconds = float(rng.uniform(1.5, 4.0))
+    return Call(kind, side, "octile", planner, FOR_MINUTES, int(rng.integers(2**31)), seconds, scene, True)
 
 
 def _ours() -> tuple[str, ...]:
