@@ -68,7 +68,7 @@ def run(kind: str, cases: int, first: int = 0) -> Outcome:
     return determinism.run(Ask(), Part(kind, first, cases))
 
 
-@pytest.mark.skipif(not determinism.features(), reason="nothing of this processor can be switched off")
+@pytest.mark.skipif(not determinism.extensions(), reason="nothing of this processor can be switched off")
 def test_an_exp_that_rounds_as_the_processor_likes_is_seen(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

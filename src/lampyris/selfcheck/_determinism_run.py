@@ -5,11 +5,14 @@ The environment is the setting: :mod:`.determinism` starts this once for each.
 
 from __future__ import annotations
 
+import ctypes
+import importlib
 import json
 import locale
 import sys
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,10 @@ from lampyris.selfcheck._canonical import digest
 
 WORDS = ("arrived", "blocked", "cell", "drive", "edge", "field", "goal", "heap", "jump", "kernel", "lane")
 """Their order in a set is the hash seed's."""
+_THREADS = tuple(
+    f"{before}openblas_get_num_threads{after}" for before in ("scipy_", "") for after in ("64_", "")
+)
+"""What OpenBLAS calls it in NumPy's wheels, SciPy's, and Linux's."""
 
 
 def answer(request: Mapping[str, Any]) -> dict[str, Any]:
@@ -49,6 +56,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
         "zone": time.strftime("%H:%M", time.localtime(0)),
         "locale": spoken,
         "compiled": str(sum(kernel._compiled is not None for kernel in _jit.KERNELS)),
+        **_in_force(),
     }
     return {"cases": cases, "signs": signs}
 
@@ -58,6 +66,45 @@ def _case(number: int) -> tuple[str, str]:
         return corpus.case(number)
     except Exception as fault:
         return "fault", f"{type(fault).__name__}: {fault}"
+
+
+def _in_force() -> dict[str, str]:
+    """What the libraries say of themselves, whatever the environment says."""
+    numba: Any = importlib.import_module("numba")
+    at_once = _jit.PLAIN_NS < 0 and _jit.OWN_NS < 0
+    return {
+        "jit": "off" if _jit.jit_disabled() and numba.config.DISABLE_JIT else "on",
+        "first call": "compiled" if at_once else "counted",
+        "numba threads": str(numba.config.NUMBA_NUM_THREADS),
+        "blas threads": _blas_threads(),
+        "extensions": " ".join(extensions()),
+    }
+
+
+def extensions() -> tuple[str, ...]:
+    """What this processor has that NumPy was built to use and can do without, by NumPy's own names, as far as
+    it is not switched off."""
+    for name in ("numpy._core._multiarray_umath", "numpy.core._multiarray_umath"):
+        try:
+            room: Any = importlib.import_module(name)
+        except ImportError:
+            continue
+        return tuple(one for one in room.__cpu_dispatch__ if room.__cpu_features__.get(one))
+    return ()
+
+
+def _blas_threads() -> str:
+    """How many threads NumPy's OpenBLAS has; empty for another BLAS, or a system that does not tell."""
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return ""
+    for path in sorted({line.split()[-1] for line in lines if "openblas" in line}):
+        room = ctypes.CDLL(path)
+        for name in _THREADS:
+            if hasattr(room, name):
+                return str(getattr(room, name)())
+    return ""
 
 
 def _locale() -> str:

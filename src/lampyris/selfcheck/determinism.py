@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import importlib
 import json
 import os
 import platform
@@ -30,7 +29,9 @@ from typing import Any
 
 import numpy as np
 
+from lampyris.processors import processors
 from lampyris.selfcheck import _small_studies as studies
+from lampyris.selfcheck._determinism_run import extensions
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.study.where import Where
 
@@ -66,6 +67,7 @@ class Setting:
     sign : which sign of it must differ from that of ``as it is``; empty where none shows.
     shuffle : seed of another order of the cases.
     compiled : whether kernels run as machine code from the first call on.
+    shows : what the process must say is in force, beside and in place of :data:`SHOWN`.
     """
 
     what: str
@@ -73,24 +75,39 @@ class Setting:
     sign: str = ""
     shuffle: int | None = None
     compiled: bool = False
+    shows: Mapping[str, str] = field(default_factory=dict)
 
 
+SHOWN = {
+    "jit": "on", "first call": "counted", "numba threads": "1", "blas threads": "1", "zone": "00:00",
+}  # fmt: skip
+"""What a process says is in force where nothing is changed."""
 SETTINGS = {
     "as it is": Setting("in a process of its own; the hashes are those that were kept"),
     "hash seed": Setting("words hash otherwise (PYTHONHASHSEED=1)", {"PYTHONHASHSEED": "1"}, "words"),
     "order": Setting(
         "cases in another order, words hash at random", {"PYTHONHASHSEED": "random"}, "words", shuffle=1
     ),
-    "processor": Setting("without what the processor has above the least that NumPy needs", {}, "exp"),
-    "threads": Setting("two threads for BLAS, OpenMP and numba, where all others have one", TWO),
+    "processor": Setting(
+        "without what the processor has above the least that NumPy needs", {}, "exp", shows={"extensions": ""}
+    ),
+    "threads": Setting(
+        "two threads for BLAS, OpenMP and numba, where all others have one",
+        TWO,
+        shows={"numba threads": "2", "blas threads": str(min(2, processors()))},
+    ),
     "place": Setting(
         "Turkish if the system speaks it, else no words but ASCII; the time of Kathmandu",
-        {"TZ": "Asia/Kathmandu", "LC_ALL": "tr_TR.UTF-8", "PYTHONCOERCECLOCALE": "0"},
-        "zone",
+        {"TZ": "<+0545>-5:45", "LC_ALL": "tr_TR.UTF-8", "PYTHONCOERCECLOCALE": "0"},
+        shows={"zone": "05:45"},
     ),
-    "plain kernels": Setting("no kernel compiled (NUMBA_DISABLE_JIT=1)", {"NUMBA_DISABLE_JIT": "1"}),
+    "plain kernels": Setting(
+        "no kernel compiled (NUMBA_DISABLE_JIT=1)",
+        {"NUMBA_DISABLE_JIT": "1"},
+        shows={"jit": "off", "compiled": "0"},
+    ),
     "compiled kernels": Setting(
-        "every kernel compiled from its first call on", {}, "compiled", compiled=True
+        "every kernel compiled from its first call on", compiled=True, shows={"first call": "compiled"}
     ),
 }
 
@@ -105,6 +122,7 @@ STUDIES: tuple[tuple[str, int, int, int | None], ...] = (
         for order in (None, workers)
     ),
     *((kind, 4, 0, None) for kind in studies.TEXTS),
+    *((kind, 4, 8, order) for kind in studies.TEXTS for order in (None, 8)),
 )
 """Which study, how many seeds, how many workers (0: in four sittings of one), and in which order."""
 SITTINGS = 3
@@ -137,21 +155,10 @@ def surroundings(setting: Setting) -> dict[str, str]:
     """The environment of a process in that setting."""
     env = {k: v for k, v in os.environ.items() if k not in SILENT and not k.startswith("LC_")} | PLAIN
     if setting is SETTINGS["processor"]:
-        env["NPY_DISABLE_CPU_FEATURES"] = " ".join(features())
+        env["NPY_DISABLE_CPU_FEATURES"] = " ".join(extensions())
         if platform.machine().lower() in ("x86_64", "amd64"):
             env["OPENBLAS_CORETYPE"] = "Prescott"
     return {**env, **setting.env}
-
-
-def features() -> tuple[str, ...]:
-    """What this processor has that NumPy was built to use and can do without, by NumPy's own names."""
-    for name in ("numpy._core._multiarray_umath", "numpy.core._multiarray_umath"):
-        try:
-            room: Any = importlib.import_module(name)
-        except ImportError:
-            continue
-        return tuple(one for one in room.__cpu_dispatch__ if room.__cpu_features__.get(one))
-    return ()
 
 
 def hashed(setting: Setting, numbers: Iterable[int]) -> dict[str, Any]:
@@ -207,22 +214,27 @@ def _cases(part: Part) -> Outcome:
 
 
 def _signs(tally: Tally, part: Part, setting: Setting, signs: Mapping[str, str]) -> None:
-    """Whether the setting is in force: something beside results shows it."""
-    if not setting.sign:
-        return
-    if setting is SETTINGS["processor"] and not features():
-        tally.count("nothing of the processor can be switched off")
-    elif signs[setting.sign] == plain_signs()[setting.sign]:
-        if setting is SETTINGS["processor"]:
-            tally.count("np.exp has the same bits")  # So it may be, on a processor that has little more.
-        elif setting is SETTINGS["compiled kernels"] or setting.sign == "zone":
-            tally.count(f"{setting.sign} is as it is")
-        else:
-            tally.fail(part.first, f"the setting is not in force: {setting.sign} {signs[setting.sign]!r}")
-    else:
-        tally.count(f"{setting.sign} is another")
+    """Whether the setting is in force: the process says so, or something beside results shows it."""
+    for name, asked in {**SHOWN, **setting.shows}.items():
+        if signs[name] != asked and not _untold(name, signs):
+            tally.fail(part.first, f"the setting is not in force: {name} {signs[name]!r}, not {asked!r}")
+    if setting.compiled and signs["compiled"] == "0":
+        tally.fail(part.first, "the setting is not in force: no kernel was compiled")
     if setting is SETTINGS["place"]:
         tally.count(f"locale {signs['locale']}")
+    if setting is SETTINGS["processor"] and not extensions():
+        tally.count("nothing of the processor can be switched off")
+    elif setting.sign and signs[setting.sign] != plain_signs()[setting.sign]:
+        tally.count(f"{setting.sign} is another")
+    elif setting is SETTINGS["processor"]:
+        tally.count("np.exp has the same bits")  # So it may be, on a processor that has little more.
+    elif setting.sign:
+        tally.fail(part.first, f"the setting is not in force: {setting.sign} {signs[setting.sign]!r}")
+
+
+def _untold(name: str, signs: Mapping[str, str]) -> bool:
+    """Whether this system cannot tell it, or has no such setting."""
+    return (name == "blas threads" and not signs[name]) or (name == "zone" and sys.platform == "win32")
 
 
 @cache
@@ -269,7 +281,7 @@ KINDS = {
         for name, one in SETTINGS.items()
     },
     "studies": Kind(
-        "small studies on 1, 2 or 4 workers, in another order, or broken off and taken up: the same bytes",
+        "small studies on 1, 2, 4 or 8 workers, in another order, or broken off and taken up: the same bytes",
         commit=2 * len(studies.TEXTS), nightly=len(STUDIES), release=len(STUDIES),
         chunk=3, whole=len(STUDIES),
     ),
