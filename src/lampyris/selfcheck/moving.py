@@ -73,6 +73,7 @@ KINDS = {
         nightly=2_000,
         release=20_000,
         chunk=10,
+        least={"driven": 0.7},
     ),
 }
 

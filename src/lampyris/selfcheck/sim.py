@@ -42,6 +42,7 @@ KINDS = {
         190_000,
         500_000,
         250,
+        least={"arrived": 0.9},
     ),
     "crowd": Kind(
         "walkers on up to a third of a small map: the kernel's run and the loop's, field by field",
@@ -49,17 +50,24 @@ KINDS = {
         8_000,
         40_000,
         50,
+        least={"arrived": 0.7, "compared with the loop": 0.7},
     ),
     "walk": Kind(
-        "the loop: every planner, step set, kind of traffic and size of bodies", 500, 24_000, 100_000, 100
+        "the loop: every planner, step set, kind of traffic and size of bodies",
+        500,
+        24_000,
+        100_000,
+        100,
+        least={"arrived": 0.6, "sized": 0.3},
     ),
-    "edits": Kind("the loop, with walls that come and go", 150, 8_000, 40_000, 50),
+    "edits": Kind("the loop, with walls that come and go", 150, 8_000, 40_000, 50, least={"arrived": 0.5}),
     "drive": Kind(
         "drives in continuous time with settings at their worst: never nearer than both radii while moving",
         32,
         1_500,
         6_000,
         10,
+        least={"arrived": 0.3},
     ),
 }
 
