@@ -58,7 +58,7 @@ def grids(draw: st.DrawFn, *, unknown: bool = False, terrain: bool = False) -> G
     kind = cells(st.integers(0, 2 if unknown else 1))
     rough = cells(st.integers(0, MAX_TERRAIN)) if terrain else None
     hidden = kind == 2
-    return Grid(kind > 0, unknown=hidden if hidden.any() else None, terrain=rough)
+    return Grid(kind > 0, unknown=hidden, terrain=rough)
 
 
 def same(found: MapDocument, grid: Grid) -> None:

@@ -82,8 +82,8 @@ def test_the_map_after_edits_cell_by_cell() -> None:
             for x in range(width):
                 wall = now.get((x, y), bool(blocked[y, x]))
                 assert made.blocked[y, x] == wall
-                assert made.unknown is not None
-                assert made.unknown[y, x] == (unknown[y, x] and (x, y) not in known)
+                hidden = made.unknown is not None and made.unknown[y, x]
+                assert hidden == (unknown[y, x] and (x, y) not in known)
                 if made.terrain is not None:
                     # What lies under a wall of the map as given nobody knows.
                     assert made.terrain[y, x] == (0 if wall or blocked[y, x] else terrain[y, x])

@@ -33,6 +33,7 @@ class Grid:
     blocked : bool, shape (height, width), row 0 on top. True where the robot's centre may not be: walls
         and, unless the reader was told otherwise, unknown cells.
     unknown : bool, same shape, or None. Cells the map knows nothing of; for pictures, not for planning.
+        None if there are none.
     terrain : uint8, same shape, 0 to 252, or None: what a cell costs to enter besides its distance, as a
         costmap of ROS says it. Exactly ``(63 + c) / 63`` times plain ground: 63 is twice, 252 five times,
         as Nav2's NavFn planner weighs costs by default. 0 in blocked cells, whatever was given; None if it
@@ -64,7 +65,7 @@ class Grid:
                     f"unknown has shape {unknown.shape}",
                     allowed=f"the shape of blocked, {self.blocked.shape}",
                 )
-            object.__setattr__(self, "unknown", unknown)
+            object.__setattr__(self, "unknown", unknown if unknown.any() else None)
         if self.terrain is not None:
             object.__setattr__(self, "terrain", _terrain(self.terrain, self.blocked))
         if not (
