@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 import pytest
 
+from lampyris.model.trace import Trace
+from lampyris.referee import check_drive
+from lampyris.referee.verdict import Violation
 from lampyris.selfcheck import _monitor_drives as drives
-from lampyris.selfcheck import _monitor_traces as traces
+from lampyris.selfcheck import _monitor_faults as traces
 from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck import monitor, runner
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.monitor import CHECK
+from lampyris.selfcheck.twins import quick_monitor
 from lampyris.selfcheck.twins.drive_monitor import watch
+from lampyris.selfcheck.twins.sim_monitor import disc
+
+ALL = tuple(traces.FAULTS.values())
 
 
 def run(kind: str, count: int) -> Outcome:
@@ -32,27 +39,88 @@ def test_every_fault_is_seen() -> None:
     assert dict(seen.counts) == dict.fromkeys(drives.FAULTS, 1)
 
 
+def spoilt(rounds: int = 2) -> list[tuple[str, Trace]]:
+    """Traces with each fault in them, as the check puts them in."""
+    found: list[tuple[str, Trace]] = []
+    for number in range(rounds * len(traces.FAULTS)):
+        name = tuple(traces.FAULTS)[number % len(traces.FAULTS)]
+        rng = Ask().rng("monitor", "traces", number)
+        runs = (monitor._trace(1, number // len(traces.FAULTS) + attempt) for attempt in range(150))
+        wrong = (traces.FAULTS[name].put(one, rng) for one in runs if one is not None)
+        found.append((name, next(one for one in wrong if one is not None)))
+    return found
+
+
+def unheard(pattern: str, judge: Callable[..., list[str]]) -> Callable[..., list[str]]:
+    return lambda *given, **more: [one for one in judge(*given, **more) if not re.search(pattern, one)]
+
+
+@pytest.fixture(scope="module")
+def wrong_traces() -> list[tuple[str, Trace]]:
+    return spoilt()
+
+
 @pytest.mark.parametrize(
-    ("judge", "deaf", "who"),
+    ("judge", "who", "word"),
     [
-        ("breaches", lambda trace: [], "the quick monitor"),
-        ("check_trace", lambda trace: None, "the referee"),
+        *(("breaches", "the quick monitor", word) for word in sorted({f.quick for f in ALL} - {""})),
+        *(("_slowly", "the slow monitor", word) for word in sorted({f.slow for f in ALL})),
     ],
 )
-def test_a_deaf_judge_is_told(
-    judge: str, deaf: Callable[[Any], Any], who: str, monkeypatch: pytest.MonkeyPatch
+def test_a_monitor_that_has_lost_a_rule_is_told(
+    judge: str, who: str, word: str, wrong_traces: list[tuple[str, Trace]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(monitor, judge, deaf)
-    seen = run("traces", len(traces.FAULTS))
-    assert seen.failed == len(traces.FAULTS)
-    assert all(f.what.endswith(f"not seen by {who}") for f in seen.failures)
+    """Whatever else breaks with it does not count: nearly every fault made a body jump; that was enough."""
+    monkeypatch.setattr(monitor, judge, unheard(word, getattr(monitor, judge)))
+    mine = {n for n, f in traces.FAULTS.items() if (f.quick if judge == "breaches" else f.slow) == word}
+    told = [monitor.deaf_to(traces.FAULTS[name], wrong) for name, wrong in wrong_traces if name in mine]
+    assert told == [[who]] * len(told)
+    assert told
+
+
+@pytest.mark.parametrize("pairs", ["_small_pairs", "_sized_pairs"])
+def test_a_quick_monitor_without_its_rules_of_pairs_fails(
+    pairs: str, wrong_traces: list[tuple[str, Trace]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(quick_monitor, pairs, lambda trace, crowd: iter(()))
+    seen = run("traces", 2 * len(traces.FAULTS))
+    assert len({f.data["fault"] for f in seen.failures}) >= (6 if pairs == "_small_pairs" else 2)
+
+
+def test_another_rule_of_the_referee_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = Violation("numbers", "trace", "something else")
+    for judge in ("check_trace", "check_drive"):
+        honest = getattr(monitor, judge)
+        monkeypatch.setattr(monitor, judge, lambda run, honest=honest: honest(run) and wrong)
+    asked = sum(bool(fault.referee) for fault in traces.FAULTS.values())
+    assert run("traces", len(traces.FAULTS)).failed == asked > 20
+    assert run("drives", len(drives.FAULTS)).failed == len(drives.FAULTS)
+
+
+def test_traces_are_of_every_kind_that_is_judged(wrong_traces: list[tuple[str, Trace]]) -> None:
+    scenes_ = [trace.scene for _, trace in wrong_traces]
+    assert {s.moves.name for s in scenes_} >= {"octile", "sixteen"}
+    assert any(s.edits for s in scenes_)
+    assert any(b.kind == "recorded" for _, trace in wrong_traces for b in trace.bodies)
+    assert any(s.robot.radius > 0 for s in scenes_)
+
+
+@pytest.mark.parametrize("resolution", [0.25, 0.3, 1.0])
+def test_both_monitors_find_the_same_footprints_each_its_own_way(resolution: float) -> None:
+    for k in range(0, 60, 3):
+        radius = k / 20
+        cells = set(map(tuple, quick_monitor.footprint(radius, resolution).tolist()))
+        assert cells == disc(radius, resolution)  # type: ignore[no-untyped-call]
 
 
 def test_a_fault_that_is_none_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(traces, "FAULTS", MappingProxyType({"nothing": lambda trace, rng: replace(trace)}))
-    assert run("traces", 3).failed == 3
-    monkeypatch.setattr(traces, "FAULTS", MappingProxyType({"never": lambda trace, rng: None}))
-    assert run("traces", 1).failures[0].what == "never: no occasion in 40 runs"
+    nothing = traces.Fault(lambda trace, rng: replace(trace), "jumps", "jumps", "step")
+    monkeypatch.setattr(traces, "FAULTS", MappingProxyType({"nothing": nothing}))
+    told = "nothing: not seen by the quick monitor, the slow monitor, the referee"
+    assert [f.what for f in run("traces", 3).failures] == [told] * 3
+    never = nothing._replace(put=lambda trace, rng: None)
+    monkeypatch.setattr(traces, "FAULTS", MappingProxyType({"never": never}))
+    assert run("traces", 1).failures[0].what == "never: no occasion in 150 runs"
 
 
 def test_the_watcher_sees_how_deep_a_robot_without_size_is_in_a_wall() -> None:
@@ -68,5 +136,5 @@ def test_the_watcher_sees_how_deep_a_robot_without_size_is_in_a_wall() -> None:
         if wrong is not None:
             found += 1
             assert watch(wrong, every=0.02).wall < -0.02
-            assert monitor.check_drive(wrong) is not None
+            assert check_drive(wrong) is not None
     assert found > 1

@@ -19,19 +19,42 @@ from lampyris.referee.drive import NO_LATERAL_PROMISE
 
 Fault: TypeAlias = Callable[[Drive, np.random.Generator], Drive | None]
 
-SEEN = frozenset(
+SEEN: Mapping[str, str] = MappingProxyType(
     {
-        "speed",
-        "robot through a wall",
-        "robot without size in a wall",
-        "robot radius forgotten",
-        "teleport",
-        "into a body",
-        "body radius forgotten",
-        "body too fast",
+        "speed": "speed",
+        "robot through a wall": "wall",
+        "robot without size in a wall": "wall",
+        "robot radius forgotten": "wall",
+        "teleport": "jump",
+        "into a body": "contact",
+        "body radius forgotten": "contact",
+        "body too fast": "body speed",
     }
 )
-"""What a watcher who looks every few milliseconds can see as well."""
+"""What a watcher who looks every few milliseconds can see as well, in its word."""
+
+RULES: Mapping[str, str] = MappingProxyType(
+    {
+        "speed": "speed",
+        "acceleration": "acceleration",
+        "braking": "braking",
+        "sideways": "lateral",
+        "late brake": "distance",
+        "teleport": "distance",
+        "clock runs back": "time",
+        "begins elsewhere": "start",
+        "robot through a wall": "wall",
+        "robot without size in a wall": "wall",
+        "robot radius forgotten": "wall",
+        "into a body": "collision",
+        "body radius forgotten": "collision",
+        "body too fast": "body speed",
+        "wrong arrival": "outcome",
+        "untold arrival": "outcome",
+        "untold hit": "untold contact",
+    }
+)
+"""The referee's rule that each breaks first."""
 
 
 def _limit(drive: Drive, **limits: float) -> Drive:
@@ -155,8 +178,10 @@ def robot_radius_forgotten(drive: Drive, rng: np.random.Generator) -> Drive | No
         return None
     gx = np.maximum(np.abs(xy[:, :1] - xs) - 0.5, 0.0)
     gy = np.maximum(np.abs(xy[:, 1:] - ys) - 0.5, 0.0)
-    near = float(np.hypot(gx, gy).min()) * drive.scene.grid.resolution
-    return _limit(drive, radius=near + 0.05) if near > drive.scene.robot.radius and near < 2.0 else None
+    cells = float(np.hypot(gx, gy).min())
+    near = cells * drive.scene.grid.resolution
+    # The watcher looks for walls no farther than 2 cells off.
+    return _limit(drive, radius=near + 0.05) if near > drive.scene.robot.radius and cells < 1.5 else None
 
 
 def _moving_times(drive: Drive, least: float = 0.1) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -215,8 +240,10 @@ def body_too_fast(drive: Drive, rng: np.random.Generator) -> Drive | None:
 
 
 def wrong_arrival(drive: Drive, rng: np.random.Generator) -> Drive | None:
-    """It is told to have arrived, and has not."""
-    return None if drive.arrived or not drive.curves else replace(drive, outcome=Outcome.ARRIVED)
+    """It is told to have arrived, and has not; after a collision the contact would be told first."""
+    if drive.arrived or drive.outcome is Outcome.COLLISION or not drive.curves:
+        return None
+    return replace(drive, outcome=Outcome.ARRIVED)
 
 
 def untold_arrival(drive: Drive, rng: np.random.Generator) -> Drive | None:

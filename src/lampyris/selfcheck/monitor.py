@@ -17,24 +17,25 @@ from lampyris.model.trace import Trace
 from lampyris.planners import registry
 from lampyris.referee import check_drive, check_trace
 from lampyris.selfcheck import _monitor_drives as drives
-from lampyris.selfcheck import _monitor_traces as traces
+from lampyris.selfcheck import _monitor_faults as traces
 from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.drive_monitor import watch
+from lampyris.selfcheck.twins.edit_twin import EditMonitor
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim import loop
 
 KINDS = {
     "traces": Kind(
-        f"{len(traces.FAULTS)} faults in runs by ticks, in turn: each seen by both monitors and the referee",
+        f"{len(traces.FAULTS)} faults in runs by ticks, in turn: both monitors and the referee name the rule",
         10 * len(traces.FAULTS),
         500 * len(traces.FAULTS),
         2_000 * len(traces.FAULTS),
         2 * len(traces.FAULTS),
     ),
     "drives": Kind(
-        f"{len(drives.FAULTS)} faults in drives, in turn: each seen by the referee, some by a watcher too",
+        f"{len(drives.FAULTS)} faults in drives, in turn: the referee names the rule, a watcher some",
         6 * len(drives.FAULTS),
         100 * len(drives.FAULTS),
         400 * len(drives.FAULTS),
@@ -42,8 +43,11 @@ KINDS = {
     ),
 }
 
-_TRIES = 40
+_TRIES = 150
 """Runs asked for an occasion, before it is said that a fault cannot be put in."""
+
+_ALL = 99
+"""Sentences asked of the quick monitor: all that it has."""
 
 
 def _run(ask: Ask, part: Part) -> Outcome:
@@ -57,43 +61,60 @@ def _run(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _trace(seed: int, number: int) -> Trace | None:
     """A sound run; None where the traffic does not fit."""
     rng = Ask(seed=seed).rng("monitor", "trace", number)
-    kind = scenes.KINDS[int(rng.integers(4))]
-    scene = scenes.drawn_scene(rng, kind, moves=("octile", "dissertation", "four")[int(rng.integers(3))])
+    kind = scenes.KINDS[int(rng.integers(len(scenes.KINDS)))]
+    moves = scenes.MOVES[int(rng.integers(len(scenes.MOVES)))]
+    robot, body = scenes.SIZES[int(rng.integers(len(scenes.SIZES)))]
+    scene = scenes.drawn_scene(rng, kind, robot, body, moves)
+    if rng.random() < 0.3:
+        scene = scenes.with_edits(scene, rng)
     try:
         trace = loop.run(scene, registry.make("astar", {}), seed=number, patience=15)
     except SceneError:
         return None
-    if breaches(trace) or Monitor(trace).faults() or check_trace(trace) is not None:
+    if breaches(trace) or _slowly(trace) or check_trace(trace) is not None:
         raise RuntimeError(f"run {number} is not sound by itself: the check sim says more")
     return trace
+
+
+def _slowly(trace: Trace) -> list[str]:
+    """What the slow monitor says; of walls that come and go, its own kind."""
+    return (EditMonitor(trace) if trace.scene.edits else Monitor(trace)).faults()
 
 
 def _traces(ask: Ask, number: int, tally: Tally) -> None:
     names = tuple(traces.FAULTS)
     name = names[number % len(names)]
+    fault = traces.FAULTS[name]
     rng = ask.rng("monitor", "traces", number)
     for attempt in range(_TRIES):
         trace = _trace(ask.seed, number // len(names) + attempt)
-        wrong = None if trace is None else traces.FAULTS[name](trace, rng)
+        wrong = None if trace is None else fault.put(trace, rng)
         if wrong is not None:
             break
     else:
         tally.fail(number, f"{name}: no occasion in {_TRIES} runs")
         return
     tally.count(name)
-    deaf = []
-    if not breaches(wrong):
-        deaf.append("the quick monitor")
-    if not Monitor(wrong).faults():
-        deaf.append("the slow monitor")
-    if check_trace(wrong) is None:
-        deaf.append("the referee")
+    deaf = deaf_to(fault, wrong)
     if deaf:
         tally.fail(number, f"{name}: not seen by {', '.join(deaf)}", fault=name)
+
+
+def deaf_to(fault: traces.Fault, wrong: Trace) -> list[str]:
+    """Who does not see the rule that is broken; another that breaks with it does not count."""
+    deaf = []
+    if not traces.said(fault.quick, breaches(wrong, most=_ALL)):
+        deaf.append("the quick monitor")
+    if not traces.said(fault.slow, _slowly(wrong)):
+        deaf.append("the slow monitor")
+    broken = check_trace(wrong)
+    if not traces.ruled(fault, wrong, None if broken is None else broken.rule):
+        deaf.append("the referee" if broken is None else f"the referee ({broken.rule})")
+    return deaf
 
 
 @lru_cache(maxsize=16)
@@ -121,8 +142,9 @@ def _drives(ask: Ask, number: int, tally: Tally) -> None:
         tally.fail(number, f"{name}: no occasion in {_TRIES} drives")
         return
     tally.count(name)
-    deaf = [] if check_drive(wrong) is not None else ["the referee"]
-    if name in drives.SEEN and not _watched(wrong):
+    broken = check_drive(wrong)
+    deaf = [] if broken is not None and broken.rule == drives.RULES[name] else [f"the referee ({broken})"]
+    if name in drives.SEEN and drives.SEEN[name] not in _watched(wrong):
         deaf.append("the watcher")
     if deaf:
         tally.fail(number, f"{name}: not seen by {', '.join(deaf)}", fault=name)

@@ -1,15 +1,18 @@
 """A quick monitor of simulations: the rules of :mod:`.sim_monitor` over whole traces, as arrays.
 
-It shares no code with the simulator or the referee. Two bodies meet where the difference of their places is
-one of a table made from their exact footprints; bodies of one cell are told apart by numbers of cells, of
-steps and of the middles of diagonal steps. The slow monitor looks at a share of the same traces.
+It shares no code with the simulator, the referee or the slow monitor. Two bodies meet where the difference
+of their places is one of a table made from their exact footprints; bodies of one cell are told apart by
+numbers of cells, of steps and of the middles of diagonal steps. The slow monitor looks at a share of the
+same traces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from decimal import Decimal
 from functools import lru_cache
 from itertools import combinations_with_replacement
+from math import isqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +20,6 @@ from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
 from lampyris.model.traffic import Recorded
-from lampyris.selfcheck.twins.sim_monitor import disc
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -28,8 +30,20 @@ _PAIR_TICKS = 400_000
 
 @lru_cache(maxsize=256)
 def footprint(radius: float, resolution: float) -> Ints:
-    """Cells that a disc covers, as offsets, (n, 2); in order."""
-    return np.array(sorted(disc(radius, resolution)), dtype=np.int64)
+    """Cells that a disc covers, as offsets, (n, 2); in order.
+
+    In whole numbers, row by row: a square comes within r = p / q cells of the centre where its nearest
+    point, in half cells (gx, gy), keeps q^2 (gx^2 + gy^2) < 4 p^2.
+    """
+    (a, b), (c, d) = (Decimal(str(v)).as_integer_ratio() for v in (radius, resolution))
+    p, q = a * d, b * c
+    cells = {(0, 0)}
+    for dy in range(p // q + 2):
+        left = 4 * p * p - (max(2 * dy - 1, 0) * q) ** 2
+        if left > 0:
+            wide = (isqrt((left - 1) // (q * q)) + 1) // 2
+            cells |= {(dx, side) for dx in range(-wide, wide + 1) for side in (dy, -dy)}
+    return np.array(sorted(cells), dtype=np.int64)
 
 
 @lru_cache(maxsize=256)
@@ -231,7 +245,7 @@ def _sized_pairs(trace: Trace, crowd: _Crowd) -> Iterator[str]:
     """Bodies of any size: the differences of places, looked up in a table for every two radii."""
     n, resolution = len(crowd.x), trace.scene.grid.resolution
     radii = sorted(set(crowd.radii))
-    told: set[str] = set()
+    told: set[tuple[str, float, float]] = set()
     for one, other in combinations_with_replacement(radii, 2):
         a, b = np.triu_indices(len(crowd.radii), 1)
         r = np.array(crowd.radii)
@@ -244,8 +258,8 @@ def _sized_pairs(trace: Trace, crowd: _Crowd) -> Iterator[str]:
         for since in range(0, max(n - 1, 1), size):
             last = min(since + size, n - 1)
             for rule, sentence in _met(crowd, table, a, b, since, last):
-                if rule not in told:
-                    told.add(rule)
+                if (rule, one, other) not in told:
+                    told.add((rule, one, other))
                     yield sentence
 
 
