@@ -84,6 +84,20 @@ def test_a_log_of_another_store_must_be_refused(monkeypatch: pytest.MonkeyPatch)
     fails("foreign", 20, "the log of another store: STORE_DAMAGED was expected, and nothing was refused")
 
 
+@pytest.mark.parametrize("lost", [1, 100])
+def test_rows_that_repair_does_not_save_are_seen(lost: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check itself added what was missing, and then counted."""
+    honest = repair._of_study
+
+    def lossy(*given: Any) -> Any:
+        keep, notes = honest(*given)
+        return keep[lost:], notes
+
+    monkeypatch.setattr(repair, "_of_study", lossy)
+    outcome = ran("foreign", 20)
+    assert outcome.failed == 7, outcome.failures  # all that is to be mended, but what is not damaged
+
+
 def test_another_study_must_be_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store, "demand_same", lambda *_: None)
     outcome = ran("resume", 22)

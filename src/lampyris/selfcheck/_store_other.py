@@ -7,7 +7,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from lampyris.errors import LampyrisError
 from lampyris.maps.map_hash import map_hash
-from lampyris.selfcheck._store_damage import closed, opened
+from lampyris.selfcheck._store_damage import MAIN, closed, opened
 from lampyris.selfcheck._stores import BESIDE, bytes_of, clear, filled, folder, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.study.design import Crowd, Ground, Study, Who, canonical
@@ -38,7 +38,8 @@ class Foreign:
     name : of the case.
     make : puts it at a path.
     reads, goes_on : the code that reading it, and going on with it, must be refused with; empty: neither is.
-    mends : the code that repair is refused with; empty: all rows are saved.
+    mends : the code that repair is refused with; empty: it is not.
+    saves : the rows that the mended store must have, by key, and no other: all whose records stand whole.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Foreign:
     reads: str
     goes_on: str
     mends: str
+    saves: Mapping[str, Row] = field(default_factory=dict)
 
 
 def _bytes(data: bytes) -> Callable[[Path], object]:
@@ -82,6 +84,10 @@ def _foreign() -> tuple[Foreign, ...]:
     """All of them."""
     log, lock = opened().files["-wal"], opened().files[".lock"]
     fmt, old = "STORE_FORMAT", "STORE_DAMAGED"
+    all_, left = closed().keyed, opened().keyed
+    main = {row.key: row for row in opened().right[:MAIN]}
+    # Rows of one study: where both have one, the store's own is kept.
+    both = {key: row for key, row in left.items() if key not in main} | all_
     return (
         Foreign("an empty file", _bytes(b""), old, old, fmt),
         Foreign("text", _bytes(b"nothing of the kind\n" * 50), fmt, fmt, fmt),
@@ -91,14 +97,14 @@ def _foreign() -> tuple[Foreign, ...]:
         Foreign("one byte of a store", _bytes(b"S"), old, old, fmt),
         Foreign("half a head", _bytes(closed().files[""][:60]), old, old, fmt),
         Foreign("a head alone", _bytes(closed().files[""][:100]), old, old, fmt),
-        Foreign("a newer format", _store(60, b"\0\0\0\2"), "STORE_VERSION", "STORE_VERSION", ""),
-        Foreign("an older format", _store(60, b"\0\0\0\0"), "STORE_VERSION", "STORE_VERSION", ""),
-        Foreign("the log of another store", _store(log=log), old, old, ""),
-        Foreign("the witness of another store", _store(lock=lock), old, old, ""),
-        Foreign("a journal of nothing", _store(journal=b"not a journal" * 99), "", "", ""),
-        Foreign("a log alone", _of_open("-wal", ".lock"), "STORE_READ", old, ""),
-        Foreign("a store without its log", _of_open("", ".lock"), old, old, ""),
-        Foreign("a store without its main page", _store(0, bytes(4096)), fmt, fmt, ""),
+        Foreign("a newer format", _store(60, b"\0\0\0\2"), "STORE_VERSION", "STORE_VERSION", "", all_),
+        Foreign("an older format", _store(60, b"\0\0\0\0"), "STORE_VERSION", "STORE_VERSION", "", all_),
+        Foreign("the log of another store", _store(log=log), old, old, "", both),
+        Foreign("the witness of another store", _store(lock=lock), old, old, "", all_),
+        Foreign("a journal of nothing", _store(journal=b"not a journal" * 99), "", "", "", all_),
+        Foreign("a log alone", _of_open("-wal", ".lock"), "STORE_READ", old, "", left),
+        Foreign("a store without its log", _of_open("", ".lock"), old, old, "", main),
+        Foreign("a store without its main page", _store(0, bytes(4096)), fmt, fmt, "", all_),
         Foreign("a folder", Path.mkdir, fmt, fmt, "STORE_READ"),
         Foreign("a pipe", os.mkfifo, fmt, fmt, "STORE_READ"),
         Foreign("nothing", lambda path: None, "STORE_READ", "", "STORE_READ"),
@@ -144,7 +150,7 @@ def foreign(number: int, at: Path) -> tuple[str, str]:
             wrong.append("it was changed")
     clear(at)
     case.make(path)
-    wrong.append(_is_refused(case.mends, lambda: _mend(path)))
+    wrong.append(_is_refused(case.mends, lambda: _mend(path, case.saves)))
     return case.name, "; ".join(w for w in wrong if w)
 
 
@@ -153,12 +159,17 @@ def _read(path: Path, *, writable: bool) -> None:
         store.study(), store.rows()
 
 
-def _mend(path: Path) -> None:
-    """Repair, and go on until every row is there."""
-    repair(path, study=study(7))
+def _mend(path: Path, saves: Mapping[str, Row]) -> None:
+    """Repair, judge what is saved, and go on until every row is there."""
+    told = repair(path, study=study(7))
     all_ = rows(study(7), words=5000)
     with open_for(path, study(7)) as store:
         kept = store.rows()
+        if kept != saves or told.kept != len(saves):
+            same = sum(saves.get(key) == row for key, row in kept.items())
+            raise AssertionError(
+                f"{same} of {len(saves)} rows are saved, {len(kept)} there, {told.kept} told"
+            )
         store.add([row for row in all_ if row.key not in kept])
         if len(store.rows()) != len(all_):
             raise AssertionError(f"{len(store)} rows of {len(all_)}")
