@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from lampyris.field import repair as mending
 from lampyris.field.repair import Mender
+from lampyris.planners._incremental import IncrementalSession
 from lampyris.planners._incremental_search import Estimates, Waves
 from lampyris.planners._living import LivingMap
 from lampyris.selfcheck import _repair_every, repair
@@ -74,6 +76,29 @@ def test_a_search_that_does_not_hear(kind: str, search: type, monkeypatch: pytes
     assert seen.failed
     words = ("dstar-lite", "lpa-star") if search is Estimates else ("dstar", "focussed-dstar")
     assert any(word in f.what for word in words for f in seen.failures)
+
+
+@pytest.mark.parametrize("kind", ["3x3", "4x4"])
+@pytest.mark.parametrize("wrong", ["through a wall", "turned round", "another way of that length"])
+def test_a_way_that_cannot_be_driven(kind: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Status and cost are right, as they are told; the way is not."""
+    honest = IncrementalSession.plan
+
+    def plan(self: Any, *given: Any) -> Any:
+        told = honest(self, *given)
+        if told.path is None or len(told.path.cells) < 2:
+            return told
+        cells = told.path.cells.copy()
+        if wrong == "turned round":
+            cells = cells[::-1]
+        elif wrong == "through a wall":
+            cells[1:-1] = 0
+        else:
+            cells = np.concatenate((cells[:1], cells[:-1]))
+        return replace(told, path=replace(told.path, cells=cells))
+
+    monkeypatch.setattr(IncrementalSession, "plan", plan)
+    assert ask(kind, {"3x3": 4000, "4x4": 900_000}[kind], 200).failed > 10
 
 
 def test_a_map_that_forgets_terrain(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,6 +16,7 @@ from lampyris.model.scene import Scene
 from lampyris.planners.base import Planner, Session
 from lampyris.selfcheck._repair_story import RNG, by_the_twin, demand
 from lampyris.selfcheck.twins.changing_twin import Cell, World
+from lampyris.selfcheck.twins.way_twin import walked
 
 Edit = tuple[int, int, bool]
 """The grid before as bits (1: free), the cell, and whether it is freed."""
@@ -46,6 +47,13 @@ def truth(side: int, bits: int, name: str, goal: Cell) -> tuple[bytes, bytes, by
 def free_of(side: int, bits: int) -> np.ndarray:
     """A grid's free cells."""
     return np.array([bits >> k & 1 for k in range(side * side)], np.bool_).reshape(side, side)
+
+
+@lru_cache(maxsize=1 << 10)
+def free_rows(side: int, bits: int) -> list[list[bool]]:
+    """The same as lists, for the walk."""
+    rows: list[list[bool]] = free_of(side, bits).tolist()
+    return rows
 
 
 class Group:
@@ -112,7 +120,21 @@ class Group:
         if (plan.status, found) != (word, cost):
             what = f"{planner.name}, {name} moves, {start} to {goal}: {plan.status} at {found}"
             demand(False, f"{what}, should be {word} at {cost}")
+        if plan.path is not None:
+            wrong = misled(plan.path.cells, free_rows(side, now), name, start, goal, cost)
+            demand(not wrong, f"{planner.name}, {name} moves, {start} to {goal}: {wrong}")
         return word
+
+
+def misled(cells: np.ndarray, free: list[list[bool]], name: str, start: Cell, goal: Cell, cost: int) -> str:
+    """What is wrong with a way, cell by cell; nothing: an empty word. What its plan says of it is no matter."""
+    way = [(int(x), int(y)) for x, y in cells.tolist()]
+    if (*way[:1], *way[-1:]) != (start, goal):
+        return f"it goes from {way[:1]} to {way[-1:]}"
+    wrong, counts = walked(free, way, name)
+    moves = MOVES[name]
+    paid = counts[0] * moves.straight + counts[1] * moves.diagonal + counts[2] * moves.knight
+    return wrong or ("" if paid == cost else f"the way costs {paid}, should be {cost}")
 
 
 @lru_cache(maxsize=512)
