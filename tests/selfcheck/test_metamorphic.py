@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.planners import _timed_session
@@ -129,6 +130,28 @@ def test_a_robot_that_takes_fright_at_its_limits(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(motion.api, "profile", profile)
     assert ask("quicker").failed
+
+
+def test_a_robot_that_is_refused_only_when_it_is_quicker(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = motion.api.profile
+
+    def profile(plan: Any, scene: Scene, law: str) -> Any:
+        if max(scene.robot.v_max, scene.robot.a_max, scene.robot.d_max) > 2.5:
+            raise SettingError("ROBOT_LIMIT", "too quick", where="robot", allowed="less")
+        return right(plan, scene, law)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(motion.api, "profile", profile)
+    seen = ask("quicker")
+    assert "ROBOT_LIMIT with a greater" in seen.failures[0].what
+
+
+@pytest.mark.parametrize("kind", ["off the way", "via", "quicker"])
+def test_most_cases_compare_something(kind: str) -> None:
+    """Three in ten of them did not, or one in two."""
+    seen = ask(kind, 50)
+    assert not seen.failed
+    says = sum(n for word, n in seen.counts.items() if word.startswith(metamorphic.SAYS[kind]))
+    assert says >= 45, seen.counts
 
 
 def test_a_file_that_is_read_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:

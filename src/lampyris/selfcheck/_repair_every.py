@@ -127,7 +127,7 @@ class Group:
 
 
 def misled(cells: np.ndarray, free: list[list[bool]], name: str, start: Cell, goal: Cell, cost: int) -> str:
-    """What is wrong with a way, cell by cell; nothing: an empty word. What its plan says of it is no matter."""
+    """What is wrong with a way, cell by cell; nothing: an empty word. What its plan says is no matter."""
     way = [(int(x), int(y)) for x, y in cells.tolist()]
     if (*way[:1], *way[-1:]) != (start, goal):
         return f"it goes from {way[:1]} to {way[-1:]}"
