@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from lampyris.errors import SceneError
+from lampyris.model.trace import Outcome as Ending
+from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck import faults, runner
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.faults import CHECK, SPOILS
@@ -37,6 +41,44 @@ def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(Watch, "hear", lambda self, now, messages, robot, moving: _deaf(self, messages))
     for kind in ("stops", "duplicates", "back-in-time"):
         assert run(kind, 6).failed >= 4, kind
+
+
+@pytest.mark.parametrize("kind", ["nan", "missing", "jumps", "in-robot"])
+def test_it_sees_a_robot_that_notices_late(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an obstacle of its own too: when that was wrong, the moment was not judged."""
+    sound = Watch.hear
+    wrong: dict[int, int] = {}
+
+    def slow(self: Watch, now: float, messages: list[Any], robot: Any, moving: bool) -> str:
+        told = sound(self, now, messages, robot, moving)
+        wrong[id(self)] = wrong.get(id(self), 0) + 1 if told else 0
+        return told if wrong[id(self)] > 4 else ""
+
+    monkeypatch.setattr(Watch, "hear", slow)
+    assert any("what began at" in f.what for f in run(kind, 12).failures)
+
+
+@pytest.mark.parametrize("kind", ["nan", "missing"])
+def test_it_sees_a_robot_that_never_gives_up(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = DriveSimulation._end
+
+    def end(self: DriveSimulation, outcome: Ending, detail: str) -> None:
+        sound(self, Ending.TIMEOUT if outcome is Ending.STOPPED else outcome, detail)
+
+    monkeypatch.setattr(DriveSimulation, "_end", end)
+    assert any("the fault lasts for good" in f.what for f in run(kind, 8).failures)
+
+
+def test_a_scene_refused_for_another_reason_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuses(*args: Any, **more: Any) -> Any:
+        raise SceneError("START_OUTSIDE", "(0, 0)", where="start", allowed="a cell")
+
+    monkeypatch.setattr(faults, "drive", refuses)
+    monkeypatch.setattr(scenes, "drive", refuses)
+    for kind in ("nan", "garbage"):
+        assert run(kind, 2).failed == 2
+    with pytest.raises(SceneError, match="START_OUTSIDE"):
+        scenes.harsh_drive(np.random.default_rng(1), 1)
 
 
 def _deaf(watch: Watch, messages: list[Any]) -> str:

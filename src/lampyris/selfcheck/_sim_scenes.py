@@ -31,6 +31,9 @@ MOVES = ("octile", "octile", "dissertation", "four", "sixteen")
 SIZES = ((0.0, 0.0), (0.0, 0.0), (0.0, 1.0), (0.8, 0.0), (0.8, 1.2))
 """Radii of the robot and of bodies, metres."""
 
+REFUSED = frozenset(("OBSTACLE_TRACK", "OBSTACLE_OVERLAP", "OBSTACLE_START", "OBSTACLE_ROOM"))
+"""Drawn traffic that does not fit the map; no other reason to refuse a drawn scene is a right one."""
+
 PROMISE = tuple(sorted(set(LAWS) - {"dissertation", "rpp", "constant", "optimum"}))
 """Laws that say they collide with nobody."""
 
@@ -169,7 +172,9 @@ def harsh_drive(rng: np.random.Generator, seed: int, near: float = 25.0, **fixed
     scene = Scene(Grid(blocked, resolution=resolution), (sx, sy), (gx, gy), moves, robot, tuple(spec))
     try:
         return drive(scene, who, seed=seed, sources=cutters, **settings)
-    except SceneError:
+    except SceneError as refused:
+        if refused.code not in REFUSED:
+            raise
         return None
 
 

@@ -116,7 +116,9 @@ def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Feed) -> Dr
     who = scenes.planner(("astar", "ad-gso")[int(rng.integers(2))])
     try:
         return drive(scene, who, law=law, seed=seed, sources=cutters, feed=feed, **settings)
-    except SceneError:
+    except SceneError as refused:
+        if refused.code not in scenes.REFUSED:
+            raise
         return None
 
 
@@ -133,8 +135,11 @@ def _judged(made: Drive, feed: FaultyFeed, tally: Tally) -> str:
     if noticed is None:
         return _unnoticed(made, feed, tally)
     # One who is told anew of an obstacle in its own disc had not moved before: there was nothing to notice.
-    if noticed.t > feed.at + _late(made, feed.kind) + _DUST and _moves(made, feed.at, noticed.t, feed.kind):
-        return f"noticed at {noticed.t!r} s what began at {feed.at!r} s"
+    since = _since(made, feed)
+    until = min(noticed.t, feed.at + feed.lasts)
+    late = since is not None and noticed.t > since + _late(made, feed.kind) + _DUST
+    if since is not None and late and _moves(made, since, until, feed.kind):
+        return f"noticed at {noticed.t!r} s what began at {since!r} s"
     tally.count("noticed")
     return _stands(made, feed, noticed, tally)
 
@@ -144,11 +149,33 @@ def _late(made: Drive, kind: str) -> float:
     return (2 if kind == "back-in-time" else 1) * made.period
 
 
+def _since(made: Drive, feed: FaultyFeed) -> float | None:
+    """When what it is told begins to be wrong so that it can be told; None: nobody can tell.
+
+    An obstacle that was never told of jumps nowhere and is not missing; its first place is no number, or in
+    the robot, from when it comes.
+    """
+    if feed.kind not in (*_ABOUT_A_BODY, "in-robot"):
+        return feed.at
+    began = [track.t[0] for track in made.tracks]
+    if feed.body >= len(began):
+        return None
+    if feed.kind in ("jumps", "missing"):
+        return feed.at if began[feed.body] < feed.at - made.period else None
+    return max(feed.at, float(began[feed.body]))
+
+
 def _moves(made: Drive, since: float, until: float, kind: str) -> bool:
-    if kind in (*_ABOUT_A_BODY, "in-robot"):
-        return False
-    times = np.linspace(since, min(until, made.duration), 50)
-    return bool((made.at(times)[1] > 0.0).any())
+    """Whether the robot moved meanwhile: for one in its own disc, all through a period."""
+    until = min(until, made.duration)
+    times = np.linspace(since, max(until, since), 400)
+    moving = made.at(times)[1] > 0.0
+    if kind != "in-robot":
+        return bool(moving.any())
+    # Stretches between two looks at which it stands; a look more on either side may have been at rest.
+    stands = np.flatnonzero(~np.concatenate(([False], moving, [False])))
+    step = float(times[1] - times[0])
+    return bool((int(np.diff(stands).max()) - 2) * step > _late(made, kind) + 2.0 * step)
 
 
 def _unnoticed(made: Drive, feed: FaultyFeed, tally: Tally) -> str:
@@ -187,7 +214,7 @@ def _stands(made: Drive, feed: FaultyFeed, noticed: Moment, tally: Tally) -> str
         if (speed[times < until - _DUST] > 0.0).any():
             return f"still drives {float(speed.max())!r} m/s, {v!r} m/s at {noticed.t!r} s"
         tally.measure("seconds from notice to rest", v / robot.d_max)
-    forever = math.isinf(feed.lasts) and feed.kind not in (*_ABOUT_A_BODY, "in-robot")
+    forever = math.isinf(feed.lasts) and _for_good(made, feed)
     if forever and made.outcome not in (Outcome.STOPPED, Outcome.HIT):
         return f"ends as {made.outcome.value}; the fault lasts for good"
     hold = Settings().hold
@@ -196,6 +223,20 @@ def _stands(made: Drive, feed: FaultyFeed, noticed: Moment, tally: Tally) -> str
         if late > _DUST:
             return f"gives up {late!r} s later than it must"
     return ""
+
+
+def _for_good(made: Drive, feed: FaultyFeed) -> bool:
+    """Whether a fault that does not end is one for good.
+
+    After a jump the place is trusted once it could have been reached, and a standing robot may be run into.
+    Obstacles that come later fill the place of a missing one in the list.
+    """
+    if feed.kind in ("jumps", "in-robot"):
+        return False
+    since = _since(made, feed)
+    if feed.kind == "missing":
+        return since is not None and all(track.t[0] < since - made.period for track in made.tracks)
+    return since is not None
 
 
 # ---- anything at all ----
