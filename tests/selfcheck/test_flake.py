@@ -6,6 +6,7 @@ import re
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -81,8 +82,22 @@ def test_a_test_that_needs_another_before_it_is_found(suite: Path) -> None:
 def test_a_test_that_fails_one_time_in_many_is_found(suite: Path) -> None:
     (suite / "tests" / "test_one.py").write_text(ON_LUCK.format(unlucky=2))
     result = _holds(2)
-    assert [failure.number for failure in result.outcome.failures] == [1]
+    assert [failure.number for failure in result.outcome.failures] == [0]
     assert "passed in the first order, failed now" in result.outcome.failures[0].what
+
+
+def test_the_first_case_is_not_compared_with_itself(suite: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    orders: list[int] = []
+    honest = flake.run_tests
+
+    def noted(root: Path, asked: tuple[str, ...], order: int, *rest: Any) -> flake.Ran:
+        orders.append(order)
+        return honest(root, asked, order, *rest)
+
+    monkeypatch.setattr(flake, "run_tests", noted)
+    (suite / "tests" / "test_one.py").write_text(SOUND)
+    assert _holds(1).holds
+    assert len(set(orders)) == len(orders) == 2
 
 
 def test_a_test_that_always_fails_is_no_stable_one(suite: Path) -> None:

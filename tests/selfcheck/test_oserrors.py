@@ -9,6 +9,7 @@ import pytest
 
 from lampyris.selfcheck import _sittings, runner
 from lampyris.selfcheck._power import Change, Disk
+from lampyris.selfcheck._sitting_child import BACK_AFTER, clocks
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.oserrors import CHECK
 
@@ -84,6 +85,16 @@ def test_a_study_that_lasts_for_ever_by_a_wrong_clock_is_seen(monkeypatch: pytes
     broken(monkeypatch, "study_work.time = None")
     with pytest.raises(Exception, match="SITTING"):
         ran("clock", 1)
+
+
+def test_a_clock_that_is_set_back_goes_back_during_the_run() -> None:
+    for how in ("steps", "back", "stands"):
+        measured, of_the_day = clocks(how, iter(range(500)).__next__)
+        read = [(measured(), of_the_day()) for _ in range(60)]
+        for steps in zip(*((np.diff(one)) for one in zip(*read, strict=True)), strict=True):
+            assert how == "back" or min(steps) >= 0
+        back = [k for k in range(1, 60) if read[k][0] < read[k - 1][0] and read[k][1] < read[k - 1][1]]
+        assert back == ([BACK_AFTER] if how == "back" else [])
 
 
 # ---- the disk that loses power --------------------

@@ -18,7 +18,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,9 @@ from lampyris.selfcheck._os_calls import CHANGES, Call, Listening
 
 STEP = 0.06
 """Seconds between two looks at the clock of a sitting: rows are stored after every other batch."""
+
+BACK_AFTER = 20
+"""Looks at the clock, of some four hundred, after which it is set back."""
 
 
 def digest(row: Any) -> str:
@@ -138,20 +141,32 @@ def sitting(told: dict[str, Any]) -> int:
 
 def _set_clock(how: str) -> None:
     """A clock that is the same in every run of a case; or one that is wrong."""
-    from itertools import count
-
     from lampyris.study import batches
 
-    steps = {
-        "steps": (1000.0 + STEP * k for k in count()),
-        "back": (1000.0 + STEP * k - (3600.0 if k > 20 else 0.0) for k in count()),
-        "stands": (1000.0 for _ in count()),
-    }[how]
     batches.MAX_JOBS = 2  # many small batches: many moments between them
-    time.perf_counter = steps.__next__
-    now = time.time
-    if how != "steps":
-        time.time = lambda: now() - 86_400.0
+    time.perf_counter, time.time = clocks(how, time.time)
+
+
+def clocks(how: str, now: Callable[[], float]) -> tuple[Callable[[], float], Callable[[], float]]:
+    """The clock that work is measured by, and that of the day: ``steps``, ``back`` or ``stands``.
+
+    Both are set back at one moment of the run, not before it: a clock that was always wrong never goes back.
+    """
+    looks, began = 0, now()
+
+    def measured() -> float:
+        nonlocal looks
+        looks += 1
+        if how == "stands":
+            return 1000.0
+        return 1000.0 + STEP * (looks - 1) - (3600.0 if how == "back" and looks > BACK_AFTER else 0.0)
+
+    def of_the_day() -> float:
+        if how == "stands":
+            return began
+        return now() - (86_400.0 if how == "back" and looks > BACK_AFTER else 0.0)
+
+    return measured, of_the_day
 
 
 def _fork(told: dict[str, Any]) -> dict[str, Any]:
