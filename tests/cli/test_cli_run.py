@@ -388,6 +388,20 @@ def test_an_interrupt_is_exit_130_without_a_traceback() -> None:
         assert (process.wait(30), err) == (130, "interrupted\n")
 
 
+def test_an_interrupt_does_not_wait_for_the_interpreter_to_be_taken_down() -> None:
+    """SciPy imports multiprocessing for itself; that alone is no reason to stay."""
+    code = (
+        "import atexit, multiprocessing.pool\n"
+        "import lampyris.cli.verbs as verbs\n"
+        "atexit.register(print, 'taken down')\n"
+        f"def slow(name, as_json):\n    raise KeyboardInterrupt\nverbs.planners = slow\n{MAIN}"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "planners"], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
 def test_an_interrupt_within_code_from_a_string_is_exit_130_too() -> None:
     """Python would end itself by the signal, whoever has caught the exception."""
     code = (

@@ -29,9 +29,6 @@ LATE_S, LATE_SHARE = 0.050, 0.05
 """An answer may be so much later than its limit: seconds, or a share of the limit if that is more."""
 CANCEL_S = 0.050
 """After so many seconds a call that was stopped has answered."""
-CTRL_C_S = 0.500
-"""After so many seconds a command that Ctrl-C hit is gone: the time to unwind what was half done is in it.
-Most take 10 ms; a swarm with a field of forces on a map of 512 x 512 takes up to 0.4."""
 AGAIN = 60
 """A call that had to load compiled code is made again, so many times at most: each time it gets further."""
 STOPPED = 0.6
@@ -51,7 +48,7 @@ _KINDS = {
         commit=120, nightly=2400, release=12_000, chunk=20, least={"stopped": STOPPED},
     ),
     "ctrl-c": Kind(
-        "`lampyris plan` that Ctrl-C hits at a drawn moment is gone within 0.5 s, exit code 130",
+        "`lampyris plan` that Ctrl-C hits at a drawn moment is gone within 50 ms, exit code 130",
         commit=8, nightly=200, release=400, chunk=4,
     ),
     "app": Kind(
@@ -151,7 +148,7 @@ def _processes(ask: Ask, part: Part, tally: Tally) -> None:
             _measure(tally, part.kind, done)
             if done.wrong:
                 tally.fail(number, done.wrong, call=call.said)
-            _late(ask, tally, number, done, CANCEL_S if engine else CTRL_C_S, call)
+            _late(ask, tally, number, done, CANCEL_S, call)
     finally:
         if engine is not None:
             engine.close()
