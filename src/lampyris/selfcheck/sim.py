@@ -93,8 +93,6 @@ _LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=3
 RUNS_A_SCENE = 25
 LONGEST_CROWD = 60
 """Ticks of a run in a crowd."""
-_REFUSED = {"OBSTACLE_TRACK", "OBSTACLE_OVERLAP", "OBSTACLE_START", "OBSTACLE_ROOM"}
-"""Random traffic that does not fit the map."""
 
 
 def _run(ask: Ask, part: Part) -> Seen:
@@ -171,7 +169,7 @@ def _looped(ask: Ask, number: int, tally: Tally, check: str) -> None:
         trace = loop.run(scene, scenes.planner(name), seed=number, law=law, patience=15)
     except SceneError as refused:
         tally.count(f"refused: {refused.code}")
-        if refused.code not in _REFUSED:
+        if refused.code not in scenes.REFUSED:
             tally.fail(number, str(refused), **data)
         return
     tally.count(kind)
