@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from lampyris.selfcheck import _store_damage as damage
-from lampyris.selfcheck import _store_other as other
+from lampyris.selfcheck import _store_writers as several
 from lampyris.selfcheck import runner
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.store import CHECK
@@ -116,7 +116,7 @@ def test_rows_stored_twice_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_process_that_ends_otherwise_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(other, "_RACE", "raise SystemExit('broken')")
+    monkeypatch.setattr(several, "_RACE", "raise SystemExit('broken')")
     fails("processes", 1, "ended with 1: broken")
 
 

@@ -124,9 +124,11 @@ def _header(source: Source) -> tuple[int, int, int]:
             raise source.error(
                 "MAP_HEADER", "the header ends early", f"line {number}", "type, height, width, map"
             )
-        text = head[offset:end].decode("ascii", "replace").strip()
+        # As bytes: of text, Python takes separators of records and units for blanks, too.
+        line = head[offset:end].strip()
+        text = line.decode("ascii", "replace")
         offset = end + 1
-        if word == "type" and text.split() != ["type", "octile"]:
+        if word == "type" and line.split() != [b"type", b"octile"]:
             raise source.error("MAP_TYPE", repr(text[:40]), "line 1", "type octile")
         if word == "map" and text != "map":
             raise source.error("MAP_HEADER", repr(text[:40]), "line 4", "map")
@@ -136,7 +138,7 @@ def _header(source: Source) -> tuple[int, int, int]:
 
 
 def _dimension(source: Source, text: str, line: int, word: str) -> int:
-    match = re.fullmatch(rf"{word}\s+([0-9]{{1,10}})", text)
+    match = re.fullmatch(rf"{word}\s+([0-9]{{1,10}})", text, re.ASCII)
     if match is None or int(match[1]) < 1:
         raise source.error("MAP_HEADER", repr(text[:40]), f"line {line}", f"{word} and a whole number >= 1")
     return int(match[1])

@@ -1,30 +1,24 @@
-"""What is no store, a store of something else, and two writers: refused by name, and left as it is."""
+"""What is no store, or a store of something else: refused by name, and left as it is."""
 
 from __future__ import annotations
 
 import os
 import sqlite3
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lampyris.errors import LampyrisError
 from lampyris.maps.map_hash import map_hash
 from lampyris.selfcheck._store_damage import MAIN, closed, opened
-from lampyris.selfcheck._stores import BESIDE, bytes_of, clear, filled, folder, put, rows, study
+from lampyris.selfcheck._store_writers import processes, writers
+from lampyris.selfcheck._stores import bytes_of, clear, filled, folder, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.study.design import Crowd, Ground, Study, Who, canonical
 from lampyris.study.row import Row
 from lampyris.study.store import Store, open_for, repair
 from lampyris.study.store_file import seal
-
-PATIENCE = 120
-"""Seconds that two processes may take for one small store."""
 
 # ---- what is no store --------------------
 
@@ -259,110 +253,7 @@ def _of_release(path: Path, name: str) -> None:
     db.close()
 
 
-# ---- two writers --------------------
-
-
-def writers(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
-    """Two writers and a reader in turn, as drawn: who comes second is told, and no row is lost or doubled."""
-    clear(at)
-    path, of = at / "a", study(5)
-    given = rows(of)
-    acknowledged: dict[str, Row] = {}
-    hands: list[Store | None] = [None, None]
-    seen: set[str] = set()
-    for _ in range(int(rng.integers(8, 25))):
-        who, what = int(rng.integers(2)), int(rng.integers(4))
-        mine, theirs = hands[who], hands[1 - who]
-        if mine is None:
-            try:
-                mine = hands[who] = open_for(path, of)
-            except LampyrisError as error:
-                seen.add("busy")
-                if error.code != "STORE_BUSY" or theirs is None:
-                    return sorted(seen), f"opening: {error}"
-                continue
-            if theirs is not None:
-                return sorted(seen), "two were let in at once"
-            if mine.rows() != acknowledged:
-                return sorted(seen), f"{len(mine)} rows were found of {len(acknowledged)}"
-        elif what == 0:
-            mine.close()
-            hands[who] = None
-        elif what == 3:
-            seen.add("read meanwhile")
-            with Store.open(path, writable=False) as reader:
-                if reader.rows() != acknowledged:
-                    return sorted(seen), f"a reader saw other rows than the {len(acknowledged)}"
-        else:
-            some = [given[int(k)] for k in rng.integers(0, len(given), 5)]
-            new = {row.key: row for row in some if row.key not in acknowledged}
-            if mine.add(some) != len(new):
-                return sorted(seen), "the number of new rows is not right"
-            acknowledged |= new
-    for hand in hands:
-        if hand is not None:
-            hand.close()
-    if path.exists():
-        with Store.open(path, writable=False) as reader:
-            if reader.rows() != acknowledged:
-                return sorted(seen), f"at the end {len(reader)} rows of {len(acknowledged)}"
-    return sorted(seen), ""
-
-
-_RACE = """
-import random, sys, time
-from lampyris.errors import LampyrisError
-from lampyris.selfcheck._stores import rows, study
-from lampyris.study.store import open_for
-of, rng = study(15), random.Random(int(sys.argv[2]))
-given, busy = rows(of), 0
-rng.shuffle(given)
-while given:
-    try:
-        with open_for(sys.argv[1], of) as store:
-            for _ in range(rng.randrange(1, 5)):
-                some, given = given[:3], given[3:]
-                store.add(some)
-    except LampyrisError as error:
-        if error.code != "STORE_BUSY":
-            raise SystemExit(str(error))
-        busy += 1
-    time.sleep(rng.random() * 0.004)
-print(busy)
-"""
-
-
-def processes(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
-    """Two processes want the same store again and again: every row is in it once, and nothing lies beside."""
-    clear(at)
-    path, of = at / "a", study(15)
-    seeds = [str(int(n)) for n in rng.integers(0, 2**31, 2)]
-    them = [
-        subprocess.Popen(
-            [sys.executable, "-c", _RACE, str(path), seed], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
-        for seed in seeds
-    ]
-    try:
-        said = [one.communicate(timeout=PATIENCE) for one in them]
-    except subprocess.TimeoutExpired:
-        return [], f"not done in {PATIENCE} s"
-    finally:
-        for one in them:
-            one.kill()
-            one.wait()
-    for one, (_, errors) in zip(them, said, strict=True):
-        if one.returncode:
-            return [], f"ended with {one.returncode}: {errors.decode(errors='replace')[-300:]}"
-    met = sum(int(out) for out, _ in said)
-    with Store.open(path, writable=False) as store:
-        if store.rows() != {row.key: row for row in rows(of)}:
-            return [], f"{len(store)} rows of {len(of)}, or others"
-    left = [e for e in BESIDE[1:] if path.with_name(path.name + e).exists()]
-    return ["in each other's way"] if met else [], f"left beside it: {left}" if left else ""
-
-
-# ---- the cases --------------------
+# ---- the kinds --------------------
 
 
 def kinds() -> dict[str, Kind]:
