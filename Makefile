@@ -13,15 +13,17 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
-	@echo "make test           lint, types, floors, the lint for determinism and the whole test suite"
+	@echo "make test           lint, types, floors, the whole test suite, every promise at its smallest size"
+	@echo "make lint           the first part of it alone; make unit: the tests alone"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings beside rivals (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
 	@echo "make bench-quick    the same in under two minutes, printed and not written"
 	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json beside an older record, ratio by ratio"
 	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
-	@echo "make check-nightly  the large sizes: tests, every promise, coverage, known advisories (hours)"
-	@echo "make coverage       branches covered, room by room"
-	@echo "make audit          is anything it runs on known to be bad"
+	@echo "make check-nightly  the large sizes: tests, promises, coverage, known advisories (hours; goes on where it was stopped)"
+	@echo "make coverage       share of branches covered, room by room"
+	@echo "make audit          known security advisories for what lampyris runs on (asks the network)"
+	@echo "make requirements   pin the requirements anew; make clean: remove .venv, demo, dist, build (and ledgers in it)"
 
 $(VENV)/.made:
 	@tools/make_venv.sh "$(PYTHON)" "$(VENV)"

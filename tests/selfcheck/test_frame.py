@@ -279,7 +279,7 @@ def test_the_fingerprint_is_of_all_that_is_judged(tmp_path: Path, monkeypatch: p
         return ledger.fingerprint.__wrapped__(tmp_path)
 
     seen = [now()]
-    for name in ("a.py", "cli/verb.py", "maps/guide.json", "selfcheck/defects/sim.toml"):
+    for name in ("a.py", "cli/verb.py", "app/x.py", "maps/guide.json", "selfcheck/defects/sim.toml"):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("1")
@@ -289,7 +289,7 @@ def test_the_fingerprint_is_of_all_that_is_judged(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(ledger, "version", lambda name: "0.0")
     seen.append(now())
     assert len(set(seen)) == len(seen)
-    for name in ("__pycache__/a.txt", "a.pyc", "a.nbi", "a.nbc", "app/x.py", "report/x.py", "reproduce/x.py"):
+    for name in ("__pycache__/a.txt", "a.pyc", "a.nbi", "a.nbc"):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("1")

@@ -86,7 +86,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
         call = long_call_of(rng) if part.kind == "long" else call_of(rng)
         try:
             _one(ask, part.kind, number, call, tally)
-        except Exception as fault:
+        except (Exception, halting.Halted) as fault:
             tally.case("raised")
             tally.fail(number, f"{type(fault).__name__}: {fault}", call=call.said)
     return tally.outcome()

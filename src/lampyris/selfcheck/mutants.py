@@ -37,8 +37,7 @@ CHUNK = 8
 @cache
 def defects(group: str) -> tuple[Defect, ...]:
     """The defects of a group; a defect's number is its place in the file."""
-    path = FOLDER / f"{group}.toml"
-    return load(path) if path.is_file() else ()
+    return load(FOLDER / f"{group}.toml")
 
 
 @cache
@@ -50,10 +49,9 @@ def _kinds(_: Ask) -> dict[str, Kind]:
     kinds = {}
     for group, what in GROUPS.items():
         count = len(defects(group))
-        if count:
-            few = min(count, COMMIT[group])
-            text = f"a mistake in {what}: the check named with it fails"
-            kinds[group] = Kind(text, commit=few, nightly=count, release=count, chunk=CHUNK, whole=count)
+        few = min(count, COMMIT[group])
+        text = f"a mistake in {what}: the check named with it fails"
+        kinds[group] = Kind(text, commit=few, nightly=count, release=count, chunk=CHUNK, whole=count)
     return kinds
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from lampyris.errors import UsageError, did_you_mean
+from lampyris.halting import Halted
 from lampyris.selfcheck import registry
 from lampyris.selfcheck.check import Ask, Check, Failure, Kind, Outcome, Part, gather
 from lampyris.selfcheck.ledger import Ledger, key
@@ -251,7 +252,7 @@ def _timed(check: Check, ask: Ask, part: Part) -> _Done:
     began = time.perf_counter()
     try:
         outcome, whole = _counted(part, check.run(ask, part)), True
-    except Exception:  # The check itself is at fault: the others are to be run all the same.
+    except (Exception, Halted):  # The check itself is at fault: the others are to be run all the same.
         outcome, whole = _broken(part, _last_lines()), False
     return _Done(part, outcome, time.perf_counter() - began, whole)
 
