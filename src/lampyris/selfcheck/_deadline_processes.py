@@ -221,6 +221,9 @@ def _given(process: subprocess.Popen[bytes]) -> Iterator[None]:
     timer.start()
     try:
         yield
+    except BaseException:
+        process.kill()  # else whoever leaves waits for the end of what takes minutes
+        raise
     finally:
         timer.cancel()
 

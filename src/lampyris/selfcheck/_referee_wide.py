@@ -141,6 +141,7 @@ def lawful(rng: np.random.Generator) -> Wide:
 
 def spoilt(rng: np.random.Generator, way: int) -> Wide:
     """A walk spoilt in one of :data:`WAYS`."""
+    assert 0 <= way < len(WAYS)
     while True:
         asked = lawful(rng)
         if way == 0:

@@ -18,9 +18,6 @@ from lampyris.selfcheck._repair_story import RNG, by_the_twin, demand
 from lampyris.selfcheck.twins.changing_twin import Cell, World
 from lampyris.selfcheck.twins.way_twin import walked
 
-Edit = tuple[int, int, bool]
-"""The grid before as bits (1: free), the cell, and whether it is freed."""
-
 
 @lru_cache(maxsize=2)
 def edits(side: int) -> np.ndarray:

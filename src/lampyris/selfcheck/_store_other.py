@@ -100,7 +100,7 @@ def _foreign() -> tuple[Foreign, ...]:
         Foreign("a store without its log", _of_open("", ".lock"), old, old, "", main),
         Foreign("a store without its main page", _store(0, bytes(4096)), fmt, fmt, "", all_),
         Foreign("a folder", Path.mkdir, fmt, fmt, "STORE_READ"),
-        Foreign("a pipe", os.mkfifo, fmt, fmt, "STORE_READ"),
+        Foreign("a pipe", lambda path: os.mkfifo(path), fmt, fmt, "STORE_READ"),
         Foreign("nothing", lambda path: None, "STORE_READ", "", "STORE_READ"),
         Foreign("a link to nothing", lambda path: path.symlink_to("no"), "STORE_READ", "", "STORE_READ"),
     )

@@ -115,6 +115,3 @@ def processes(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
             return [], f"{len(store)} rows of {len(of)}, or others"
     left = [e for e in BESIDE[1:] if path.with_name(path.name + e).exists()]
     return ["in each other's way"] if met else [], f"left beside it: {left}" if left else ""
-
-
-# ---- the cases --------------------

@@ -9,7 +9,7 @@ from __future__ import annotations
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -228,8 +228,3 @@ def gather(outcomes: Iterable[Outcome]) -> Outcome:
     for outcome in outcomes:
         total += outcome
     return total
-
-
-def told(outcome: Outcome, most: int = KEPT_FAILURES) -> Outcome:
-    """The same with no more failures told whole than ``most``."""
-    return replace(outcome, failures=outcome.failures[:most])

@@ -46,7 +46,7 @@ _WHAT = {
 }
 
 KINDS = {
-    **{kind: Kind(_WHAT[kind], 50, 1_250, 10_000, 10) for kind in FAULTS},
+    **{kind: Kind(_WHAT[kind], 50, 1_250, 10_000, 10, least={"noticed": 0.8}) for kind in FAULTS},
     "garbage": Kind("fields of messages spoilt: a lawful drive and no exception", 80, 2_500, 20_000, 20),
 }
 
