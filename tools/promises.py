@@ -185,7 +185,9 @@ def _figure(record: dict[str, Any]) -> str:
         return f"{record['percent']:.1f} %{ill} in {_time(record['seconds'])}, {record['date']}"
     bound = f" (bound {record['bound']:.1e})" if record.get("bound") and record["cases"] >= 1000 else ""
     words = f"{size}{only}: " if size else ""
-    return f"{words}{record['cases']:,} cases, {said}{bound}, {_time(record['seconds'])}, {record['date']}"
+    # Of all workers; how long it took stands below the table.
+    work = _time(record["seconds"]) + (" of work" if kinds else "")
+    return f"{words}{record['cases']:,} cases, {said}{bound}, {work}, {record['date']}"
 
 
 def _time(seconds: float) -> str:
