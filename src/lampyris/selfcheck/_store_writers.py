@@ -20,10 +20,19 @@ PATIENCE = 120
 def writers(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
     """Two writers and a reader in turn, as drawn: who comes second is told, and no row is lost or doubled."""
     clear(at)
-    path, of = at / "a", study(5)
+    hands: list[Store | None] = [None, None]
+    try:
+        return _in_turn(rng, at / "a", hands)
+    finally:
+        for hand in hands:
+            if hand is not None:
+                hand.close()
+
+
+def _in_turn(rng: np.random.Generator, path: Path, hands: list[Store | None]) -> tuple[list[str], str]:
+    of = study(5)
     given = rows(of)
     acknowledged: dict[str, Row] = {}
-    hands: list[Store | None] = [None, None]
     seen: set[str] = set()
     for _ in range(int(rng.integers(8, 25))):
         who, what = int(rng.integers(2)), int(rng.integers(4))
@@ -54,9 +63,10 @@ def writers(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
             if mine.add(some) != len(new):
                 return sorted(seen), "the number of new rows is not right"
             acknowledged |= new
-    for hand in hands:
+    for who, hand in enumerate(hands):
         if hand is not None:
             hand.close()
+            hands[who] = None
     if path.exists():
         with Store.open(path, writable=False) as reader:
             if reader.rows() != acknowledged:

@@ -29,7 +29,8 @@ from lampyris.selfcheck.twins.watching import Growth, Hangs, no_longer_than, wat
 BUNDLED = Path(lampyris.__file__).parent / "maps" / "data"
 CPU_S = 1.0
 """CPU seconds that no file may take."""
-HANGS_S = 10.0
+HANGS_S, RUN_S = 10.0, 20.0
+"""CPU seconds after which reading a file, and a short run of what it holds, is broken off."""
 MEMORY = 256 * 2**20
 """Bytes that no file may take."""
 NINE = ("png", "bmp", "pgm", "ros", "map", "scen", "scenario-json", "study-json", "store")
@@ -126,12 +127,7 @@ def run(ask: Ask, part: Part) -> Outcome:
                 code, took, grown = case.read(data, number)
             except (Exception, Hangs) as problem:
                 tally.case("wrong")
-                what = (
-                    str(problem)
-                    if isinstance(problem, NotValid | Hangs)
-                    else f"{type(problem).__name__}: {problem}"
-                )
-                tally.fail(number, what.replace(str(folder), "FOLDER")[:2000], **_kept(part.kind, data))
+                tally.fail(number, _told(problem, folder), **_kept(part.kind, data))
                 continue
             tally.case("refused" if code else "read")
             slowest, most = max(slowest, took), max(most, grown)
@@ -150,8 +146,10 @@ def _run_scenarios(ask: Ask, part: Part) -> Outcome:
             rng = ask.rng("fuzz", part.kind, number)
             data = TARGETS[target].mutants.mutant(rng)
             try:
-                tally.case(_fuzz_run.one(path, data))
-            except Exception as problem:
+                with no_longer_than(RUN_S):
+                    word = _fuzz_run.one(path, data)
+                tally.case(word)
+            except (Exception, Hangs) as problem:
                 tally.case("wrong")
                 tally.fail(number, _told(problem, folder), **_kept(target, data))
     return tally.outcome()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from lampyris.model.change import Change, Seen
@@ -81,17 +83,23 @@ KINDS = {
 def run(ask: Ask, part: Part) -> Outcome:
     """Judge some cases."""
     tally = Tally(part)
-    if part.kind in ("drawn", "driven"):
-        judge = drawn.judge_plans if part.kind == "drawn" else drawn.judge_drive
-        for number in part.numbers:
-            judge(tally, number, ask.rng("moving", part.kind, number), PLANNERS)
-    elif part.kind == "gates":
-        for number in part.numbers:
-            question = gates.draw(ask.rng("moving", part.kind, number))
-            drawn.judge_asked(tally, number, question, PLANNERS)
-    else:
+    if part.kind not in _DRAWN:
         _every(tally, part)
+        return tally.outcome()
+    for number in part.numbers:
+        try:
+            _DRAWN[part.kind](tally, number, ask.rng("moving", part.kind, number))
+        except Exception as error:
+            tally.case("raised")
+            tally.fail(number, f"{type(error).__name__}: {error}")
     return tally.outcome()
+
+
+_DRAWN: Mapping[str, Callable[[Tally, int, np.random.Generator], None]] = {
+    "drawn": lambda tally, number, rng: drawn.judge_plans(tally, number, rng, PLANNERS),
+    "driven": lambda tally, number, rng: drawn.judge_drive(tally, number, rng, PLANNERS),
+    "gates": lambda tally, number, rng: drawn.judge_asked(tally, number, gates.draw(rng), PLANNERS),
+}
 
 
 def _every(tally: Tally, part: Part) -> None:
