@@ -22,7 +22,8 @@ from toy import sums
 cases = int(sys.argv[sys.argv.index("--cases") + 1])
 wrong = [n for n in range(cases) if sums.double(n) != n + n]
 failed = [{"what": f"double({n})"} for n in wrong]
-print(json.dumps({"cases": cases, "failures": len(wrong), "failed": failed}))
+unfinished = getattr(sums, "UNFINISHED", 0)
+print(json.dumps({"cases": cases, "failures": len(wrong), "unfinished": unfinished, "failed": failed}))
 sys.exit(6 if wrong else 0)
 """
 SUMS = '''
@@ -57,6 +58,7 @@ def _defect(find: str, replace: str, *, cases: int = 10, equivalent: str = "") -
         ('"""Twice n."""', '"""Half of n."""', 10, "survived"),
         ("STEP = 2", "STEP = two", 10, "broken"),  # the check cannot even be imported: that is no kill
         ("STEP = 2", "STEP = 2 ** (", 10, "broken"),
+        ("STEP = 2", "STEP = 3\nUNFINISHED = 1", 10, "broken"),  # a part of the check raised: no kill either
         ("STEP = 4", "STEP = 3", 10, "misplaced"),
         ("n", "m", 10, "misplaced"),
         ("STEP = 2", "STEP = 2", 10, "misplaced"),

@@ -142,6 +142,7 @@ def _record(result: Result, which: Range) -> dict[str, Any]:
         "kinds": {name: _of_kind(result, name) for name in result.of_kind},
         "cases": outcome.cases,
         "failures": outcome.failed,
+        "unfinished": outcome.unfinished,
         "bound": result.bound,
         "lacks": list(result.lacks),
         "counts": dict(outcome.counts),

@@ -205,16 +205,17 @@ def _judged(child: subprocess.CompletedProcess[str], seconds: float) -> Seen:
     try:
         record = json.loads(child.stdout.strip().splitlines()[-1])
         cases, failures = int(record["cases"]), int(record["failures"])
-        failed = record["failed"]
+        failed, unfinished = record["failed"], int(record["unfinished"])
     except (IndexError, KeyError, TypeError, ValueError):
         said = (child.stdout + child.stderr).strip()[-TOLD:]
         return Seen("broken", f"exit {child.returncode}: {said}", seconds)
     if child.returncode == 0 and cases and not failures:
         return Seen("holds", f"{cases} cases, 0 failures", seconds)
-    if child.returncode and cases and failures:
+    if child.returncode and cases and failures and not unfinished:
         first = f": {failed[0]['what']}" if failed else ""
         return Seen("fails", f"{failures} of {cases} cases{first}"[:TOLD], seconds)
-    return Seen("broken", f"exit {child.returncode}, {cases} cases, {failures} failures", seconds)
+    said = f"exit {child.returncode}, {cases} cases, {failures} failures, {unfinished} parts not finished"
+    return Seen("broken", said, seconds)
 
 
 class Engine:

@@ -128,6 +128,7 @@ class Outcome:
     failures : those told whole, at most :data:`KEPT_FAILURES` of a part.
     counts : how many cases had which property (``no-path``, ``accepted``): that the cases were not all alike.
     spreads : measured figures by name, such as milliseconds past a limit; their spread is printed.
+    unfinished : parts in which the check itself raised, or did not try what it was asked.
     """
 
     cases: int = 0
@@ -135,6 +136,7 @@ class Outcome:
     failures: tuple[Failure, ...] = ()
     counts: Mapping[str, int] = field(default_factory=dict)
     spreads: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    unfinished: int = 0
 
     def __add__(self, other: Outcome) -> Outcome:
         spreads = {
@@ -147,6 +149,7 @@ class Outcome:
             self.failures + other.failures,
             dict(sorted((Counter(self.counts) + Counter(other.counts)).items())),
             spreads,
+            self.unfinished + other.unfinished,
         )
 
 

@@ -264,7 +264,7 @@ def _last_lines() -> str:
 def _broken(part: Part, said: str) -> Outcome:
     """A part that did not come to its end: none of its cases was tried, and that is a failure."""
     failure = Failure(part.kind, part.first, f"the check raised: {said}", cases=part.cases)
-    return Outcome(0, 1, (failure,))
+    return Outcome(0, 1, (failure,), unfinished=1)
 
 
 def _counted(part: Part, outcome: Outcome) -> Outcome:
@@ -273,7 +273,8 @@ def _counted(part: Part, outcome: Outcome) -> Outcome:
         return replace(outcome, cases=part.cases)
     what = f"of {part.cases:,} cases {outcome.cases:,} were counted: the check does not try what it is asked"
     failure = Failure(part.kind, part.first, what, cases=part.cases)
-    return replace(outcome, failed=outcome.failed + 1, failures=(failure, *outcome.failures))
+    failures = (failure, *outcome.failures)
+    return replace(outcome, failed=outcome.failed + 1, failures=failures, unfinished=1)
 
 
 def spread(values: tuple[float, ...]) -> dict[str, float]:
