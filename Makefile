@@ -55,8 +55,9 @@ demo: $(VENV)/.run
 
 # What the suite would compile in every worker is compiled once, beside the lint.
 test: $(VENV)/.dev
-	@$(BIN)/lampyris warm >/dev/null & warmed=$$!; \
-	if $(MAKE) --no-print-directory lint; then wait $$warmed; else kill $$warmed; exit 1; fi
+	@mkdir -p build; $(BIN)/lampyris warm >build/warm.txt 2>&1 & warmed=$$!; \
+	$(MAKE) --no-print-directory lint || { kill $$warmed; exit 1; }; \
+	wait $$warmed || { cat build/warm.txt; exit 1; }
 	@$(MAKE) --no-print-directory unit
 
 lint: $(VENV)/.dev
