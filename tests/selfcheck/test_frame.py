@@ -415,6 +415,17 @@ def toys(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("toys")
+@pytest.mark.parametrize("which", ["ledger", "failures", "record"])
+def test_what_cannot_be_written_is_told_before_anything_runs(tmp_path: Path, which: str) -> None:
+    (tmp_path / "file").write_text("")
+    ran.clear()
+    asked = replace(work.Asked(("toy",), Ask(), Range(cases=2)), **{which: tmp_path / "file" / "x"})
+    with pytest.raises(FileError) as refused:
+        work.selfcheck(asked)
+    assert (refused.value.code, ran) == ("FILE_WRITE", [])
+
+
+@pytest.mark.usefixtures("toys")
 def test_what_came_of_it_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     record, failures = tmp_path / "record", tmp_path / "failures"
     asked = work.Asked(
@@ -437,7 +448,7 @@ def test_what_came_of_it_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert lines[2]["versions"]["numpy"] == np.__version__
     assert lines[2]["versions"]["python"] == f"{sys.version_info.major}.{sys.version_info.minor}"
     assert lines[1]["spreads"]["gap"]["least"] == "nan"
-    kept = sorted(failures.glob("odd-a-b-c-*-1.json"))
+    kept = sorted(failures.glob("odd-a-b-c-*-seed1-1.json"))
     assert len(kept) == 1
     words = json.loads(kept[0].read_text())
     assert words["data"] == {"value": 7, "gap": "nan", "at": "x"}
@@ -445,7 +456,7 @@ def test_what_came_of_it_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[s
         "lampyris", "selfcheck", "odd", "--only", ODD, "--first", "1", "--cases", "1",
         "--seed", "1", "--size", "nightly",
     ]  # fmt: skip
-    assert sorted(failures.glob("raises-drawn-0.json"))
+    assert sorted(failures.glob("raises-drawn-seed1-0.json"))
 
 
 @pytest.mark.usefixtures("toys")

@@ -53,28 +53,32 @@ def selfcheck(asked: Asked) -> int:
     checks = _checks(asked)
     # Before the first of them runs for an hour: whether all of them can do what they are asked.
     checks = [check for check in checks if _can_run(check, asked)]
+    _demand_places(asked)
     ledger = Ledger(asked.ledger)
-    if asked.failures is not None:
-        _folder(asked.failures)
     results = []
     for check in checks:
         with _progress(check.name, quiet=asked.json) as tell:
             result = run(check, _ask(check, asked), asked.which, ledger, tell)
         results.append(result)
-        record = _record(result, asked.which)
-        if asked.json:
-            verbs.print_json(plain(record))
-        else:
-            _print(result, record)
-        if asked.record is not None:
-            append(asked.record, record)
-        if asked.failures is not None:
-            for failure in result.outcome.failures:
-                _keep(asked.failures, result, failure)
+        _tell(result, asked)
     broken = [result.check.name for result in results if not result.holds]
     if broken and not asked.json:
         print(f"broken: {', '.join(broken)}")
     return BROKEN if broken else 0
+
+
+def _tell(result: Result, asked: Asked) -> None:
+    """Print what came of a check, and keep it where that was asked."""
+    record = _record(result, asked.which)
+    if asked.json:
+        verbs.print_json(plain(record))
+    else:
+        _print(result, record)
+    if asked.record is not None:
+        append(asked.record, record)
+    if asked.failures is not None:
+        for failure in result.outcome.failures:
+            _keep(asked.failures, result, failure)
 
 
 def list_checks(asked: Asked) -> int:
@@ -221,18 +225,26 @@ def _keep(folder: Path, result: Result, failure: Failure) -> None:
         "what": failure.what,
         "data": failure.data,
     }
-    path = folder / f"{result.check.name}-{_slug(failure.kind)}-{failure.number}.json"
+    name = f"{result.check.name}-{_slug(failure.kind)}-seed{result.ask.seed}-{failure.number}.json"
+    path = folder / name
     try:
         path.write_text(text(words, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise FileError("FILE_WRITE", error.strerror or str(error), where=str(path)) from None
 
 
-def _folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError("FILE_WRITE", error.strerror or str(error), where=str(folder)) from None
+def _demand_places(asked: Asked) -> None:
+    """Whether all that is to be kept can be: before the first check runs for an hour."""
+    for path in (asked.failures, asked.ledger, asked.record):
+        if path is None:
+            continue
+        try:
+            if path is asked.failures:
+                path.mkdir(parents=True, exist_ok=True)
+            else:
+                path.open("ab").close()
+        except OSError as error:
+            raise FileError("FILE_WRITE", error.strerror or str(error), where=str(path)) from None
 
 
 @contextmanager
