@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from lampyris.model.trace import Outcome, Trace
 from lampyris.model.traffic import Recorded
-
-
-def _pick(rng: np.random.Generator, some: list[Any]) -> Any:
-    return some[int(rng.integers(len(some)))] if some else None
+from lampyris.selfcheck._monitor_traces import pick
 
 
 def wrong_arrival(trace: Trace, rng: np.random.Generator) -> Trace | None:
@@ -60,7 +56,7 @@ def another_way_told(trace: Trace, rng: np.random.Generator) -> Trace | None:
 
 def body_forgotten(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body's track ends a tick early."""
-    k = _pick(rng, [k for k, t0 in enumerate(trace.appears) if t0 < trace.ticks])
+    k = pick(rng, [k for k, t0 in enumerate(trace.appears) if t0 < trace.ticks])
     if k is None:
         return None
     tracks = list(trace.tracks)
@@ -70,7 +66,7 @@ def body_forgotten(trace: Trace, rng: np.random.Generator) -> Trace | None:
 
 def waiting_mistold(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A tick at which the robot drives is told as a wait; the count of waits is right."""
-    t = _pick(rng, [t for t in range(1, trace.ticks + 1) if (trace.robot[t] != trace.robot[t - 1]).any()])
+    t = pick(rng, [t for t in range(1, trace.ticks + 1) if (trace.robot[t] != trace.robot[t - 1]).any()])
     if t is None:
         return None
     return replace(trace, cause=(*trace.cause[:t], "waiting", *trace.cause[t + 1 :]))

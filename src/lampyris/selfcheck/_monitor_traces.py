@@ -18,13 +18,14 @@ from lampyris.selfcheck.twins.quick_monitor import footprint
 from lampyris.typing import Cell
 
 
+def pick(rng: np.random.Generator, some: list[Any]) -> Any:
+    """One of some, None of none."""
+    return some[int(rng.integers(len(some)))] if some else None
+
+
 def _moving_ticks(trace: Trace) -> list[int]:
     """Ticks at which the robot has just made a step."""
     return (np.flatnonzero((trace.robot[1:] != trace.robot[:-1]).any(axis=1)) + 1).tolist()
-
-
-def _pick(rng: np.random.Generator, some: list[Any]) -> Any:
-    return some[int(rng.integers(len(some)))] if some else None
 
 
 def _there(trace: Trace, before: int) -> list[int]:
@@ -76,7 +77,7 @@ def _taken(trace: Trace, t: int, but: int) -> set[Cell]:
 def _drawn(trace: Trace, rng: np.random.Generator, but: int = -1) -> int | None:
     """Some body that is not recorded."""
     some = [k for k, body in enumerate(trace.bodies) if body.kind != "recorded" and k != but]
-    k: int | None = _pick(rng, some)
+    k: int | None = pick(rng, some)
     return k
 
 
@@ -95,7 +96,7 @@ def teleport(trace: Trace, rng: np.random.Generator) -> Trace | None:
     ticks = [
         t for t in _moving_ticks(trace)[:-3] if np.abs(trace.robot[t + 2] - trace.robot[t - 1]).max() > 2
     ]
-    t = _pick(rng, ticks)
+    t = pick(rng, ticks)
     if t is None or trace.scene.edits:
         return None
     keep = np.r_[0:t, t + 2 : trace.ticks + 1]
@@ -136,7 +137,7 @@ def off_by_one(trace: Trace, rng: np.random.Generator) -> Trace | None:
             u, v = x + dx, y + dy
             if {(u - x0, v - y0), (x1 - u, y1 - v)} <= offsets and trace.scene.grid.contains((u, v)):
                 some.append((t, (u, v)))
-    found = _pick(rng, some)
+    found = pick(rng, some)
     return None if found is None else _robot(trace, *found)
 
 
@@ -163,20 +164,20 @@ def begins_elsewhere(trace: Trace, rng: np.random.Generator) -> Trace | None:
 
 def into_a_body(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body and the robot in one cell."""
-    t = _pick(rng, _moving_ticks(trace)[1:-1])
+    t = pick(rng, _moving_ticks(trace)[1:-1])
     return None if t is None else _appearing(trace, _drawn(trace, rng), t, _cell(trace.robot[t]))
 
 
 def two_in_one_cell(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """Two bodies in one cell."""
     t = int(rng.integers(trace.ticks + 1))
-    b = _pick(rng, _there(trace, t))
+    b = pick(rng, _there(trace, t))
     return None if b is None else _appearing(trace, _drawn(trace, rng, b), t, _at(trace, b, t))
 
 
 def swap(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body and the robot change places."""
-    t = _pick(rng, _short_steps(trace))
+    t = pick(rng, _short_steps(trace))
     if t is None:
         return None
     old, new = _cell(trace.robot[t - 1]), _cell(trace.robot[t])
@@ -214,7 +215,7 @@ def _walker(trace: Trace, rng: np.random.Generator) -> tuple[int, int | None]:
     there = _there(trace, t - 1)
     steps = {k: np.abs(np.subtract(_at(trace, k, t), _at(trace, k, t - 1))).sum() for k in there}
     most = max(steps.values(), default=0)
-    return t, _pick(rng, [k for k, long in steps.items() if long == most > 0])
+    return t, pick(rng, [k for k, long in steps.items() if long == most > 0])
 
 
 def _at(trace: Trace, k: int, t: int) -> Cell:
@@ -223,7 +224,7 @@ def _at(trace: Trace, k: int, t: int) -> Cell:
 
 def cross(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body drives the other diagonal of the block whose one the robot drives."""
-    t = _pick(rng, [t for t in _short_steps(trace) if np.abs(trace.robot[t] - trace.robot[t - 1]).min() > 0])
+    t = pick(rng, [t for t in _short_steps(trace) if np.abs(trace.robot[t] - trace.robot[t - 1]).min() > 0])
     if t is None:
         return None
     (x0, y0), (x1, y1) = trace.robot[t - 1].tolist(), trace.robot[t].tolist()
@@ -245,7 +246,7 @@ def robot_in_a_wall(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A wall where the robot drives, and no body ever walks."""
     ends = (trace.scene.start, trace.scene.goal)
     inner = [c for c in (_cell(trace.robot[t]) for t in _moving_ticks(trace)) if c not in ends]
-    return _walled(trace, _pick(rng, [c for c in inner if c not in _walked(trace)]))
+    return _walled(trace, pick(rng, [c for c in inner if c not in _walked(trace)]))
 
 
 def _walked(trace: Trace) -> set[Cell]:
@@ -255,8 +256,8 @@ def _walked(trace: Trace) -> set[Cell]:
 
 def body_in_a_wall(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A wall where a body walks, and the robot never comes near."""
-    k = _pick(rng, _there(trace, trace.ticks))
-    return None if k is None else _walled(trace, _pick(rng, _apart(trace, map(_cell, trace.tracks[k]))))
+    k = pick(rng, _there(trace, trace.ticks))
+    return None if k is None else _walled(trace, pick(rng, _apart(trace, map(_cell, trace.tracks[k]))))
 
 
 def _apart(trace: Trace, cells: Iterable[Cell]) -> list[Cell]:
@@ -269,7 +270,7 @@ def corner_cut(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A wall beside a diagonal step of the robot, where nobody ever is."""
     if trace.scene.moves.corner_cutting:
         return None
-    t = _pick(rng, [t for t in _short_steps(trace) if np.abs(trace.robot[t] - trace.robot[t - 1]).min() > 0])
+    t = pick(rng, [t for t in _short_steps(trace) if np.abs(trace.robot[t] - trace.robot[t - 1]).min() > 0])
     if t is None:
         return None
     (x0, y0), (x1, y1) = trace.robot[t - 1].tolist(), trace.robot[t].tolist()
@@ -277,7 +278,7 @@ def corner_cut(trace: Trace, rng: np.random.Generator) -> Trace | None:
     covered = {_cell(c) for c in (trace.robot[:, None] + offsets).reshape(-1, 2)}
     beside = [(x + dx, y + dy) for x, y in ((x1, y0), (x0, y1)) for dx, dy in offsets.tolist()]
     taken = covered | _walked(trace) | {trace.scene.goal}
-    return _walled(trace, _pick(rng, [c for c in beside if c not in taken and trace.scene.grid.contains(c)]))
+    return _walled(trace, pick(rng, [c for c in beside if c not in taken and trace.scene.grid.contains(c)]))
 
 
 def body_corner_cut(trace: Trace, rng: np.random.Generator) -> Trace | None:
@@ -289,7 +290,7 @@ def body_corner_cut(trace: Trace, rng: np.random.Generator) -> Trace | None:
     if x0 == x1 or y0 == y1:
         return None
     return _walled(
-        trace, _pick(rng, [c for c in _apart(trace, ((x1, y0), (x0, y1))) if c not in _walked(trace)])
+        trace, pick(rng, [c for c in _apart(trace, ((x1, y0), (x0, y1))) if c not in _walked(trace)])
     )
 
 
@@ -306,14 +307,14 @@ def _walled(trace: Trace, cell: Cell | None) -> Trace | None:
 def body_jumps(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body goes several cells in a tick, to a free one that is nobody's."""
     t = int(rng.integers(1, trace.ticks + 1))
-    k = _pick(rng, _there(trace, t - 1))
+    k = pick(rng, _there(trace, t - 1))
     if k is None:
         return None
     x, y = _at(trace, k, t - 1)
     taken = {_at(trace, b, t) for b in _there(trace, t)} | {_cell(trace.robot[t])}
     ys, xs = np.nonzero(~trace.scene.grid.blocked)
     far = [c for c in zip(xs.tolist(), ys.tolist(), strict=True) if max(abs(c[0] - x), abs(c[1] - y)) > 1]
-    to = _pick(rng, [c for c in far if c not in taken])
+    to = pick(rng, [c for c in far if c not in taken])
     # Edits turn cells or not as bodies stand on them.
     return None if to is None or trace.scene.edits else _put(trace, k, t, to)
 
@@ -321,7 +322,7 @@ def body_jumps(trace: Trace, rng: np.random.Generator) -> Trace | None:
 def off_the_map(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body beyond the border."""
     t = int(rng.integers(trace.ticks + 1))
-    k = _pick(rng, _there(trace, t))
+    k = pick(rng, _there(trace, t))
     return None if k is None or trace.scene.edits else _put(trace, k, t, (-1, int(rng.integers(3))))
 
 
@@ -332,7 +333,7 @@ def robot_radius_forgotten(trace: Trace, rng: np.random.Generator) -> Trace | No
 
 def body_radius_forgotten(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body is larger than the simulator thought."""
-    k = _pick(rng, _there(trace, trace.ticks))
+    k = pick(rng, _there(trace, trace.ticks))
     return None if k is None else _larger(trace, k)
 
 
@@ -368,7 +369,7 @@ def _larger(trace: Trace, k: int) -> Trace | None:
 
 def track_left(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A recorded body is a cell beside its track."""
-    k = _pick(rng, [k for k, body in enumerate(trace.bodies) if body.kind == "recorded"])
+    k = pick(rng, [k for k, body in enumerate(trace.bodies) if body.kind == "recorded"])
     if k is None:
         return None
     t = int(rng.integers(trace.appears[k], trace.ticks + 1))
@@ -378,7 +379,7 @@ def track_left(trace: Trace, rng: np.random.Generator) -> Trace | None:
 
 def onto_the_robot(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body that yields comes to where the robot still stood."""
-    t = _pick(rng, _short_steps(trace))
+    t = pick(rng, _short_steps(trace))
     k = _drawn(trace, rng)
     if t is None or k is None or not trace.bodies[k].yields:
         return None
@@ -396,4 +397,4 @@ def in_a_lane(trace: Trace, rng: np.random.Generator) -> Trace | None:
     lanes = [c for one in trace.scene.traffic if isinstance(one, Recorded) for c in one.track]
     k, late = _drawn(trace, rng), max(trace.appears, default=0)
     some = [c for c in lanes if late < trace.ticks and c not in _taken(trace, late, -1)]
-    return _appearing(trace, k, late, _pick(rng, some)) if some else None
+    return _appearing(trace, k, late, pick(rng, some)) if some else None

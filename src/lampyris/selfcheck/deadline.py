@@ -236,7 +236,7 @@ def _machine_code() -> int:
 CHECK = Check(
     "deadline",
     ("G8",),
-    "A limit is kept, whatever the map: the answer comes in time, and at once when the call is stopped",
+    "a limit is kept, whatever the map: the answer comes in time, and at once when the call is stopped",
     _KINDS,
     _run,
     alone=True,

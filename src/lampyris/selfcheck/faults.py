@@ -346,7 +346,7 @@ def _garbage(ask: Ask, number: int, tally: Tally) -> None:
 CHECK = Check(
     "faults",
     ("G12",),
-    "Whatever is wrong with what it is told, the robot stands within v / d or says why it stopped.",
+    "whatever is wrong with what it is told, the robot stands within v / d or says why it stopped",
     KINDS,
     _run,
 )

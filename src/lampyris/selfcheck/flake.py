@@ -172,7 +172,7 @@ def _inputs(_: Ask) -> str:
 CHECK = Check(
     name="flake",
     goals=("G28",),
-    title="Every test passes in any order, every time, and none is tried twice.",
+    title="every test passes in any order, every time, and none is tried twice",
     kinds={
         "quick": Kind(
             "some quick test files in one more order: each test ends as it did in the first",

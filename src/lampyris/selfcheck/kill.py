@@ -93,7 +93,7 @@ def _point(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
 CHECK = Check(
     "kill",
     ("G16",),
-    "A study killed at any time loses no acknowledged result and ends with the same bytes",
+    "a study killed at any time loses no acknowledged result and ends with the same bytes",
     KINDS,
     _run,
 )

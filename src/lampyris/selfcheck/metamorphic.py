@@ -74,7 +74,7 @@ def run(ask: Ask, part: Part) -> Outcome:
 CHECK = Check(
     "metamorphic",
     ("G7",),
-    "Sixteen relations hold between the answers to two questions",
+    "sixteen relations hold between the answers to two questions",
     KINDS,
     run,
 )

@@ -173,7 +173,7 @@ def _watched(drive: Drive) -> list[str]:
 CHECK = Check(
     "monitor",
     ("G13",),
-    "Every fault put into a simulated run is seen by who judges the runs.",
+    "every fault put into a simulated run is seen by who judges the runs",
     KINDS,
     _run,
 )

@@ -189,7 +189,7 @@ def _data(asked: Question) -> dict[str, object]:
 CHECK = Check(
     "moving",
     ("G2",),
-    "Among moving obstacles a plan arrives at the earliest tick there is, and meets nobody",
+    "among moving obstacles a plan arrives at the earliest tick there is, and meets nobody",
     KINDS,
     run,
 )

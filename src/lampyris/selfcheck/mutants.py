@@ -89,7 +89,7 @@ def told(tally: Tally, number: int, defect: Defect, fate: str, seen: Seen) -> No
 CHECK = Check(
     name="mutants",
     goals=("G26",),
-    title="Mistakes put into the code by hand are seen by the checks, all but those no case can see.",
+    title="mistakes put into the code by hand are seen by the checks, all but those no case can see",
     kinds=_kinds,
     run=_run,
     alone=True,

@@ -135,7 +135,7 @@ def _clock(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
 CHECK = Check(
     "oserrors",
     ("G18",),
-    "A full disk, a broken one, lost power, a clock set back: a clear line, and the study can go on",
+    "a full disk, a broken one, lost power, a clock set back: a clear line, and the study can go on",
     KINDS,
     _run,
 )

@@ -361,7 +361,7 @@ _JUDGES: dict[str, Callable[[np.random.Generator, Tally, int], None]] = {
 CHECK = Check(
     "profile",
     ("G11",),
-    "Speed profiles keep every limit at and between nodes, stand at the goal, and are never clipped.",
+    "speed profiles keep every limit at and between nodes, stand at the goal, and are never clipped",
     KINDS,
     _run,
 )

@@ -155,7 +155,7 @@ def _stories(ask: Ask, tally: Tally, part: Part) -> None:
 CHECK = Check(
     "repair",
     ("G3",),
-    "After every edit the mended field, and the search gone on with, are those made from scratch",
+    "after every edit the mended field, and the search gone on with, are those made from scratch",
     KINDS,
     run,
 )

@@ -83,7 +83,7 @@ def run(ask: Ask, part: Part) -> Outcome:
 CHECK = Check(
     "reuse",
     ("G9",),
-    "A session answers as a fresh one whatever it has been through, and a copy as its original",
+    "a session answers as a fresh one whatever it has been through, and a copy as its original",
     KINDS,
     run,
 )

@@ -296,7 +296,7 @@ _JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
 CHECK = Check(
     "sim",
     ("G10",),
-    "No two bodies ever share a cell, swap, cross or come nearer than both radii, in ticks or between them.",
+    "no two bodies ever share a cell, swap, cross or come nearer than both radii, in ticks or between them",
     KINDS,
     _run,
 )

@@ -21,7 +21,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
 CHECK = Check(
     "store",
     ("G17", "G19"),
-    "A damaged store is a typed error or is mended exactly, never a silent loss",
+    "a damaged store is a typed error or is mended exactly, never a silent loss",
     _kinds,
     _run,
 )
