@@ -47,7 +47,7 @@ _WHAT = {
 
 KINDS = {
     **{kind: Kind(_WHAT[kind], 50, 1_250, 10_000, 10, least={"noticed": 0.8}) for kind in FAULTS},
-    "garbage": Kind("fields of messages spoilt: a lawful drive and no exception", 80, 2_500, 20_000, 20),
+    "garbage": Kind("fields of messages spoilt: a lawful drive and no exception", 40, 2_500, 20_000, 20),
 }
 
 _ABOUT_A_BODY = ("jumps", "nan", "missing")

@@ -31,7 +31,7 @@ KINDS = {
     ),
     "wide": Kind(
         "the same for robots with a size on ground that costs: a wall within the radius, a wrong price",
-        commit=1000, nightly=50_000, release=500_000, chunk=250,
+        commit=500, nightly=50_000, release=500_000, chunk=250,
     ),
     "wild": Kind(
         "eight cells or fewer on a map of 4 x 4, drawn near each other: both judges say the same",

@@ -150,7 +150,10 @@ class Store:
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
         with self._snapshot() as connection:
-            records = connection.execute("SELECT n, seal, name, value FROM meta ORDER BY n").fetchall()
+            return self._plain(connection)
+
+    def _plain(self, connection: sqlite3.Connection) -> dict[str, Any]:
+        records = connection.execute("SELECT n, seal, name, value FROM meta ORDER BY n").fetchall()
         if len(records) != 1:
             raise damaged(self.path, f"meta: {len(records)} records, not 1")
         _, text = sealed(self.path, "meta", records[0], 1)
@@ -164,10 +167,10 @@ class Store:
         FileError : as :meth:`plain`; STUDY_VERSION: another release made it, whose jobs have other keys.
         """
         path = self.path
-        grounds = {
-            key: unpack(loaded(path, f"map {key[:12]}", text), key) for key, text in self.maps().items()
-        }
-        return study_of(self.plain(), grounds)
+        with self._snapshot() as connection:
+            maps, plain = self._maps(connection), self._plain(connection)
+        grounds = {key: unpack(loaded(path, f"map {key[:12]}", text), key) for key, text in maps.items()}
+        return study_of(plain, grounds)
 
     def maps(self) -> dict[str, str]:
         """The packed maps (:mod:`lampyris.study.ground`) as JSON, by hash.
@@ -177,7 +180,10 @@ class Store:
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
         with self._snapshot() as connection:
-            records = connection.execute("SELECT n, seal, hash, value FROM maps ORDER BY n").fetchall()
+            return self._maps(connection)
+
+    def _maps(self, connection: sqlite3.Connection) -> dict[str, str]:
+        records = connection.execute("SELECT n, seal, hash, value FROM maps ORDER BY n").fetchall()
         maps = {}
         for n, record in enumerate(records, start=1):
             key, text = sealed(self.path, "maps", record, n)
