@@ -101,6 +101,26 @@ def test_processes_are_stopped_and_one_that_is_late_or_answers_otherwise_is_seen
     assert "late" not in outcome(kind, 1).failures[0].what
 
 
+def test_an_engine_that_went_wrong_is_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Any] = []
+
+    class OfWhichTheFirstIsWrong:
+        def __init__(self) -> None:
+            made.append(self)
+            self.closed = 0
+
+        def cancelled(self, call: processes.Long) -> processes.Ended:
+            return processes.Ended(0.0, 0.0, "wrong" if self is made[0] else "")
+
+        def close(self) -> None:
+            self.closed += 1
+
+    monkeypatch.setattr(deadline, "Engine", OfWhichTheFirstIsWrong)
+    found = outcome("app", 4)
+    assert [failure.what for failure in found.failures] == ["wrong"]
+    assert [one.closed for one in made] == [1, 1]
+
+
 def test_a_wrong_answer_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = GraphSession._answer
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from lampyris.selfcheck import _store_damage as damage
+from lampyris.selfcheck import _store_other as other
 from lampyris.selfcheck import _store_writers as several
 from lampyris.selfcheck import runner
 from lampyris.selfcheck.check import Ask, Outcome
@@ -135,3 +136,11 @@ def test_samples_are_damaged_everywhere() -> None:
     assert max(b - a for a, b in pairwise(sizes) if a > 30_000) < 300
     assert {damage._spread(cuts, k) for k in range(len(cuts))} == set(cuts)
     assert store_file.PAGE == 4096
+
+
+def test_who_waits_at_a_pipe_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [case.name for case in other._foreign()]
+    monkeypatch.setattr(other, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(store, "look", lambda path: path.read_bytes())  # without a look at what it is
+    outcome = ran("foreign", 1, names.index("a pipe"))
+    assert "Hangs: more than 0.2 s" in outcome.failures[0].what

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import struct
 import subprocess
@@ -148,21 +149,28 @@ class Engine:
 
     def cancelled(self, call: Long) -> Ended:
         """A plan that is asked for, and cancelled at its moment: until the answer has ended."""
+        try:
+            with _given(self._process):
+                return self._cancelled(call)
+        except BrokenPipeError:
+            return Ended(0.0, 0.0, "the engine is gone")
+
+    def _cancelled(self, call: Long) -> Ended:
         planner = {"name": call.planner, "settings": dict(FOR_MINUTES)}
-        with _given(self._process):
-            if not self._ready:
-                self._start()
-            self._job += 1
-            self._say(job=self._job, verb="plan", scenario={**_SCENARIO, "map": call.map, "planner": planner})
-            time.sleep(call.seconds)
-            cpu, wall = _cpu(self._process.pid), time.perf_counter()
-            self._say(cancel=self._job)
-            answer = self._answer()
-            late, after = time.perf_counter() - wall, _cpu(self._process.pid)
+        if not self._ready:
+            self._start()
+        self._job += 1
+        self._say(job=self._job, verb="plan", scenario={**_SCENARIO, "map": call.map, "planner": planner})
+        time.sleep(call.seconds)
+        cpu, wall = _cpu(self._process.pid), time.perf_counter()
+        self._say(cancel=self._job)
+        answer = self._answer()
+        late, after = time.perf_counter() - wall, _cpu(self._process.pid)
         used = late if cpu is None or after is None else after - cpu
         wrong = "" if answer == ["CANCELLED"] else f"answered {answer!r}"
-        self._told.seek(0)
-        return Ended(late, min(late, used), wrong, _loaded_after(self._told.read(), wall))
+        # Read where it stands: a seek would move where the engine writes, too.
+        told = os.pread(self._told.fileno(), os.fstat(self._told.fileno()).st_size, 0)
+        return Ended(late, min(late, used), wrong, _loaded_after(told, wall))
 
     def _start(self) -> None:
         """Wait until it has started: it answers a question that is soon answered."""
@@ -197,13 +205,13 @@ class Engine:
                 told.append(piece[4:5].decode("ascii", "replace"))
 
     def close(self) -> None:
-        """End it."""
+        """End it, whatever it is at."""
+        self._process.kill()
+        self._process.wait()
         for stream in (self._process.stdin, self._process.stdout):
             assert stream is not None
-            with suppress(BrokenPipeError):  # it is gone already
+            with suppress(BrokenPipeError):
                 stream.close()
-        with _given(self._process):
-            self._process.wait()
         self._told.close()
 
 

@@ -15,10 +15,14 @@ from lampyris.selfcheck._store_damage import MAIN, closed, opened
 from lampyris.selfcheck._store_writers import processes, writers
 from lampyris.selfcheck._stores import bytes_of, clear, filled, folder, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
+from lampyris.selfcheck.twins.watching import Hangs, no_longer_than
 from lampyris.study.design import Crowd, Ground, Study, Who, canonical
 from lampyris.study.row import Row
 from lampyris.study.store import Store, open_for, repair
 from lampyris.study.store_file import seal
+
+PATIENCE_S = 60.0
+"""After so many seconds a store that does not answer hangs."""
 
 # ---- what is no store --------------------
 
@@ -109,11 +113,12 @@ def _foreign() -> tuple[Foreign, ...]:
 def _is_refused(code: str, do: Callable[[], object]) -> str:
     """What is wrong with how it was refused; empty if nothing is."""
     try:
-        do()
+        with no_longer_than(PATIENCE_S, wall=True):  # who opens a pipe to read it waits for who writes
+            do()
     except LampyrisError as error:
         good = error.code == code and str(error).isprintable()
         return "" if good else f"{code or 'no error'} was expected, and it was {error!s:.200}"
-    except Exception as fault:
+    except (Exception, Hangs) as fault:
         return f"{code or 'no error'} was expected, and it was {type(fault).__name__}: {fault!s:.200}"
     return f"{code} was expected, and nothing was refused" if code else ""
 

@@ -134,21 +134,23 @@ def _moment(call: Call) -> float:
 
 
 def _processes(ask: Ask, part: Part, tally: Tally) -> None:
-    """Calls in other processes."""
-    engine = Engine() if part.kind == "app" else None
+    """Calls in other processes. An engine that went wrong is not asked again: its fault is told once."""
+    engine: Engine | None = None
     try:
         for number in part.numbers:
             call = long_of(ask.rng("deadline", part.kind, number))
             tally.case(f"map:{call.map}", f"planner:{call.planner}")
-            try:
-                done = _ended(call, interrupted if engine is None else engine.cancelled)
-            except OSError as fault:
-                tally.fail(number, f"{type(fault).__name__}: {fault}", call=call.said)
-                continue
-            _measure(tally, part.kind, done)
+            if part.kind == "app" and engine is None:
+                engine = Engine()
+            done = _ended(call, interrupted if engine is None else engine.cancelled)
             if done.wrong:
                 tally.fail(number, done.wrong, call=call.said)
-            _late(ask, tally, number, done, CANCEL_S, call)
+                if engine is not None:
+                    engine.close()
+                    engine = None
+            else:
+                _measure(tally, part.kind, done)
+                _late(ask, tally, number, done, CANCEL_S, call)
     finally:
         if engine is not None:
             engine.close()

@@ -204,23 +204,24 @@ def _status_file(process: int) -> int:
 
 
 class Hangs(BaseException):
-    """Too much CPU time."""
+    """Too much time."""
 
 
 @contextmanager
-def no_longer_than(cpu_s: float) -> Iterator[None]:
-    """Raise :class:`Hangs` when this much CPU time has gone, where the system can tell."""
+def no_longer_than(seconds: float, *, wall: bool = False) -> Iterator[None]:
+    """Raise :class:`Hangs` after this much CPU time, or time by the clock, where the system can tell."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
+    timer, told = (signal.ITIMER_REAL, signal.SIGALRM) if wall else (signal.ITIMER_VIRTUAL, signal.SIGVTALRM)
 
     def stop(signum: int, frame: FrameType | None) -> None:
-        raise Hangs(f"more than {cpu_s} s of CPU time")
+        raise Hangs(f"more than {seconds} s{'' if wall else ' of CPU time'}")
 
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, cpu_s)
+    before = signal.signal(told, stop)
+    signal.setitimer(timer, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
+        signal.setitimer(timer, 0)
+        signal.signal(told, before)
