@@ -26,7 +26,8 @@ def opened(page: Any, scenario: dict[str, Any], tmp_path: Path) -> None:
 
 def picture(page: Any) -> bytes:
     """The map without the notes above it: they go after five seconds, however slow the machine is."""
-    found: bytes = page.locator("#map").screenshot(style="#notes { visibility: hidden }")
+    page.evaluate("document.getElementById('notes').style.opacity = 0")
+    found: bytes = page.locator("#map").screenshot()
     return found
 
 

@@ -35,6 +35,8 @@ from lampyris.study.store_file import (
     loaded,
     log_left,
     look,
+    maps_of,
+    plain_of,
     real,
     seal,
     sealed,
@@ -150,14 +152,7 @@ class Store:
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
         with self._snapshot() as connection:
-            return self._plain(connection)
-
-    def _plain(self, connection: sqlite3.Connection) -> dict[str, Any]:
-        records = connection.execute("SELECT n, seal, name, value FROM meta ORDER BY n").fetchall()
-        if len(records) != 1:
-            raise damaged(self.path, f"meta: {len(records)} records, not 1")
-        _, text = sealed(self.path, "meta", records[0], 1)
-        return dict(loaded(self.path, "the study", text))
+            return plain_of(connection, self.path)
 
     def study(self) -> Study:
         """The study, with its maps; no file is needed but the store.
@@ -168,7 +163,7 @@ class Store:
         """
         path = self.path
         with self._snapshot() as connection:
-            maps, plain = self._maps(connection), self._plain(connection)
+            maps, plain = maps_of(connection, path), plain_of(connection, path)
         grounds = {key: unpack(loaded(path, f"map {key[:12]}", text), key) for key, text in maps.items()}
         return study_of(plain, grounds)
 
@@ -180,15 +175,7 @@ class Store:
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
         with self._snapshot() as connection:
-            return self._maps(connection)
-
-    def _maps(self, connection: sqlite3.Connection) -> dict[str, str]:
-        records = connection.execute("SELECT n, seal, hash, value FROM maps ORDER BY n").fetchall()
-        maps = {}
-        for n, record in enumerate(records, start=1):
-            key, text = sealed(self.path, "maps", record, n)
-            maps[key] = text
-        return maps
+            return maps_of(connection, self.path)
 
     def keys(self) -> frozenset[str]:
         """Keys of all runs that are stored.

@@ -212,6 +212,25 @@ def _asked(path: Path, mode: Literal["ro", "rw"], more: str) -> sqlite3.Connecti
     return connection
 
 
+def plain_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
+    """The study as plain data."""
+    records = connection.execute("SELECT n, seal, name, value FROM meta ORDER BY n").fetchall()
+    if len(records) != 1:
+        raise damaged(path, f"meta: {len(records)} records, not 1")
+    _, text = sealed(path, "meta", records[0], 1)
+    return dict(loaded(path, "the study", text))
+
+
+def maps_of(connection: sqlite3.Connection, path: Path) -> dict[str, str]:
+    """The packed maps as JSON, by hash."""
+    maps = {}
+    records = connection.execute("SELECT n, seal, hash, value FROM maps ORDER BY n").fetchall()
+    for n, record in enumerate(records, start=1):
+        key, text = sealed(path, "maps", record, n)
+        maps[key] = text
+    return maps
+
+
 def tally_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
     """Number of runs, and head of their chain, as the store says."""
     records = connection.execute("SELECT n, seal, count, head FROM tally").fetchall()
