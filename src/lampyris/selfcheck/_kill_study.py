@@ -178,21 +178,18 @@ class Hunt:
 
     def _wait(self, process: subprocess.Popen[bytes]) -> int | None:
         """Until the next kill: mostly a random while after rows were stored, sometimes after anything."""
-        size = self._logged()
+        size, pause = self._logged(), 3.0
         if self.rng.random() < 0.8:
+            pause = 0.5
             until = time.monotonic() + STUCK
             while self._logged() == size and process.poll() is None and time.monotonic() < until:
                 time.sleep(0.002)
-            # The nearer the end, the sooner: it must not come before the last kill.
-            left = self.total - self._logged() / LINE
-            share = left / (JOBS_A_KILL * (self.wanted - self.found.kills.total()))
-            pause = float(self.rng.random()) * 0.5 * min(max(share, 0.0), 1.0) ** 2
-        else:
-            pause = float(self.rng.random()) * 3.0
-        try:
-            return process.wait(timeout=pause)
-        except subprocess.TimeoutExpired:
-            return None
+        until = time.monotonic() + float(self.rng.random()) * pause
+        # Not by the clock alone: on a quick machine the study would end before the last kill.
+        latest = self.total - JOBS_A_KILL * (self.wanted - self.found.kills.total()) + JOBS_A_KILL // 2
+        while process.poll() is None and time.monotonic() < until and self._logged() < latest * LINE:
+            time.sleep(0.002)
+        return process.poll()
 
     def _logged(self) -> int:
         return self.log.stat().st_size if self.log.exists() else 0
