@@ -470,3 +470,11 @@ def test_workers_do_not_outlive_a_parent_that_was_killed() -> None:
     out, _ = process.communicate(timeout=30)
     lines += [line for line in out.decode().splitlines() if len(line.split()) == 2]
     assert gone({int(line.split()[1]) for line in lines})
+
+
+def test_processes_that_are_kept_warm_are_let_go_of_without_a_word() -> None:
+    words = ["selfcheck", "determinism", "--only", "studies", "--cases", "1"]
+    done = subprocess.run(
+        [sys.executable, "-m", "lampyris", *words], capture_output=True, text=True, check=True
+    )
+    assert "Exception ignored" not in done.stderr

@@ -7,6 +7,7 @@ a death there breaks the whole pool, and nobody can say which of the batches on 
 
 from __future__ import annotations
 
+import atexit
 import os
 import queue
 import signal
@@ -138,6 +139,8 @@ class _Slot:
 
 _warm: list[Any] = []
 """Pools that no study uses now. Their processes end by themselves after :data:`IDLE` seconds."""
+# While all modules still stand: loky prints an AttributeError for each pool that is let go of later.
+atexit.register(_warm.clear)
 
 
 class Processes:
