@@ -29,6 +29,8 @@ _PIECE = 2**20
 """Bytes of a piece; the rest of its last row is added."""
 _DIGITS = 4
 """Characters of the longest number that can be right: ``-1`` and ``254``, and one zero too many."""
+_HEADER = 64
+"""Cells of a first row that are looked at to tell a header from a map."""
 _FLOAT = re.compile(rb"[-+]?[0-9]*\.?[0-9]+\.?(?:[eE][-+]?[0-9]+)?")
 _OCCUPANCY = "0 free, 1 blocked, -1 unknown"
 
@@ -215,11 +217,14 @@ def _advice(word: bytes, row: bytes, shape: _Shape, first: bool) -> str:
     """What may have been meant."""
     if _FLOAT.fullmatch(word) and not word.lstrip(b"+-").isdigit():
         return "whole numbers have no point and no exponent; numpy.savetxt writes them with fmt='%d'"
-    names = {cell.strip(b" \t\"'").lower() for cell in row.split(bytes((shape.separator,)))}
-    if first and {b"x", b"y"} <= names:
-        return "a header of columns x and y is that of a recorded track: --track"
-    if first and not any(cell.isdigit() for cell in names):
-        return "a CSV map has numbers only, no header and no comment"
+    if first:
+        # A header is known by its beginning; the row may have fifteen million cells, and those took 2 s.
+        cells = row.split(bytes((shape.separator,)), _HEADER)[:_HEADER]
+        names = {cell.strip(b" \t\"'").lower() for cell in cells}
+        if {b"x", b"y"} <= names:
+            return "a header of columns x and y is that of a recorded track: --track"
+        if not any(cell.isdigit() for cell in names):
+            return "a CSV map has numbers only, no header and no comment"
     if not shape.costmap and word.isdigit() and len(word) <= 3 and int(word) <= NO_INFORMATION:
         return f"costmap values are read with --values costmap, or after a first line {MARKER!r}"
     if word[:1] in (b'"', b"'"):
