@@ -234,9 +234,10 @@ def _surroundings(record: dict[str, Any]) -> str:
 def run(names: list[str]) -> int:
     """Run the commands of goals; the number of those that do not hold."""
     chosen = [goal for goal in goals() if "all" in names or goal["id"] in names]
-    missing = set(names) - {"all"} - {goal["id"] for goal in chosen}
+    known = [goal["id"] for goal in goals()]
+    missing = set(names) - {"all", *known}
     if missing:
-        sys.exit(f"no goal is called {', '.join(sorted(missing))}; allowed: G1..G30, all")
+        sys.exit(f"no goal is called {', '.join(sorted(missing))}; allowed: {known[0]}..{known[-1]}, all")
     broken = 0
     ran: dict[str, bool] = {}
     for goal in chosen:

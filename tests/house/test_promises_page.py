@@ -44,7 +44,9 @@ def test_the_page_is_made_of_the_records(tool: ModuleType) -> None:
 
 
 def test_every_goal_is_there_once(tool: ModuleType) -> None:
-    assert [goal["id"] for goal in tool.goals()] == [f"G{n}" for n in range(1, 31)]
+    names = [goal["id"] for goal in tool.goals()]
+    assert names == [f"G{n}" for n in range(1, len(names) + 1)]
+    assert len(names) >= 30
 
 
 def test_every_check_serves_the_goal_that_names_it(tool: ModuleType) -> None:

@@ -119,6 +119,8 @@ def test_only_its_suffix_or_its_first_line_make_a_csv(tmp_path: Path) -> None:
         (b"# lampyris occupancy\n0,1\n", "CSV_CELL", "no header and no comment"),
         (b"x,y\n1,1\n", "CSV_CELL", "line 1 column 1: 'x'"),
         (b"t;X;Y\n1;1;1\n", "CSV_CELL", "a recorded track: --track"),
+        # Known by its first 64 cells: a row may have fifteen million, and all of them took 2 s.
+        (b"a," * 64 + b"1\n", "CSV_CELL", "no header and no comment"),
         (b"#..#\n", "CSV_CELL", "line 1 column 1: '#..#'"),
         (b"0,\xff\n", "CSV_CELL", "line 1 column 2"),
         (b"0,1\n0\n", "CSV_TRUNCATED", "line 2: row 2 has 1 of 2 cells"),

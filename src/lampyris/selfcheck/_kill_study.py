@@ -185,9 +185,11 @@ class Hunt:
             while self._logged() == size and process.poll() is None and time.monotonic() < until:
                 time.sleep(0.002)
         until = time.monotonic() + float(self.rng.random()) * pause
-        # Not by the clock alone: on a quick machine the study would end before the last kill.
+        # Nor after more runs than are drawn: on a quick machine the study would end before the last kill.
         latest = self.total - JOBS_A_KILL * (self.wanted - self.found.kills.total()) + JOBS_A_KILL // 2
-        while process.poll() is None and time.monotonic() < until and self._logged() < latest * LINE:
+        now = self._logged() // LINE
+        row = now + int(self.rng.integers(1, max(2, latest - now)))
+        while process.poll() is None and time.monotonic() < until and self._logged() < row * LINE:
             time.sleep(0.002)
         return process.poll()
 

@@ -22,7 +22,7 @@ KINDS = {
     "points": Kind(
         "the same, killed before and after every call that creates, writes, syncs, renames or removes; once "
         "all were asked, again at another when it goes on",
-        20, 1200, 10_000, 40,
+        24, 1200, 10_000, 40,
     ),
     "study": Kind(
         "`lampyris study` with two workers, it and they killed three times at drawn moments; no process is "

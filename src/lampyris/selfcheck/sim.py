@@ -62,7 +62,8 @@ KINDS = {
     ),
     "edits": Kind("the loop, with walls that come and go", 150, 8_000, 40_000, 50, least={"arrived": 0.5}),
     "drive": Kind(
-        "drives in continuous time with settings at their worst: never nearer than both radii while moving",
+        "drives in continuous time with settings at their worst: never nearer than both radii while moving, "
+        "by laws that promise it",
         32,
         1_500,
         6_000,
