@@ -71,7 +71,8 @@ def test_a_long_call_is_stopped_and_one_that_ends_before_tries_nothing(
 
 @pytest.mark.parametrize("kind", ["limit", "cancel"])
 def test_most_calls_are_at_work_when_they_are_to_end(kind: str) -> None:
-    found = outcome(kind, 30)
+    # 26 of these 30, by the clock: other 30 have 19, too near for a machine that others use as well.
+    found = deadline.CHECK.run(Ask(), Part(kind, 60, 30))
     assert found.counts["stopped"] >= 0.6 * 30
     assert deadline.CHECK.kinds_for(Ask())[kind].least == {"stopped": 0.6}
 
