@@ -34,7 +34,7 @@ def small(name: str) -> Planner:
 
 @pytest.mark.parametrize("name", registry.names())
 def test_every_registered_planner_keeps_the_contract(name: str) -> None:
-    check_planner(small(name), cases=5)
+    check_planner(small(name), cases=8)
 
 
 @pytest.mark.parametrize("choice", ["exact", "roulette"])
