@@ -36,6 +36,8 @@ QUIET = {
     "PYTHONPATH": str(HERE),
     "OMP_NUM_THREADS": "1",
 }
+if "LAMPYRIS_COVERAGE_OF_CHILDREN" in os.environ:  # `make coverage`: see tools/coverage_rooms.py
+    QUIET["COVERAGE_PROCESS_START"] = os.environ["LAMPYRIS_COVERAGE_OF_CHILDREN"]
 
 REAL = """
 version: 1

@@ -291,6 +291,44 @@ def test_lies_about_a_drive() -> None:
         refused(study, {**true, "evidence": {**true["evidence"], **change}})
 
 
+def test_lies_about_a_drive_among_obstacles_that_yield() -> None:
+    """There the worker says where they went; where they begin is the world's to say."""
+    study = study_of("drive", ("astar",), LIVE, seeds=(6,))
+    true = honest(study)
+
+    def begins_elsewhere(a: dict[str, Any]) -> None:
+        a["corners"][0, 1] += 1.0
+
+    def begins_late(a: dict[str, Any]) -> None:
+        a["corners"][0, 0] = 0.01
+
+    for lie in (begins_elsewhere, begins_late):
+        refused(study, altered(true, "drive", lie), "obstacle 0 does not begin at")
+
+
+def test_a_drive_past_its_time_limit_is_refused() -> None:
+    """Told honestly otherwise: it is what the same drive came to under a limit that it kept."""
+    study = study_of("drive", ("astar",), Crowd())
+    true = honest(study)
+    (job,) = (short := study_of("drive", ("astar",), Crowd(), drive={"time_limit": 5.0})).jobs()
+    (cut,) = results_of(short)
+    assert judged(short, cut).metrics["outcome"] == "timeout"
+    refused(short, {**true, "key": job.key}, "the limit is 5.0 s")
+
+
+def test_giving_up_is_refused_of_a_planner_that_misses_no_way() -> None:
+    """A robot that did not set out at all, told as it would be if every way were closed."""
+    walls = np.zeros((5, 5), dtype=np.bool_)
+    walls[:, 2] = True
+    for kind in ("simulate", "drive"):
+        closed = study_of(kind, ("astar",), Crowd(), grid=Grid(walls, name="w"))
+        (cut,) = results_of(closed)
+        assert judged(closed, cut).metrics["outcome"] == "no-path"
+        free = study_of(kind, ("astar",), Crowd(), grid=Grid(np.zeros((5, 5), dtype=np.bool_), name="f"))
+        (job,) = free.jobs()
+        refused(free, {**cut, "key": job.key}, "misses none")
+
+
 def test_optimal_settings_of_others_are_not_believed() -> None:
     """A planner that may miss ways may say that there is none; one that never does may not."""
     study = study_of("plan", (planner("ad-gso"),), Crowd(), law_of=law("physical"))

@@ -159,6 +159,21 @@ def test_the_dissertations_bars_tell_the_two_measures_of_its_cost_column(tmp_pat
     assert "by the true length" not in other
 
 
+def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Path) -> None:
+    def fewer(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
+        return "done", metrics(9.0, arrived=c + e < 4)
+
+    some = (Crowd("random-walk", 10), Crowd(), Crowd("random-walk", 5))
+    text = page(study(crowds=some), fewer, tmp_path)
+    assert "over the number of obstacles (random walkers)" in told(text)
+    (drawn,) = re.findall(
+        r"<svg[^>]*density.*?</svg>|<svg(?:(?!</svg>).)*moving obstacles.*?</svg>", text, re.DOTALL
+    )
+    assert all(f">{count}<" in drawn for count in (0, 5, 10))
+    for crowds in (some[:2], (*some, Crowd("patrol", 3))):
+        assert "over the number of obstacles" not in told(page(study(crowds=crowds), fewer, tmp_path))
+
+
 def test_of_very_many_entrants_there_are_tables_and_no_figures(tmp_path: Path) -> None:
     planners = tuple(f"p{k}" for k in range(90))
     one = study(planners, maps=1, queries=2, seeds=1, crowds=ONE_CROWD)
@@ -224,6 +239,20 @@ def test_the_film_is_of_the_world_where_one_failed() -> None:
     assert chosen is not None
     assert (chosen.world, chosen.seed, chosen.entrants) == (3, 1, (0, 2, 1))
     assert "other does not" in chosen.why
+
+
+def test_a_drive_has_a_film_and_a_plan_or_a_failure_has_none(tmp_path: Path) -> None:
+    drives = SMALL.replace("name: films", "name: films\nkind: drive").replace("seeds: 2", "seeds: 1")
+    (tmp_path / "s.yaml").write_text(drives.replace("[ad-gso, astar]", "[astar]"))
+    one = load_study(tmp_path / "s.yaml")
+    runs = runs_of(one, [(0, "done", "", metrics(9.0))])
+    text = page_of(runs, summarise(runs))
+    assert text.count("data:image/webp") == 1
+    assert "Of all worlds" not in told(text)
+    for kind, record in (("plan", ("done", "", metrics(9.0))), ("simulate", ("failed", "MEMORY", {}))):
+        runs = runs_of(study(("a", "b"), kind=kind, crowds=ONE_CROWD), [(0, *record)])
+        assert choose(summarise(runs), runs) is None
+        assert "data:image/webp" not in page_of(runs, summarise(runs))
 
 
 def test_the_reader_would_see_what_is_wrong() -> None:
