@@ -7,9 +7,11 @@ BIN := $(VENV)/bin
 unexport PYTHONDONTWRITEBYTECODE
 # One more than there are processors: a fifth of the suite's time browsers and killed studies are waited for.
 TESTERS := $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+TESTS := -m "not nightly"
+# What is imported is compiled to bytecode then; most of what the wheels hold never is (half of pip's time).
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
-.PHONY: demo test lint unit check-nightly coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint collected unit check-nightly coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
@@ -53,10 +55,11 @@ $(VENV)/.bench: $(VENV)/.run requirements/bench.txt
 demo: $(VENV)/.run
 	@$(BIN)/python tools/demo.py demo
 
-# What the suite would compile in every worker is compiled once, beside the lint.
-test: $(VENV)/.dev
+# What each of the suite's workers would do for itself is done once, side by side: kernels are compiled, and
+# beside that the tools installed, the lint run and the tests collected (which keeps their bytecode).
+test: $(VENV)/.run
 	@mkdir -p build; $(BIN)/lampyris warm >build/warm.txt 2>&1 & warmed=$$!; \
-	$(MAKE) --no-print-directory lint || { kill $$warmed; exit 1; }; \
+	$(MAKE) --no-print-directory lint collected || { kill $$warmed; exit 1; }; \
 	wait $$warmed || { cat build/warm.txt; exit 1; }
 	@$(MAKE) --no-print-directory unit
 
@@ -67,9 +70,12 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports
 	$(BIN)/python tools/lint_determinism.py
 
+collected: $(VENV)/.dev
+	@mkdir -p build; $(BIN)/python -m pytest -q --collect-only $(TESTS) >build/collected.txt 2>&1 || { tail -50 build/collected.txt; exit 1; }
+
 unit: $(VENV)/.dev
 	@tools/browser.sh
-	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal -m "not nightly"
+	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS)
 
 # Each check goes on where it was stopped: delete build/nightly.ledger to begin anew. What came of the checks
 # is appended to build/promises.jsonl; docs/promises.jsonl is for figures that are to be published.
