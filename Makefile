@@ -8,9 +8,11 @@ unexport PYTHONDONTWRITEBYTECODE
 # One more than there are processors: a fifth of the suite's time browsers and killed studies are waited for.
 TESTERS := $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
 TESTS := -m "not nightly"
-# What is imported is compiled to bytecode then; most of what the wheels hold never is (half of pip's time).
+# A module is compiled to bytecode when it is first imported; most of what wheels hold never is (half of pip's time).
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
+# Targets share one environment, which one pip at a time may change.
+.NOTPARALLEL:
 .PHONY: demo test lint collected unit check-nightly coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
@@ -55,10 +57,10 @@ $(VENV)/.bench: $(VENV)/.run requirements/bench.txt
 demo: $(VENV)/.run
 	@$(BIN)/python tools/demo.py demo
 
-# What each of the suite's workers would do for itself is done once, side by side: kernels are compiled, and
-# beside that the tools installed, the lint run and the tests collected (which keeps their bytecode).
+# Before the suite's workers start, the bytecode and machine code that each would make are made once: kernels are
+# compiled, and beside that the tools installed, the lint run and the tests collected.
 test: $(VENV)/.run
-	@mkdir -p build; $(BIN)/lampyris warm >build/warm.txt 2>&1 & warmed=$$!; \
+	@mkdir -p build; $(BIN)/lampyris warm >build/warm.txt 2>&1 & warmed=$$!; trap "kill $$warmed" INT TERM; \
 	$(MAKE) --no-print-directory lint collected || { kill $$warmed; exit 1; }; \
 	wait $$warmed || { cat build/warm.txt; exit 1; }
 	@$(MAKE) --no-print-directory unit

@@ -2,8 +2,9 @@
 
 Exit code 1 if a room of the goal (G29) has taken fewer of its branches, or a test fails; the share of lines
 is printed beside it. Kernels run as machine code on large work, which coverage does not see: their figure is
-that of the plain form alone and has no goal. Of the processes that tests start, only those of a Dask cluster
-are counted, since the room's own code runs nowhere else: others are killed, or watched for time and memory.
+that of the plain form alone and has no goal. Of the processes that tests start, only the one that asks a Dask
+cluster is counted, since the room's own code runs nowhere else: schedulers and workers are killed before they
+could write, others are watched for time and memory.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 GOAL = 95.0
-# They judge by CPU time, of which traced lines take five times as much (15 ms late were 81); `make test` has
+# They judge by CPU time, and tracing makes Python five times slower (15 ms late became 81). `make test` has
 # them.
 TIMED = [
     f"tests/selfcheck/test_promises.py::test_the_promise_holds[deadline-{kind}]"
@@ -36,10 +37,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         report, data, children = (Path(folder) / name for name in ("coverage.json", "data", "children.ini"))
         children.write_text(
-            f"[run]\nbranch = true\nparallel = true\nsource_pkgs = lampyris\ndata_file = {data}\n",
-            encoding="utf-8",
+            "[run]\nbranch = true\nparallel = true\nsource_pkgs = lampyris\n", encoding="utf-8"
         )
-        # pytest-cov combines data.*, those of the processes too.
+        # The processes inherit COVERAGE_FILE; pytest-cov combines data.*, theirs too.
         env = os.environ | {"COVERAGE_FILE": str(data), CHILDREN: str(children)}
         words = ["-m", "pytest", "-q", "-n", "auto", "--dist", "worksteal", "-m", "not nightly"]
         words += [*(f"--deselect={test}" for test in TIMED), "--cov=lampyris", "--cov-branch"]

@@ -26,6 +26,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from lampyris.selfcheck import registry
+from lampyris.selfcheck.check import Ask
 from lampyris.selfcheck.ledger import append
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -37,17 +39,19 @@ NAMED = {"Python": "python", "NumPy": "numpy"}
 
 HEAD = """# What is promised, and what was measured
 
-Each line is a goal, the command that proves it, and what that command last said on two cores of a shared
-machine. A check of `lampyris selfcheck` asks seeded questions and has the answers judged by code that does
-not share the code in question: a slow twin, the referee, a published figure; or by the bytes, the clock,
+Each line is a goal, the command that proves it, and what was last measured, size by size, on two cores of a
+shared machine. A check of `lampyris selfcheck` asks seeded questions and has the answers judged by code that
+is independent of what is tested: a slow twin, the referee, a published figure; or by the bytes, the clock,
 the exit code. It exits with 0 only if nothing failed, prints the command that asks a failing case again,
-and goes on where it was stopped (`--ledger FILE`). "0 of n" drawn cases proves, at 95 % confidence, that
-fewer than 3/n of such cases fail: the bound. Exhaustive kinds leave nothing open. `commit` sizes are part
-of `make test`, `nightly` of `make check-nightly`, save published `.scen` files, which need `--folder`.
+and goes on where it was stopped (`--ledger FILE`). Of n drawn cases none failing says, at 95 % confidence,
+that fewer than 3/n of such cases fail: the bound, shown where 1,000 cases ran, of which only the drawn ones
+count in it. All records have the seed that development used too: another is `--seed`. Exhaustive kinds
+leave nothing open. `commit` sizes are part of `make test`, `nightly` of `make check-nightly`, save published
+`.scen` files, which need `--folder`.
 
 This page is made by `python tools/promises.py page` from `promises.toml` and `promises.jsonl`; `code` is the
-state of the package that a check measured (`lampyris selfcheck --json` prints it); goals that tests prove
-have a date alone.
+state of the package that a check measured (`lampyris selfcheck --json` prints it), and *earlier code* is any
+but that of the newest record; goals that tests prove have a date alone.
 
 """
 
@@ -164,10 +168,32 @@ def _sum(pieces: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _row(goal: dict[str, Any], known: list[dict[str, Any]]) -> str:
     found = _last(goal, known)
-    measured = "<br>".join(_figure(_sum(pieces)) for pieces in found) or "not run yet"
+    newest = next((record["code"] for record in reversed(known) if "code" in record), "")
+    told = [_figure(_sum(pieces)) + _age(pieces, newest) for pieces in found]
+    measured = "<br>".join([*told, *_lacking(goal, found)]) if told else "not run yet"
     notes = goal.get("blank", "")
     command = f"`{goal['command']}`"
     return f"| {goal['id']} | {goal['must']} | {command} | {measured} | {notes} |"
+
+
+def _age(pieces: list[dict[str, Any]], newest: str) -> str:
+    """A word, if a record is not of the newest code."""
+    return ", *earlier code*" if any(one.get("code", newest) != newest for one in pieces) else ""
+
+
+def _lacking(goal: dict[str, Any], found: list[list[dict[str, Any]]]) -> list[str]:
+    """What the goal's command would run that no record has."""
+    words = goal["command"].split()
+    if "check" not in goal or "--size" not in words:
+        return []
+    size = words[words.index("--size") + 1]
+    # Kinds that need a folder of files are those of the records.
+    kinds = registry.check(goal["check"]).kinds_for(Ask())
+    asked = {name for name, kind in kinds.items() if name in goal.get("kinds", kinds) and kind.cases(size)}
+    ran = {name for pieces in found if pieces[0].get("size") == size for name in pieces[0]["kinds"]}
+    if not ran:
+        return [f"{size}: not run yet"]
+    return [f"{size}, not run yet: {', '.join(sorted(asked - ran))}"] if asked - ran else []
 
 
 def _figure(record: dict[str, Any]) -> str:
@@ -187,12 +213,13 @@ def _figure(record: dict[str, Any]) -> str:
     words = f"{size}{only}: " if size else ""
     # Of all workers; how long it took stands below the table.
     work = _time(record["seconds"]) + (" of work" if kinds else "")
-    return f"{words}{record['cases']:,} cases, {said}{bound}, {work}, {record['date']}"
+    cases = "1 case" if record["cases"] == 1 else f"{record['cases']:,} cases"
+    return f"{words}{cases}, {said}{bound}, {work}, {record['date']}"
 
 
 def _time(seconds: float) -> str:
     if seconds < 120:
-        return f"{seconds:.0f} s"
+        return f"{seconds:.0f} s" if seconds >= 1 else "under 1 s"
     return f"{seconds / 60:.0f} min"
 
 

@@ -58,9 +58,14 @@ def until(page: Any, true: Callable[[], bool]) -> None:
     raise AssertionError("it did not come to that")
 
 
+def later(page: Any, milliseconds: int) -> None:
+    """Wait by a timer of the page: its own timers that were due before are over, however slow it is."""
+    page.evaluate("time => new Promise((over) => setTimeout(over, time))", milliseconds)
+
+
 def in_address(page: Any) -> dict[str, Any]:
     """The scenario that the address holds, once it holds what was done last."""
-    page.wait_for_timeout(450)
+    later(page, 450)
     said = parse_qs(page.url.partition("#")[2])
     packed = said["s"][0]
     text = zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -15)

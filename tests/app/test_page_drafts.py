@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from page_browser import SOON, needs_chromium
-from page_person import click, draw, in_address
+from page_person import click, draw, in_address, later
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -92,7 +92,7 @@ def test_large_drawings_are_in_the_address(context: Any, address: str, runs: boo
     page = context.new_page()
     page.goto(with_scenario(address, made))
     page.locator("#where").get_by_text("random-512").wait_for()
-    page.wait_for_timeout(900)
+    later(page, 900)
     assert in_address(page)["edits"][0]["blocked"] == CHECKED
     assert len(page.url) < 4_000, "runs are short"
 

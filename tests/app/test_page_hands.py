@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from page_browser import SOON, app, needs_chromium
-from page_person import in_address
+from page_person import in_address, later
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -230,7 +230,7 @@ def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
     page.keyboard.press("r")
     page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
     page.keyboard.press("Space")
-    page.wait_for_timeout(700)  # it stands still, and the address says so
+    later(page, 700)  # it stands still, and the address says so
     zoom = page.inner_text("#zoom output")
     tick = page.inner_text("#status dd >> nth=0")
     page.reload()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from page_browser import needs_chromium
-from page_person import in_address, until
+from page_person import in_address, later, until
 from PIL import Image
 
 pytestmark = needs_chromium
@@ -21,7 +21,7 @@ def opened(page: Any, scenario: dict[str, Any], tmp_path: Path) -> None:
     file.write_text(json.dumps(scenario))
     page.locator("input[type=file]").first.set_input_files(str(file))
     page.wait_for_selector("#notes >> text=The scenario is loaded")
-    page.wait_for_timeout(400)
+    later(page, 400)
 
 
 def picture(page: Any) -> bytes:

@@ -171,7 +171,7 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
         assert len(cells) > 3
         for x, y in cells:
             page.mouse.move(*aim(page, (x, y)))
-            page.wait_for_timeout(120)
+            page.wait_for_selector(f"#hover:has-text('({x}, {y})')")
             head = "Cost to the goal" if name == "Cost" else name
             words = page.locator(f'#hover dt:text-is("{head}") + dd').inner_text()
             told = float(words.removeprefix("about ").split()[0].replace("\u202f", ""))

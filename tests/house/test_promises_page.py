@@ -142,6 +142,17 @@ def test_what_too_few_cases_reached_is_told(tool: ModuleType) -> None:
     assert "**a: read in 0 of 300 cases**" in _measured(tool, "G1", record)
 
 
+def test_what_was_not_run_of_a_size_and_what_is_of_earlier_code_is_told(tool: ModuleType) -> None:
+    commit = _record("store", size="commit", resume=_kind(7))
+    assert _measured(tool, "G19", commit).endswith("2026-11-22<br>nightly: not run yet")
+    cut = _record("store", cut=_kind(10))
+    rest = _measured(tool, "G17", cut).partition("<br>")[2]
+    assert rest == "nightly, not run yet: bit, foreign, noise, page, processes, writers"
+    later = _record("store", code="d", resume=_kind(3))
+    assert _measured(tool, "G17", cut, later).partition("<br>")[0].endswith("2026-11-22, *earlier code*")
+    assert "earlier code" not in _measured(tool, "G19", cut, later)
+
+
 def test_percent_does_not_hide_failures(tool: ModuleType) -> None:
     record = {"goal": "G29", "cases": 9, "failures": 1, "percent": 97.0, "seconds": 3.0, "date": "2026-11-22"}
     assert _measured(tool, "G29", record).startswith("97.0 %, **1 failures** in")
@@ -186,6 +197,16 @@ def test_coverage_is_of_branches_and_of_a_suite_that_passed() -> None:
     assert tool.measured(tool.by_room(files), failed=True)["failures"] == 1
     files["src/lampyris/maps/x.py"]["summary"]["covered_branches"] = 94
     assert tool.measured(tool.by_room(files), failed=False)["failures"] == 1
+
+
+def test_what_coverage_leaves_out_is_there() -> None:
+    """pytest says nothing of a test that it was to leave out and that has another name."""
+    there = {
+        f"tests/selfcheck/test_promises.py::test_the_promise_holds[{name}-{kind}]"
+        for name in registry.NAMES
+        for kind in registry.check(name).kinds_for(Ask())
+    }
+    assert set(_module("coverage_rooms").TIMED) <= there
 
 
 def test_the_nightly_runs_to_its_end_and_tells_of_a_failure(tmp_path: Path) -> None:

@@ -85,9 +85,9 @@ def test_the_benchmark_maps_equal_a_plain_reading(movingai: Path) -> None:
         lines = path.read_text().split("\n")
         height, width = int(lines[1].split()[1]), int(lines[2].split()[1])
         plain = [[c not in ".GS" for c in line] for line in lines[4 : 4 + height]]
-        started = time.perf_counter()
+        started = time.process_time()
         found = load_map(path)
-        assert time.perf_counter() - started < 0.5
+        assert time.process_time() - started < 0.5
         assert (found.grid.height, found.grid.width) == (height, width)
         assert found.grid.blocked.tolist() == plain
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
+from pathlib import Path
 
 import pytest
 
@@ -33,6 +35,15 @@ def test_what_is_not_in_force_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> N
 def test_what_is_set_is_in_force(kind: str) -> None:
     found = determinism.run(Ask(), Part(kind, 0, 0))
     assert [one.what for one in found.failures] == []
+
+
+@pytest.mark.skipif(
+    not (shutil.which("localedef") and Path("/usr/share/i18n/locales/tr_TR").is_file()),
+    reason="no localedef, or nothing to make a locale of",
+)
+def test_turkish_is_made_where_the_system_does_not_speak_it() -> None:
+    found = determinism.run(Ask(), Part("place", 0, 0))
+    assert found.counts["locale tr_TR.UTF-8 UTF-8"] == 1, found.counts
 
 
 def test_what_was_set_beside_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

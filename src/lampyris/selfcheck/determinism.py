@@ -18,6 +18,7 @@ import hashlib
 import json
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -161,6 +162,15 @@ def surroundings(setting: Setting) -> dict[str, str]:
     return {**env, **setting.env}
 
 
+def _turkish(folder: str) -> dict[str, str]:
+    """Where Linux finds the locale, made there since few systems have it; nothing, where none can be made."""
+    words = ["localedef", "-i", "tr_TR", "-f", "UTF-8", str(Path(folder) / "tr_TR.UTF-8")]
+    if sys.platform != "linux" or shutil.which(words[0]) is None:
+        return {}
+    made = subprocess.run(words, capture_output=True, check=False).returncode == 0
+    return {"LOCPATH": folder} if made else {}
+
+
 def hashed(setting: Setting, numbers: Iterable[int]) -> dict[str, Any]:
     """The cases in a process of that setting, as :func:`lampyris.selfcheck._determinism_run.answer` tells.
 
@@ -169,11 +179,12 @@ def hashed(setting: Setting, numbers: Iterable[int]) -> dict[str, Any]:
     subprocess.CalledProcessError : the process came to an end without an answer.
     """
     request = {"numbers": list(numbers), "shuffle": setting.shuffle, "compiled": setting.compiled}
-    done = subprocess.run(
-        [sys.executable, "-m", "lampyris.selfcheck._determinism_run"],
-        input=json.dumps(request), capture_output=True, text=True, encoding="utf-8", check=False,
-        env=surroundings(setting),
-    )  # fmt: skip
+    with tempfile.TemporaryDirectory(prefix="lampyris-place-") as folder:
+        done = subprocess.run(
+            [sys.executable, "-m", "lampyris.selfcheck._determinism_run"],
+            input=json.dumps(request), capture_output=True, text=True, encoding="utf-8", check=False,
+            env=surroundings(setting) | (_turkish(folder) if setting is SETTINGS["place"] else {}),
+        )  # fmt: skip
     if done.returncode:
         raise subprocess.CalledProcessError(done.returncode, done.args, done.stdout, done.stderr[-2000:])
     told: dict[str, Any] = json.loads(done.stdout)
