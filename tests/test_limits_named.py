@@ -328,7 +328,7 @@ ASKED: dict[str, str] = {
     "maps.way_file.YAML_VALUES": HERE,
     "model.robot.GREATEST": LIMITS_PY,
     "maps.document.BYTES_PER_CELL": LIMITS_PY,
-    "planners.swarm_ways.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
+    "planners.swarm_encoding.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
     "study.tracks.AT_ONCE": NOT_INPUT + "ticks advanced in one go",
 }
 

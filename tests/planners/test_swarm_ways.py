@@ -12,10 +12,12 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.path import count_steps, path_of
 from lampyris.model.scene import Scene
+from lampyris.planners import swarm_ways
+from lampyris.planners.swarm_encoding import anywhere, evenly, on_lines, waypoints_of
 from lampyris.planners.swarm_field import repulsion
 from lampyris.planners.swarm_ground import Ground
 from lampyris.planners.swarm_terms import TERMS, Weights, score
-from lampyris.planners.swarm_ways import anywhere, evenly, on_lines, trace, walk_of, waypoints_of
+from lampyris.planners.swarm_ways import Lines, trace, walk_of
 from lampyris.selfcheck.twins.search_twin import cost_of, distances
 from planners.swarm_scenes import NAMES, random_scene, scene_of
 
@@ -57,6 +59,68 @@ def test_several_legs_and_legs_of_no_length() -> None:
     assert ways.first.tolist() == [0, 3 + 4, 7 + 1]
     assert walk_of(ground, ways[1]).tolist() == [[2, 2], [1, 2]]
     assert (3, 1) in set(map(tuple, walk_of(ground, ways[0]).tolist()))
+
+
+@pytest.mark.parametrize("part", [1, 2, 7, 40])
+def test_in_pieces_walks_are_what_they_are_at_once(part: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    cut = 0
+    for seed in range(25):
+        scene = random_scene(seed)
+        ground = ground_of(scene)
+        rng = np.random.default_rng(seed)
+        nodes = rng.integers(0, (scene.grid.width, scene.grid.height), size=(5, 4, 2))
+        nodes[:, 2] = nodes[:, 1]  # a leg without a step
+        nodes = nodes[(nodes != nodes[:, :1]).any(axis=(1, 2))]
+        if not len(nodes):
+            continue
+        monkeypatch.undo()
+        at_once = trace(ground, nodes)
+        assert len(list(at_once.pieces())) == 1
+        worth = score(ground, at_once, Weights())
+        monkeypatch.setattr(swarm_ways, "PART", part)
+        for batch in (Lines(ground, nodes), at_once):
+            pieces = list(batch.pieces())
+            cut += len(pieces) > 1
+            assert batch.steps == at_once.steps == sum(piece.ways.steps for piece in pieces)
+            made, seen = batch.whole(), 0
+            for name in ("first", "at", "step", "legal", "missing"):
+                assert getattr(made, name).tolist() == getattr(at_once, name).tolist()
+            for piece in pieces:
+                own = piece.ways.first + seen
+                assert (own[1:-1] == at_once.first[piece.walks][1:]).all()
+                assert at_once.first[piece.walk] <= own[0]
+                assert own[-1] <= at_once.first[piece.walks.stop]
+                goes_on = at_once.first[piece.walk] < own[0]
+                assert piece.before == (at_once.step[own[0] - 1] if goes_on else -1)
+                assert piece.ways.at.tolist() == at_once.at[own[0] : own[-1]].tolist()
+                seen = int(own[-1])
+            judged = score(ground, batch, Weights())
+            for name in ("fitness", "exact", "legal"):
+                assert getattr(judged, name).tolist() == getattr(worth, name).tolist()
+            one = batch[len(batch) - 1].whole()
+            assert one.at.tolist() == at_once[len(batch) - 1].at.tolist()
+    assert cut > 20
+
+
+def test_between_two_looks_a_bounded_number_of_steps_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A swarm on long corridors walks a hundred million steps in a round; it was deaf for a second."""
+    ground = open_ground("octile", 300)
+    nodes = np.random.default_rng(1).integers(0, 300, size=(40, 60, 2))
+    made: list[int] = []
+    legal = Ground.legal
+
+    def counted(self: Ground, at: np.ndarray, step: np.ndarray) -> np.ndarray:
+        made.append(at.size)
+        return legal(self, at, step)
+
+    looks: list[int] = []
+    monkeypatch.setattr(Ground, "legal", counted)
+    monkeypatch.setattr(swarm_ways, "look", lambda: looks.append(sum(made)))
+    batch = Lines(ground, nodes)
+    score(ground, batch, Weights())
+    assert sum(made) == batch.steps > 200_000
+    assert max(b - a for a, b in pairwise([*looks, sum(made)])) <= swarm_ways.PART + 300
+    assert len(made) < 10
 
 
 def plainly(scene: Scene, cells: np.ndarray) -> dict[str, int]:
@@ -138,7 +202,7 @@ def test_the_seed_is_written_as_waypoints_of_exactly_its_cost() -> None:
             base = waypoints_of(ground, way, k)
             assert len(base) >= k
             for encoding in (anywhere(ground, base), on_lines(ground, start, base)):
-                ways = encoding.ways(ground, start, encoding.of(base))
+                ways = encoding.lines(ground, start, encoding.of(base))
                 judged = score(ground, ways, Weights())
                 assert judged.legal[0]
                 assert judged.exact[0] == exact
@@ -174,7 +238,7 @@ def test_encodings_chose_what_they_say() -> None:
     assert lined.box.dimensions == 2
     corner = free.places(np.array([[0.0, 0.0, 1.0, 1.0]]))[0]
     assert corner.tolist() == [[0.0, 0.0], [7.0, 3.0]]
-    cells = walk_of(ground, free.ways(ground, np.array([0, 0]), np.array([[0.0, 0.0, 1.0, 1.0]]))[0])
+    cells = walk_of(ground, free.lines(ground, np.array([0, 0]), np.array([[0.0, 0.0, 1.0, 1.0]])).whole())
     assert cells[-1].tolist() == [6, 2]
     slid = lined.places(np.array([[0.0, 0.99]]))[0]
     assert slid[:, 0].tolist() == [2.5, 4.5]

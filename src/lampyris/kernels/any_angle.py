@@ -252,7 +252,7 @@ def theta(
 
 
 @kernel(out=("path",), each=2000, of=WAY)
-def follow(free, stride, x, y, diagonals, path):
+def follow(free, stride, x, y, diagonals, path, halt):
     """A walk by single steps along straight lines of sight, start first; return how many cells.
 
     In each column (or row, on a steep line) the cell on the line, or the farther one where it passes
@@ -283,6 +283,8 @@ def follow(free, stride, x, y, diagonals, path):
             on, off = off, on
         j = 0
         for i in range(wide):
+            if i % STRETCH == 0 and stopped(halt):
+                return count
             if (2 * (i + 1) * high + wide) // (2 * wide) > j:
                 # The line enters the next row before, with or after the next column.
                 late = (2 * j + 1) * wide - (2 * i + 1) * high

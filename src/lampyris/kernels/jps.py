@@ -50,6 +50,7 @@ one record: with everything taken up at once, in ten arrays, it took 0.9 (in a m
 
 from __future__ import annotations
 
+from lampyris.kernels._helpers import STRETCH
 from lampyris.kernels._jit import WAY, kernel, stopped, u64
 from lampyris.kernels.bits import ahead, back, bit
 
@@ -290,6 +291,8 @@ def unroll(nodes, x, y, i, path, halt):
             path[2 * length] = x - 1
             path[2 * length + 1] = y - 1
             length += 1
+            if length % STRETCH == 0 and stopped(halt):
+                return
         i = nodes[6 * i + 3]
 
 

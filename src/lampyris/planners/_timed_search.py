@@ -249,6 +249,8 @@ class TimedSearch:
             return Route(ending, expansions, bool(cut))
         chain = [state]
         while came[chain[-1]] >= 0:
+            if len(chain) % 4096 == 0:
+                look()
             chain.append(int(came[chain[-1]]))
         states = np.array(chain[::-1], dtype=np.int64)
         flat = cells_of(states).astype(np.int64)

@@ -253,8 +253,11 @@ class AdGsoSession(Copied):
         flat = trip.cells
         terrain = self._map.terrain if self._map.has_terrain else None
         path = path_of(self._walker.cells(flat), self._moves, terrain)
+        look()
         bare = self._ground(_NONE, counted=False).cost[flat]
-        return path, int(bare[0]), math.fsum(self._moves.values(bare).tolist())
+        values = self._moves.values(bare)
+        look()
+        return path, int(bare[0]), math.fsum(values.tolist())
 
 
 def _cells(mask: Flat, but: tuple[Cell, ...]) -> frozenset[Cell]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from lampyris.planners import swarm_settings as check
+from lampyris.planners.swarm_encoding import Encoding
 from lampyris.planners.swarm_session import Task
 from lampyris.planners.swarm_waypoints import WaypointPlanner
-from lampyris.planners.swarm_ways import Encoding
 from lampyris.swarm.glowworm import CHOICES, GSO
 from lampyris.swarm.steps import CoolingStep, FixedStep
 

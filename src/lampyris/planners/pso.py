@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lampyris.planners import swarm_settings as check
+from lampyris.planners.swarm_encoding import Encoding, on_lines
 from lampyris.planners.swarm_field import push_of
 from lampyris.planners.swarm_session import Task
 from lampyris.planners.swarm_waypoints import WaypointPlanner
-from lampyris.planners.swarm_ways import Encoding, on_lines
 from lampyris.swarm.particle import PSO, FixedInertia, SuccessInertia
 
 

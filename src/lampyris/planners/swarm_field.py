@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.field.frame import PART
+from lampyris.halting import look
+from lampyris.planners.swarm_encoding import Encoding
 from lampyris.planners.swarm_ground import Ground
 from lampyris.planners.swarm_session import Task
-from lampyris.planners.swarm_ways import Encoding
 from lampyris.swarm.box import Points
 from lampyris.swarm.particle import Push
 
@@ -47,13 +49,22 @@ def repulsion(ground: Ground, eta: float, reach: float) -> NDArray[np.float64]:
     In a blocked cell, where U is flat, it leads to the nearest cell from which the goal can be reached.
     """
     grid = ground.scene.grid
-    d = np.maximum(np.minimum(ground.room, reach), NEAREST)
-    rise = 1.0 / d - 1.0 / reach
-    potential = np.pad(0.5 * eta * rise * rise, 1, mode="edge")
-    force = np.empty((*grid.blocked.shape, 2))
-    force[..., 0] = 0.5 * (potential[1:-1, :-2] - potential[1:-1, 2:])
-    force[..., 1] = 0.5 * (potential[:-2, 1:-1] - potential[2:, 1:-1])
-    ys, xs = np.nonzero(grid.blocked)
-    here = np.stack((xs, ys), axis=1)
-    force[ys, xs] = ground.cells(ground.nearest[ground.flat(here)]) - here
-    return np.minimum(np.maximum(force, -1.0), 1.0)
+    height, width = grid.blocked.shape
+    force = np.empty((height, width, 2))
+    rows = max(1, PART // width)
+    for y in range(0, height, rows):
+        look()
+        end = min(y + rows, height)
+        # One row more on either side; at the edge of the map it is the edge again.
+        d = np.maximum(np.minimum(ground.room[max(y - 1, 0) : end + 1], reach), NEAREST)
+        rise = 1.0 / d - 1.0 / reach
+        beyond = ((int(y == 0), int(end == height)), (1, 1))
+        potential = np.pad(0.5 * eta * rise * rise, beyond, mode="edge")
+        part = force[y:end]
+        part[..., 0] = 0.5 * (potential[1:-1, :-2] - potential[1:-1, 2:])
+        part[..., 1] = 0.5 * (potential[:-2, 1:-1] - potential[2:, 1:-1])
+        ys, xs = np.nonzero(grid.blocked[y:end])
+        here = np.stack((xs, y + ys), axis=1)
+        part[ys, xs] = ground.cells(ground.nearest[ground.flat(here)]) - here
+        np.minimum(np.maximum(part, -1.0), 1.0, out=part)
+    return force

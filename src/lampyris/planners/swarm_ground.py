@@ -169,18 +169,24 @@ class Ground:
     def nearest(self) -> Ints:
         """For each flat cell the flat cell nearest to it from which the goal can be reached: in rings, and
         within a ring the first of the eight neighbours that knew one. -1 in the border."""
-        known = self.to_go >= 0
-        to = np.where(known, np.arange(known.size), -1)
-        height, width = self.open_cells.shape
-        look()
-        inside = self._framed(np.ones((height, width), dtype=np.bool_), False)
-        rest = np.flatnonzero(inside & ~known)
+        to: Ints = np.arange(self.to_go.size)
+        inside = self._framed(np.ones(self.open_cells.shape, dtype=np.bool_), False)
+        unknown = []
+        for a in range(0, to.size, PART):
+            look()
+            other = a + np.flatnonzero(self.to_go[a : a + PART] < 0)
+            to[other] = -1
+            unknown.append(other[inside[other]])
+        rest = np.concatenate(unknown)
         around = [dy * self.stride + dx for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy]
-        while rest.size and known.any():
+        any_known = int(self.to_go.max()) >= 0
+        while rest.size and any_known:
             found = np.full(rest.size, -1, dtype=np.int64)
-            for ahead in around:
+            for a in range(0, rest.size, PART):
                 look()
-                found = np.where(found < 0, to[rest + ahead], found)
+                here, nearest = rest[a : a + PART], found[a : a + PART]
+                for ahead in around:
+                    nearest[:] = np.where(nearest < 0, to[here + ahead], nearest)
             to[rest] = found
             rest = rest[found < 0]
         return to

@@ -23,7 +23,7 @@ from lampyris.planners.base import Budget, Traits
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_memory import Memory
 from lampyris.planners.swarm_terms import Weights, score
-from lampyris.planners.swarm_ways import Ways, walk_of
+from lampyris.planners.swarm_ways import Batch, Ways, walk_of
 from lampyris.swarm.loop import Stop, Swarm, minimise
 from lampyris.typing import Cells
 
@@ -46,7 +46,7 @@ class Task:
     best_possible: int
 
 
-Decode = Callable[[Any], Ways]
+Decode = Callable[[Any], Batch]
 """From what a swarm asks to the ways it means."""
 
 
@@ -132,8 +132,8 @@ class Judge:
             if planner.terrain >= 1:
                 # No legal way is fitter than a cheapest one that is straight and far from walls.
                 self._bound = task.best_possible / float(task.ground.moves.unit)
-        self.best: Ways | None = None
-        self.nearest: Ways | None = None
+        self.best: Batch | None = None
+        self.nearest: Batch | None = None
         self.fitness = self.gap = math.inf
         self.trace: list[float] = []
         self.over = False
@@ -141,11 +141,10 @@ class Judge:
     def __call__(self, asked: Any) -> NDArray[np.float64]:
         """Fitness of each row, (n,)."""
         ways = self._decode(asked)
-        steps = int(ways.at.size)
-        if self._memory.spent + steps > self._memory.most:
+        if self._memory.spent + ways.steps > self._memory.most:
             self.over = True
             return np.zeros(len(ways))
-        self._memory.spent += steps
+        self._memory.spent += ways.steps
         judged = score(self._task.ground, ways, self._weights)
         k = int(judged.fitness.argmin())
         if judged.fitness[k] < self.gap:
@@ -220,11 +219,11 @@ class SwarmSession(Copied):
     def _conclude(self, ground: Ground, judge: Judge) -> Plan:
         memory, rounds = self._memory, len(judge.trace)
         if judge.best is not None:
-            return memory.found(walk_of(ground, judge.best), iterations=rounds)
+            return memory.found(walk_of(ground, judge.best.whole()), iterations=rounds)
         if judge.over or judge.nearest is None:
             return memory.failed(Status.LIMIT, iterations=rounds)
         if self._planner.repair:
-            cells, legs = self._repaired(ground, judge.nearest)
+            cells, legs = self._repaired(ground, judge.nearest.whole())
             if memory.over:
                 return memory.failed(Status.LIMIT, iterations=rounds)
             told = f"A path was found by replacing {legs} blocked stretches of the swarm's best way."

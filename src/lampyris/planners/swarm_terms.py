@@ -13,9 +13,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.halting import look
 from lampyris.planners.swarm_ground import THOUSAND, Ground, Ints
-from lampyris.planners.swarm_ways import Ways
+from lampyris.planners.swarm_ways import Batch, Ways
 
 
 def length(ground: Ground, ways: Ways) -> Ints:
@@ -88,17 +87,21 @@ class Score:
     legal: NDArray[np.bool_]
 
 
-def score(ground: Ground, ways: Ways, weights: Weights) -> Score:
-    """Fitness, exact cost and legality of each way. Terms of weight 0 are not worked out."""
+def score(ground: Ground, batch: Batch, weights: Weights) -> Score:
+    """Fitness, exact cost and legality of each walk. Terms of weight 0 are not worked out."""
     unit = float(ground.moves.unit)
-    plain, extra = length(ground, ways), terrain(ground, ways)
-    look()
-    shut = blocked(ground, ways)
+    names = ["length", "terrain", "blocked"]
+    names += [name for name in ("clearance", "turns") if getattr(weights, name) > 0]
+    sums = {name: np.zeros(len(batch), dtype=np.int64) for name in names}
+    for piece in batch.pieces():
+        for name in names:
+            sums[name][piece.walks] += TERMS[name](ground, piece.ways)
+        if "turns" in sums and piece.before >= 0:
+            sums["turns"][piece.walk] += ground.turn[piece.before, piece.ways.step[0]]
+    plain, extra, shut = sums["length"], sums["terrain"], sums["blocked"] + batch.missing
     fitness = plain / unit + weights.terrain * (extra / unit) + weights.blocked * shut
-    look()
     if weights.clearance > 0:
-        fitness = fitness + weights.clearance * (clearance(ground, ways) / THOUSAND)
-    look()
+        fitness = fitness + weights.clearance * (sums["clearance"] / THOUSAND)
     if weights.turns > 0:
-        fitness = fitness + weights.turns * (turns(ground, ways) / 2.0)
+        fitness = fitness + weights.turns * (sums["turns"] / 2.0)
     return Score(fitness, plain + extra, shut == 0)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from lampyris.planners import swarm_settings as check
+from lampyris.planners.swarm_encoding import Encoding, anywhere, evenly, waypoints_of
 from lampyris.planners.swarm_ground import Ints
 from lampyris.planners.swarm_session import Decode, SwarmPlanner, Task
-from lampyris.planners.swarm_ways import Encoding, anywhere, evenly, waypoints_of
 from lampyris.swarm.box import Points
 from lampyris.swarm.loop import Optimiser, Swarm
 
@@ -60,7 +60,7 @@ class WaypointPlanner(SwarmPlanner):
         swarm = self.optimiser(task, encoding).start(
             encoding.box, rng, self._first(task, encoding, base, rng)
         )
-        return swarm, lambda particles: encoding.ways(ground, task.start, particles)
+        return swarm, lambda particles: encoding.lines(ground, task.start, particles)
 
     def _first(self, task: Task, encoding: Encoding, base: Ints, rng: np.random.Generator) -> Points:
         """Half of the swarm: the base, and others near it."""

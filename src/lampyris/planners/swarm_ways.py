@@ -1,24 +1,69 @@
-"""Ways: a batch of walks over a ground, step by step; and how a particle of numbers becomes one."""
+"""Batches of walks over a ground, step by step: whole, or piece by piece."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.halting import look
 from lampyris.planners.swarm_ground import Flags, Ground, Ints
-from lampyris.swarm.box import Box, Points
 from lampyris.typing import Cells
 
-LONGEST = 64
-"""Steps of the longest leg that is tried when a way is written as waypoints."""
+PART = 1 << 16
+"""Steps that are worked on between two looks at whether to go on: a few milliseconds' work."""
+
+
+class Batch(Protocol):
+    """n walks, one after the other, each of at least one step; at hand, or made when they are asked for."""
+
+    @property
+    def steps(self) -> int:
+        """How many steps they have in all."""
+
+    @property
+    def missing(self) -> Ints:
+        """int64 (n,); steps by which a walk falls short of the goal (ants that gave up)."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, k: int) -> Batch:
+        """One of them."""
+
+    def pieces(self) -> Iterator[Piece]:
+        """All steps in order, :data:`PART` or so at a time, with a look before each at whether to go on."""
+
+    def whole(self) -> Ways:
+        """All of them at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """Steps of some walks that follow each other: the first and the last may be in part.
+
+    Parameters
+    ----------
+    walk : number of the first.
+    ways : the steps; whether a walk falls short is not said.
+    before : the step that was made before the first of them, in the same walk; -1: none.
+    """
+
+    walk: int
+    ways: Ways
+    before: int
+
+    @property
+    def walks(self) -> slice:
+        """Which walks."""
+        return slice(self.walk, self.walk + len(self.ways))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ways:
-    """n walks, one after the other, each of at least one step.
+    """n walks, step by step; a :class:`Batch`.
 
     Parameters
     ----------
@@ -47,6 +92,31 @@ class Ways:
         """Sum of a whole number of each step over each walk, int64 (n,)."""
         return np.add.reduceat(each, self.first[:-1])
 
+    @property
+    def steps(self) -> int:
+        """See :class:`Batch`."""
+        return int(self.at.size)
+
+    def pieces(self) -> Iterator[Piece]:
+        """See :class:`Batch`."""
+        for a in range(0, self.steps, PART):
+            look()
+            b = min(a + PART, self.steps)
+            walk, first = _walks_between(self.first, a, b)
+            ways = Ways(first, self.at[a:b], self.step[a:b], self.legal[a:b], np.zeros_like(first[1:]))
+            yield Piece(walk, ways, int(self.step[a - 1]) if a > self.first[walk] else -1)
+
+    def whole(self) -> Ways:
+        """See :class:`Batch`."""
+        return self
+
+
+def _walks_between(bounds: Ints, a: int, b: int) -> tuple[int, Ints]:
+    """The walk that step a belongs to, and where those of steps a to b begin and end, counted from a."""
+    walk = int(np.searchsorted(bounds, a, side="right")) - 1
+    end = int(np.searchsorted(bounds, b))
+    return walk, np.clip(bounds[walk : end + 1], a, b) - a
+
 
 def walk_of(ground: Ground, way: Ways) -> Cells:
     """The cells of a batch of one walk, both ends included; int32 (n, 2)."""
@@ -54,11 +124,16 @@ def walk_of(ground: Ground, way: Ways) -> Cells:
     return ground.cells(np.concatenate((way.at, last)))
 
 
-def trace(ground: Ground, nodes: Ints) -> Ways:
-    """Walks along straight grid lines from node to node.
+class Lines:
+    """Walks along straight grid lines from node to node; a :class:`Batch`.
+
+    On a map of long corridors a swarm's walks have a hundred million steps: they are made piece by piece,
+    each time that they are asked for, and thrown away. (Made at once, those of 30 particles on a spiral of
+    1024 cells a side took 6.8 GB and 37 s, with a second between two looks; so they take 0.4 GB and 12 s.)
 
     Parameters
     ----------
+    ground : where.
     nodes : cells, int64 (n, k + 1, 2); start first, goal last, start and goal differ.
 
     A leg takes steps of two neighbouring directions: straight and diagonal, or with knight's steps the two
@@ -66,25 +141,89 @@ def trace(ground: Ground, nodes: Ints) -> Ways:
     Bresenham's line spreads them (IBM Systems Journal 4(1), 1965), so step i is known without those before.
     Without walls no way between the two cells is cheaper.
     """
-    n, legs = nodes.shape[0], nodes.shape[1] - 1
-    a = nodes[:, :-1].reshape(-1, 2)
-    kinds, counts = _mixture(ground, nodes[:, 1:].reshape(-1, 2) - a)
-    many = counts.sum(axis=1)
-    begin = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(many)))
-    leg = np.repeat(np.arange(many.size), many)
-    i = np.arange(begin[-1]) - begin[leg]
-    look()
-    total, second = many[leg], counts[leg, 1]
-    half = total // 2
-    passed = (i * second + half) // total
-    look()
-    turned = ((i + 1) * second + half) // total > passed
-    jumps = ground.jump[kinds]
-    look()
-    at = ground.flat(a)[leg] + (i - passed) * jumps[leg, 0] + passed * jumps[leg, 1]
-    step = np.where(turned, kinds[leg, 1], kinds[leg, 0])
-    look()
-    return Ways(begin[:: legs or 1], at, step, ground.legal(at, step), np.zeros(n, dtype=np.int64))
+
+    def __init__(self, ground: Ground, nodes: Ints) -> None:
+        self._ground, self._nodes = ground, nodes
+        here, there = (part.reshape(-1, 2) for part in (nodes[:, :-1], nodes[:, 1:]))
+        self._here = here
+        kinds, counts = [], []
+        for a in range(0, len(here), PART):
+            look()
+            some = slice(a, a + PART)
+            kind, count = _mixture(ground, there[some] - here[some])
+            kinds.append(kind)
+            counts.append(count)
+        one = len(kinds) == 1
+        self._kinds, self._counts = (kinds[0], counts[0]) if one else map(np.concatenate, (kinds, counts))
+        self._begin = np.zeros(len(here) + 1, dtype=np.int64)
+        self._counts.sum(axis=1).cumsum(out=self._begin[1:])
+        self._bounds = self._begin[:: nodes.shape[1] - 1]
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def __getitem__(self, k: int) -> Lines:
+        return Lines(self._ground, self._nodes[k : k + 1].copy())
+
+    @property
+    def steps(self) -> int:
+        """See :class:`Batch`."""
+        return int(self._begin[-1])
+
+    @property
+    def missing(self) -> Ints:
+        """See :class:`Batch`: they all end at the goal."""
+        return np.zeros(len(self), dtype=np.int64)
+
+    def pieces(self) -> Iterator[Piece]:
+        """See :class:`Batch`."""
+        begin, last = self._begin, self._begin.size - 1
+        # A leg weighs as much as a step, and is never cut: it is no longer than the map.
+        if self.steps + last <= PART:
+            look()
+            yield Piece(0, self._ways(0, last, self._bounds), -1)
+            return
+        cuts = np.searchsorted(begin + np.arange(begin.size), np.arange(PART, self.steps + last, PART))
+        a, before = 0, -1
+        for b in (*cuts.tolist(), last):
+            if begin[b] == begin[a]:  # no step, or no leg at all
+                continue
+            look()
+            walk, first = _walks_between(self._bounds, int(begin[a]), int(begin[b]))
+            ways = self._ways(a, b, first)
+            yield Piece(walk, ways, before if begin[a] > self._bounds[walk] else -1)
+            before, a = int(ways.step[-1]), b
+
+    def _ways(self, a: int, b: int, first: Ints) -> Ways:
+        """The steps of legs a to b."""
+        ground, here = self._ground, self._here[a:b]
+        kinds, counts = self._kinds[a:b], self._counts[a:b]
+        many = counts.sum(axis=1)
+        leg = np.arange(b - a).repeat(many)
+        i = np.arange(leg.size) - (self._begin[a:b] - self._begin[a])[leg]
+        total, second = many[leg], counts[leg, 1]
+        half = total // 2
+        passed = (i * second + half) // total
+        turned = ((i + 1) * second + half) // total > passed
+        jumps = ground.jump[kinds]
+        at = ground.flat(here)[leg] + (i - passed) * jumps[leg, 0] + passed * jumps[leg, 1]
+        step = np.where(turned, kinds[leg, 1], kinds[leg, 0])
+        return Ways(first, at, step, ground.legal(at, step), np.zeros_like(first[1:]))
+
+    def whole(self) -> Ways:
+        """See :class:`Batch`."""
+        made = [piece.ways for piece in self.pieces()]
+        if len(made) == 1:
+            return made[0]
+        at, step, legal = (
+            np.concatenate([getattr(ways, name) for ways in made]) for name in ("at", "step", "legal")
+        )
+        return Ways(self._bounds, at, step, legal, self.missing)
+
+
+def trace(ground: Ground, nodes: Ints) -> Ways:
+    """:class:`Lines`, made at once: for few."""
+    return Lines(ground, nodes).whole()
 
 
 def _mixture(ground: Ground, d: Ints) -> tuple[Ints, Ints]:
@@ -110,105 +249,3 @@ def _mixture(ground: Ground, d: Ints) -> tuple[Ints, Ints]:
         number[dx, dy] = k
     kinds = np.stack([number[p[:, 0], p[:, 1]] for p in pair], axis=1)
     return kinds, np.stack(counts, axis=1)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Encoding:
-    """How a particle, numbers from 0 to 1, becomes waypoints on a map.
-
-    Parameters
-    ----------
-    base : cells, int64 (k, 2); coordinates that particles do not choose.
-    chosen : bool (k, 2); coordinates they do choose, one number each.
-    size : int64 (2,); width and height of the map.
-    """
-
-    base: Ints
-    chosen: Flags
-    size: Ints
-
-    @property
-    def box(self) -> Box:
-        """The unit box of all particles."""
-        d = int(self.chosen.sum())
-        return Box(np.zeros(d), np.ones(d))
-
-    @property
-    def sides(self) -> NDArray[np.float64]:
-        """Cells along the side that each number of a particle spans, (d,)."""
-        return np.broadcast_to(self.size, self.chosen.shape)[self.chosen].astype(np.float64)
-
-    def places(self, particles: Points) -> NDArray[np.float64]:
-        """Waypoints (n, k, 2) in cells of the map, not rounded; the middle of a cell is at .5."""
-        points = np.repeat(self.base[np.newaxis] + 0.5, len(particles), axis=0)
-        points[:, self.chosen] = particles * self.sides
-        return points
-
-    def spread(self, vectors: NDArray[np.float64]) -> Points:
-        """Vectors (n, k, 2) in cells as vectors (n, d) in the box."""
-        inside: Points = (vectors / self.size)[:, self.chosen]
-        return inside
-
-    def of(self, waypoints: Ints) -> Points:
-        """The particle (1, d) of these cells (k, 2)."""
-        return self.spread(waypoints[np.newaxis].astype(np.float64) + 0.5)
-
-    def ways(self, ground: Ground, start: Ints, particles: Points) -> Ways:
-        """The walks of particles (n, d): each waypoint on the nearest cell from which the goal can be
-        reached, joined by straight grid lines."""
-        cells = np.minimum(np.floor(self.places(particles)).astype(np.int64), self.size - 1)
-        snapped = ground.cells(ground.nearest[ground.flat(cells)].ravel()).astype(np.int64)
-        n, k = len(particles), len(self.base)
-        nodes = np.empty((n, k + 2, 2), dtype=np.int64)
-        nodes[:, 0] = start
-        nodes[:, 1:-1] = snapped.reshape(n, k, 2)
-        nodes[:, -1] = ground.scene.goal
-        return trace(ground, nodes)
-
-
-def anywhere(ground: Ground, waypoints: Ints) -> Encoding:
-    """Waypoints that may lie anywhere on the map."""
-    return Encoding(waypoints, np.ones(waypoints.shape, dtype=np.bool_), _size(ground))
-
-
-def on_lines(ground: Ground, start: Ints, waypoints: Ints) -> Encoding:
-    """Waypoints each on a grid line of its own, across the main direction from start to goal."""
-    d = np.abs(np.array(ground.scene.goal) - start)
-    chosen = np.zeros(waypoints.shape, dtype=np.bool_)
-    chosen[:, 1 if d[0] >= d[1] else 0] = True
-    return Encoding(waypoints, chosen, _size(ground))
-
-
-def _size(ground: Ground) -> Ints:
-    height, width = ground.open_cells.shape
-    return np.array([width, height], dtype=np.int64)
-
-
-def evenly(start: Ints, goal: Ints, k: int) -> Ints:
-    """k cells evenly spaced between two, int64 (k, 2)."""
-    share = np.arange(1, k + 1, dtype=np.int64)[:, np.newaxis]
-    return (start * (k + 1) + (goal - start) * share) // (k + 1)
-
-
-def waypoints_of(ground: Ground, way: Cells, k: int) -> Ints:
-    """At least k waypoints whose straight grid lines cost exactly what a cheapest way costs; int64 (k', 2).
-
-    From each waypoint the next is the farthest cell of the way, at most an even share of its length ahead,
-    that a legal line of the same cost leads to; a neighbour always is. Left-over ones stand on the goal.
-    """
-    cells = way.astype(np.int64)
-    steps = len(cells) - 1
-    reach = min(LONGEST, -(-steps // (k + 1)))
-    single = trace(ground, np.stack((cells[:-1], cells[1:]), axis=1))
-    paid = np.concatenate(([0], np.cumsum(ground.plain(single.step) + ground.toll(single.at, single.step))))
-    at, chosen = 0, []
-    while at < steps:
-        ahead = np.arange(at + 1, min(at + reach, steps) + 1)
-        lines = trace(ground, np.stack((np.repeat(cells[at : at + 1], ahead.size, 0), cells[ahead]), axis=1))
-        cost = lines.total(ground.plain(lines.step) + ground.toll(lines.at, lines.step))
-        same = (lines.total((~lines.legal).astype(np.int64)) == 0) & (cost == paid[ahead] - paid[at])
-        at = int(ahead[np.flatnonzero(same)[-1]])
-        chosen.append(cells[at])
-    chosen.pop()
-    chosen += [cells[-1]] * (k - len(chosen))
-    return np.array(chosen, dtype=np.int64).reshape(-1, 2)

@@ -32,6 +32,11 @@ LONG_MAPS = ("free", "weighted")
 SWARMS = ("apso", "gso", "igso", "ipso", "lpso", "mmas-dstar", "pso", "pso-apf")
 FOR_MINUTES: Mapping[str, Any] = {"iterations": 100_000, "swarm": 200, "seeded": False}
 """Settings with which such a planner goes on for minutes."""
+LARGE = {
+    "spiral": (512, 1024), "free": (2048,), "walled": (1024,), "slits": (1024,), "clutter": (1024,),
+    "weighted": (1024,),
+}  # fmt: skip
+_OF_LARGE = (0.4, 0.12, 0.12, 0.12, 0.12, 0.12)
 _OF_MAP = (0.12, 0.2, 0.12, 0.08, 0.12, 0.12, 0.12, 0.12)
 _TIMED = ("sipp", "space-time-astar")
 _FOUR = ndimage.generate_binary_structure(2, 1)
@@ -100,6 +105,21 @@ def call_of(rng: np.random.Generator) -> Call:
     reachable = _joined(kind, side, moves == "dissertation")
     share = float(rng.uniform(0.1, 0.8))
     return Call(kind, side, moves, planner, settings, seed, seconds, scene, reachable, share)
+
+
+def large_call_of(rng: np.random.Generator) -> Call:
+    """A drawn call on a large map. It is to end at any moment of its first second and a half."""
+    kind = tuple(LARGE)[int(rng.choice(len(LARGE), p=_OF_LARGE))]
+    names, sides = _ours(), LARGE[kind]
+    side = sides[int(rng.integers(len(sides)))]
+    planner = names[int(rng.integers(len(names)))]
+    moves = tuple(MOVES)[int(rng.integers(len(MOVES)))]
+    seconds, share = float(rng.uniform(0.02, 1.5)), float(rng.uniform(0.02, 0.98))
+    seed = int(rng.integers(2**31))
+    blocked, terrain, start, goal = _map(kind, side)
+    scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES[moves])
+    reachable = _joined(kind, side, moves == "dissertation")
+    return Call(kind, side, moves, planner, {}, seed, seconds, scene, reachable, share)
 
 
 def long_call_of(rng: np.random.Generator) -> Call:

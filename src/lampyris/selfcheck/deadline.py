@@ -21,7 +21,7 @@ from lampyris.kernels import _jit
 from lampyris.model.plan import Plan, Status
 from lampyris.planners import registry
 from lampyris.planners.base import Budget, Session
-from lampyris.selfcheck._deadline_calls import Call, call_of, long_call_of, session_of
+from lampyris.selfcheck._deadline_calls import Call, call_of, large_call_of, long_call_of, session_of
 from lampyris.selfcheck._deadline_processes import Ended, Engine, Long, interrupted, long_of
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 
@@ -47,6 +47,10 @@ _KINDS = {
         "a hard call that another thread stops at a moment within its time answers within 50 ms",
         commit=120, nightly=2400, release=12_000, chunk=20, least={"stopped": STOPPED},
     ),
+    "large": Kind(
+        "a call on a map of 512 to 2048 cells a side, stopped at any moment of 1.5 s, answers within 50 ms",
+        commit=10, nightly=300, release=1500, chunk=5, least={"stopped": STOPPED},
+    ),
     "ctrl-c": Kind(
         "`lampyris plan` that Ctrl-C hits at a drawn moment is gone within 50 ms, exit code 130",
         commit=8, nightly=200, release=400, chunk=4,
@@ -56,6 +60,7 @@ _KINDS = {
         commit=12, nightly=400, release=800, chunk=6,
     ),
 }  # fmt: skip
+_DRAWN = {"long": long_call_of, "large": large_call_of}
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
         return tally.outcome()
     for number in part.numbers:
         rng = ask.rng("deadline", part.kind, number)
-        call = long_call_of(rng) if part.kind == "long" else call_of(rng)
+        call = _DRAWN.get(part.kind, call_of)(rng)
         try:
             _one(ask, part.kind, number, call, tally)
         except (Exception, halting.Halted) as fault:
@@ -93,7 +98,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
 
 
 def _one(ask: Ask, kind: str, number: int, call: Call, tally: Tally) -> None:
-    by_hand = kind == "cancel"
+    by_hand = kind in ("cancel", "large")
     seconds = call.seconds if kind == "long" else _moment(call)
     for _ in range(AGAIN):
         session = session_of(call)
