@@ -11,13 +11,10 @@ from lampyris.halting import look
 from lampyris.planners import swarm_settings as check
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_session import Decode, SwarmPlanner, Task
-from lampyris.planners.swarm_ways import Ways
+from lampyris.planners.swarm_ways import PART, Ways
 from lampyris.swarm.box import Values
 from lampyris.swarm.glowworm import roulette
 from lampyris.swarm.loop import Swarm
-
-JOINED = 1024
-"""Steps of the ants that are joined into one piece: to let go of a hundred thousand arrays takes 0.1 s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,10 +103,6 @@ class Pheromone:
         self.rest = min(max(self.rest * (1.0 - rho), least), most)
 
 
-def _joined(rows: list[tuple[Ints, ...]]) -> tuple[Ints, ...]:
-    return tuple(np.concatenate(parts) for parts in zip(*rows, strict=True))
-
-
 class _Ants:
     """One run of the ant system: asked, it says whole ways."""
 
@@ -140,15 +133,14 @@ class _Ants:
 
     def ask(self) -> Ways:
         """The ways of all ants, that of ant 0 being the seed in the first round."""
-        walks = self._walk()
+        ways = self._walk()
         if self._round == 0 and self._seed is not None:
-            walks[0] = (*self._seed, 0)
-        many = [len(at) for at, _, _ in walks]
-        at, step = (np.concatenate([w[i] for w in walks]).astype(np.int64) for i in (0, 1))
-        first = np.concatenate(([0], np.cumsum(many))).astype(np.int64)
-        missing = np.array([w[2] for w in walks], dtype=np.int64)
-        self._asked = Ways(first, at, step, np.ones(at.size, dtype=np.bool_), missing)
-        return self._asked
+            own, end = self._seed, int(ways.first[1])
+            at, step = (np.concatenate((o, w[end:])) for o, w in zip(own, (ways.at, ways.step), strict=True))
+            first = np.append(0, ways.first[1:] + (own[0].size - end))
+            ways = Ways(first, at, step, np.ones(at.size, dtype=np.bool_), np.append(0, ways.missing[1:]))
+        self._asked = ways
+        return ways
 
     def tell(self, values: Values) -> None:
         """Take in minus the fitness of each way; evaporate, let the best ant add, keep within the limits."""
@@ -171,30 +163,26 @@ class _Ants:
         cost, trails = self._best if self._round % 2 == 0 else now
         self.tau.renew(s.rho, trails, 1.0 / cost, most / s.spread, most)
 
-    def _walk(self) -> list[tuple[Ints, Ints, int]]:
-        """Every ant's walk: cells left, steps taken, and how many steps it falls short of the goal."""
+    def _walk(self) -> Ways:
+        """Every ant's walk; the cells that they saw are forgotten."""
         ants, ground = self._settings.swarm, self._ground
         here = np.full(ants, self._start, dtype=np.int64)
         on_way = np.arange(ants)
         self._seen[:, self._start] = True
-        rows: list[tuple[Ints, ...]] = []  # cells left, steps taken, and by whom
-        made: list[tuple[Ints, ...]] = []
-        for _ in range(self._longest):
+        log = _Log()
+        for turn in range(self._longest):
             look()
             weights = self._weights(on_way, here[on_way])
             chosen = roulette(weights, self._rng.random(on_way.size))
             goes = weights[np.arange(on_way.size), chosen] > 0.0
             on_way, step = on_way[goes], chosen[goes].astype(np.int64)
-            rows.append((here[on_way], step, on_way))
-            if len(rows) == JOINED:
-                made.append(_joined(rows))
-                rows = []
+            log.add(here[on_way], step, on_way, np.full(on_way.size, turn, dtype=np.int64))
             here[on_way] = here[on_way] + ground.jump[step]
             self._seen[on_way, here[on_way]] = True
             on_way = on_way[here[on_way] != self._goal]
             if not on_way.size:
                 break
-        return self._gathered(here, *_joined([*made, *rows]))
+        return self._gathered(here, log.pieces())
 
     def _weights(self, ants: Ints, here: Ints) -> np.ndarray[Any, np.dtype[np.float64]]:
         """tau eta^beta of every step of some ants, (n, steps); 0 where it may not be made."""
@@ -211,17 +199,42 @@ class _Ants:
             weights = weights * eta
         return weights
 
-    def _gathered(self, last: Ints, left: Ints, taken: Ints, who: Ints) -> list[tuple[Ints, Ints, int]]:
-        """The walks ant by ant; the cells they saw are forgotten."""
-        ground, walks = self._ground, []
+    def _gathered(self, last: Ints, pieces: list[tuple[Ints, ...]]) -> Ways:
+        """The walks ant by ant, of steps that were logged turn by turn."""
+        ground = self._ground
+        many = sum(np.bincount(who, minlength=last.size) for _, _, who, _ in pieces)
+        first = np.concatenate(([0], np.cumsum(many))).astype(np.int64)
+        at, step = (np.empty(int(first[-1]), dtype=np.int64) for _ in range(2))
         self._seen[:, self._start] = False
-        self._seen[who, left + ground.jump[taken]] = False
-        order = np.argsort(who, kind="stable")
-        left, taken = left[order], taken[order]
-        ends = np.searchsorted(who[order], np.arange(self._settings.swarm + 1))
-        for k in range(self._settings.swarm):
-            own = slice(ends[k], ends[k + 1])
-            short = int(ground.to_go[last[k]]) // int(self._scale)
-            arrived = int(last[k]) == self._goal
-            walks.append((left[own], taken[own], 0 if arrived else max(short, 1)))
-        return walks
+        for left, taken, who, turn in pieces:
+            look()
+            place = first[who] + turn  # an ant goes on until it stops for good
+            at[place], step[place] = left, taken
+            self._seen[who, left + ground.jump[taken]] = False
+        short = np.maximum(ground.to_go[last] // int(self._scale), 1)
+        missing = np.where(last == self._goal, 0, short)
+        return Ways(first, at, step, np.ones(at.size, dtype=np.bool_), missing)
+
+
+class _Log:
+    """What ants did, turn by turn: a few large arrays. (To let go of a hundred thousand small ones took
+    0.1 s.)"""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[Ints, ...]] = []
+        self._pieces: list[tuple[Ints, ...]] = []
+        self._steps = 0
+
+    def add(self, *row: Ints) -> None:
+        """Cells left, steps taken, by whom, in which turn."""
+        self._rows.append(row)
+        self._steps += row[0].size
+        if self._steps >= PART:
+            self.pieces()
+
+    def pieces(self) -> list[tuple[Ints, ...]]:
+        """All of it, :data:`PART` steps or so at a time."""
+        if self._rows:
+            self._pieces.append(tuple(np.concatenate(part) for part in zip(*self._rows, strict=True)))
+            self._rows, self._steps = [], 0
+        return self._pieces

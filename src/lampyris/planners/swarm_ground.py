@@ -135,9 +135,15 @@ class Ground:
     @cached_property
     def room(self) -> FloatGrid:
         """Distance from each cell's centre to the nearest wall, in cells, (height, width)."""
-        metres = clearance(self.scene.grid)
-        look()
-        return metres / self.scene.grid.resolution
+        metres, resolution = clearance(self.scene.grid), self.scene.grid.resolution
+        if resolution == 1.0:
+            return metres
+        cells = np.empty_like(metres)
+        part = max(1, PART // metres.shape[1])
+        for y in range(0, len(metres), part):
+            look()
+            np.divide(metres[y : y + part], resolution, out=cells[y : y + part])
+        return cells
 
     @cached_property
     def nearness(self) -> Ints:
@@ -169,12 +175,14 @@ class Ground:
     def nearest(self) -> Ints:
         """For each flat cell the flat cell nearest to it from which the goal can be reached: in rings, and
         within a ring the first of the eight neighbours that knew one. -1 in the border."""
-        to: Ints = np.arange(self.to_go.size)
+        to: Ints = np.empty(self.to_go.size, dtype=np.int64)
         inside = self._framed(np.ones(self.open_cells.shape, dtype=np.bool_), False)
         unknown = []
         for a in range(0, to.size, PART):
             look()
-            other = a + np.flatnonzero(self.to_go[a : a + PART] < 0)
+            known = self.to_go[a : a + PART]
+            to[a : a + PART] = np.arange(a, a + known.size)
+            other = a + np.flatnonzero(known < 0)
             to[other] = -1
             unknown.append(other[inside[other]])
         rest = np.concatenate(unknown)
