@@ -37,6 +37,14 @@ def test_every_way_to_spoil_a_message_is_tried() -> None:
     assert seen.counts["messages spoilt"] > 20
 
 
+@pytest.mark.parametrize("number", [945, 1761, 1773, 2241])
+def test_a_message_that_lists_more_obstacles_than_there_are_names_nobody_of_them(number: int) -> None:
+    """The nightly found it: the drive said that the robot waits for obstacle 6 of six, from 0."""
+    seen = run("garbage", 1, first=number)
+    assert seen.counts["twice"] == 1
+    assert not seen.failures
+
+
 def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Watch, "hear", lambda self, now, messages, robot, moving: _deaf(self, messages))
     for kind in ("stops", "duplicates", "back-in-time"):

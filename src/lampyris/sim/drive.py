@@ -40,7 +40,7 @@ from lampyris.sim.leg import Leg, covered_cells
 from lampyris.sim.others import Others
 from lampyris.sim.sources import Source
 from lampyris.sim.tracking import CATCH_UP, STEP, Perfect, train_of
-from lampyris.sim.waiting import Waiting
+from lampyris.sim.waiting import WAITS, Waiting
 
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,
@@ -238,7 +238,10 @@ class DriveSimulation:
             return Decision(brake, "moving obstacle", min(self.others.touching))
         if self.leg.nowhere or self.waiting.stood >= self.settings.patience:
             return Decision(brake, "wait")
-        return self.wheel.controller.decide(self._state(period))
+        made = self.wheel.controller.decide(self._state(period))
+        # A message may list more obstacles than there are: nobody whom the drive could name.
+        named = made.cause not in WAITS or made.about < len(self.others.roster.bodies)
+        return made if named else made._replace(about=-1)
 
     def _state(self, period: float) -> State:
         one, last = self.settings, self.watch.last
