@@ -95,6 +95,8 @@ def test_only_its_suffix_or_its_first_line_make_a_csv(tmp_path: Path) -> None:
         (b'"0","1"\n', "CSV_CELL", "quotation marks"),
         (b"0,1\n0,1 1\n", "CSV_CELL", "line 2 column 2: '1 1'"),
         (b"0,1\n0,1\t1\n", "CSV_CELL", "line 2 column 2: '1\\t1'"),
+        (b"\t1\n", "CSV_CELL", "line 1 column 1: an empty cell"),  # the nightly maps found these two
+        (b"0\t \n", "CSV_CELL", "line 1 column 2: an empty cell"),
         (b"0,1\n0,- 1\n", "CSV_CELL", "'- 1'"),
         (b"0,1\n0,+1\n", "CSV_CELL", "'+1'; allowed: 0 free, 1 blocked, -1 unknown"),
         (b"0,1\n0,--1\n", "CSV_CELL", "'--1'"),

@@ -106,7 +106,8 @@ def _shape(source: Source) -> _Shape:
         raise source.error(
             "CSV_EMPTY", "no row of numbers", f"line {line}", ALLOWED if costmap else _OCCUPANCY
         )
-    separators = [c for c in b",;\t" if c in first.strip()]
+    # A tab at an end of the line separates too: there is an empty cell beside it.
+    separators = [c for c in b",;\t" if c in first]
     separator = separators[0] if separators else ord(",")
     width = first.strip(b" \r").count(separator) + 1
     # Rows are counted by ends of line up to the last that is not blank; nothing is cut up for it.

@@ -224,6 +224,8 @@ def characters(good: str, odd: str, free: str, head: str) -> Maker:
             # In a map of one column a blank is a blank line, and those are no rows at the end.
             some = odd if width > 1 else "".join(odd.split())
             cells.ravel()[int(rng.integers(0, cells.size))] = some[int(rng.integers(0, len(some)))]
+        if height == 1 and cells[0, -1] == "\r":
+            cells[0, -1] = "?"  # with the newline it would be an end of line, as Windows writes it
         text = "".join("".join(row) + "\n" for row in cells)
         return (head.format(width=width, height=height) + text).encode("latin-1"), np.isin(cells, list(free))
 
