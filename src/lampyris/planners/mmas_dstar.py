@@ -202,7 +202,9 @@ class _Ants:
     def _gathered(self, last: Ints, pieces: list[tuple[Ints, ...]]) -> Ways:
         """The walks ant by ant, of steps that were logged turn by turn."""
         ground = self._ground
-        many = sum(np.bincount(who, minlength=last.size) for _, _, who, _ in pieces)
+        many = np.zeros(last.size, dtype=np.int64)
+        for _, _, who, _ in pieces:
+            many += np.bincount(who, minlength=last.size)
         first = np.concatenate(([0], np.cumsum(many))).astype(np.int64)
         at, step = (np.empty(int(first[-1]), dtype=np.int64) for _ in range(2))
         self._seen[:, self._start] = False
