@@ -128,7 +128,8 @@ def _is_marker(line: bytes) -> bool:
 
 def _pieces(data: bytes, start: int) -> Iterator[bytes]:
     """The rows, blank lines at the end left out, so many bytes at a time; each piece ends with a newline."""
-    stop = len(data.rstrip())
+    end = data.find(b"\n", len(data.rstrip()))
+    stop = len(data) if end < 0 else end  # the last row whole: what is blank at its end may be a cell
     while start < stop:
         end = data.find(b"\n", min(start + _PIECE, stop), stop)
         end = stop if end < 0 else end
