@@ -126,6 +126,7 @@ def _last(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[list[dict[s
     """The goal's last record of each size, seed and choice of kinds, smallest first.
 
     Of pieces of a run (``--first``, ``--cases``) those of one code without a case in common stand together.
+    A record is left out where a later one has all its cases, and other kinds too.
     """
     last: dict[Any, list[dict[str, Any]]] = {}
     for record in known:
@@ -133,6 +134,8 @@ def _last(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[list[dict[s
         if mine is None:
             continue
         key = (mine.get("size", ""), mine.get("seed"), tuple(mine.get("kinds", ())))
+        for old in [old for old, pieces in last.items() if old[:2] == key[:2] and _covers(mine, pieces)]:
+            del last[old]
         others = last.get(key, []) if mine.get("size") == "part" else []
         last[key] = [one for one in others if one["code"] == mine["code"] and _disjoint(one, mine)] + [mine]
     return sorted(last.values(), key=lambda pieces: (_rank(pieces[0]), sum(one["cases"] for one in pieces)))
@@ -140,6 +143,16 @@ def _last(goal: dict[str, Any], known: list[dict[str, Any]]) -> list[list[dict[s
 
 def _rank(record: dict[str, Any]) -> int:
     return SIZES.index(record["size"]) if record.get("size") else -1
+
+
+def _covers(record: dict[str, Any], pieces: list[dict[str, Any]]) -> bool:
+    """Whether a record of a whole size has every case of these."""
+    kinds = record.get("kinds", {})
+    return record.get("size", "part") != "part" and all(
+        name in kinds and kinds[name]["cases"] >= kind["cases"]
+        for one in pieces
+        for name, kind in one["kinds"].items()
+    )
 
 
 def _disjoint(one: dict[str, Any], other: dict[str, Any]) -> bool:

@@ -137,6 +137,17 @@ def test_another_seed_stands_beside(tool: ModuleType) -> None:
     assert "10 cases" not in _measured(tool, "G1", one, two, again)
 
 
+def test_a_record_that_a_later_one_has_whole_is_left_out(tool: ModuleType) -> None:
+    two = _record("grids", a=_kind(10), b=_kind(20))
+    three = _record("grids", a=_kind(10), b=_kind(25), c=_kind(5))
+    assert _measured(tool, "G1", two, three).count("0 failures") == 1
+    assert _measured(tool, "G1", three, two).count("0 failures") == 2
+    fewer = _record("grids", a=_kind(10), b=_kind(19), c=_kind(5))
+    assert _measured(tool, "G1", two, fewer).count("0 failures") == 2
+    other = _record("grids", size="part", a=_kind(10), b=_kind(20), c=_kind(5))
+    assert _measured(tool, "G1", two, other).count("0 failures") == 2
+
+
 def test_what_too_few_cases_reached_is_told(tool: ModuleType) -> None:
     record = _record("grids", a=_kind(300)) | {"lacks": ["a: read in 0 of 300 cases"]}
     assert "**a: read in 0 of 300 cases**" in _measured(tool, "G1", record)
