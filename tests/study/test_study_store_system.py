@@ -15,7 +15,11 @@ import pytest
 from store_samples import HERE, bytes_of, child, filled, names, rows, study
 
 from lampyris.errors import LampyrisError
+from lampyris.selfcheck._power import Disk, changes_of
+from lampyris.selfcheck._sittings import bench
 from lampyris.study.store import Store, open_for
+
+LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="calls are recorded in a fork")
 
 # ---- killed --------------------
 
@@ -277,3 +281,26 @@ def test_a_disk_that_fails_anywhere_while_a_store_is_made_is_a_clear_line(tmp_pa
     told = child(MADE, tmp_path).stdout
     assert "STORE_WRITE" in told
     assert set(re.findall("[A-Z_]{5,}", told)) <= {"STORE_WRITE", "STORE_READ"}
+
+
+@LINUX
+def test_where_a_store_has_its_name_power_that_fails_leaves_nothing_else_of_its_making() -> None:
+    """The nightly oserrors found it: the journal, deleted before the name was given, was there again."""
+    with bench() as one:
+        one.fresh()
+        record = one.at / "record"
+        one.sit(plan={"record": str(record)})
+        changes = changes_of(record)
+        new, store = str(one.place / "s.db.new"), str(one.place / "s.db")
+    named = [k for k, change in enumerate(changes) if (change.op, change.path) == ("rename", new)]
+    assert len(named) == 1
+    assert any((c.op, c.path) == ("unlink", f"{new}-journal") for c in changes[: named[0]])
+    seen = set()
+    for seed in range(200):
+        disk = Disk(np.random.Generator(np.random.PCG64(seed)))
+        for change in changes[: named[0] + 1]:
+            disk.do(change)
+        there = disk.after_power_failed()
+        seen.add(store in there)
+        assert store not in there or not any(path.startswith(new) for path in there), (seed, sorted(there))
+    assert seen == {False, True}

@@ -73,6 +73,8 @@ def write_new(
         try:
             _remove(new)
             tally = _fill(new, study, maps, runs)
+            # Or its journal, deleted just now, may be there again after power was lost, beside the store.
+            sync_folder(place.parent)
             if before is not None:
                 before()
             os.replace(new, place)
