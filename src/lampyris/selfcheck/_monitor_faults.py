@@ -12,6 +12,7 @@ import numpy as np
 from lampyris.model.trace import Trace
 from lampyris.selfcheck import _monitor_told as told
 from lampyris.selfcheck import _monitor_traces as moves
+from lampyris.selfcheck._monitor_places import is_small
 
 Put: TypeAlias = Callable[[Trace, np.random.Generator], Trace | None]
 
@@ -32,7 +33,7 @@ class Fault(NamedTuple):
     referee: str
 
 
-_MEETING = ("together", "swap", "cross")
+_MEETING = ("together", "swap", "cross", "through")
 
 
 def said(pattern: str, sentences: Iterable[str]) -> bool:
@@ -43,12 +44,15 @@ def said(pattern: str, sentences: Iterable[str]) -> bool:
 def ruled(fault: Fault, trace: Trace, rule: str | None) -> bool:
     """Whether the referee's first rule is the one that was broken.
 
-    Who is larger than a cell covers another's before it can swap or cross: any of the three comes first. Its
-    corners are judged by what the disc really sweeps, which a wall beside the diagonal may be clear of.
+    Who is larger than a cell covers another's before it can swap or cross, or be driven over by a long step:
+    any of the four comes first. Its corners are judged by what the disc really sweeps, which a wall beside
+    the diagonal may be clear of; and it sweeps a wall ahead before it stands there.
     """
-    if fault.referee == "corner" and not moves.is_small(trace):
+    if fault.referee == "corner" and not is_small(trace):
         return rule in (None, "corner", "sweep")
-    if fault.referee in _MEETING and not moves.is_small(trace):
+    if fault.referee == "wall" and not is_small(trace):
+        return rule in ("wall", "sweep")
+    if fault.referee in _MEETING and not is_small(trace):
         return rule in _MEETING
     return not fault.referee or rule == fault.referee
 

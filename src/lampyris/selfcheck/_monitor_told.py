@@ -8,7 +8,7 @@ import numpy as np
 
 from lampyris.model.trace import Outcome, Trace
 from lampyris.model.traffic import Recorded
-from lampyris.selfcheck._monitor_traces import pick
+from lampyris.selfcheck._monitor_places import pick
 
 
 def wrong_arrival(trace: Trace, rng: np.random.Generator) -> Trace | None:
