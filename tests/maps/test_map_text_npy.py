@@ -74,6 +74,12 @@ def test_npy_unknown(tmp_path: Path) -> None:
     assert cells(load_bytes(tmp_path, data)) == [".#?"]
 
 
+def test_npy_with_tabs_as_python_allows_them(tmp_path: Path) -> None:
+    data = npy("{'descr':\t'|u1', 'fortran_order': False, 'shape'\t: (1,\t3), }", b"\0\1\0")
+    assert np.load(io.BytesIO(data)).tolist() == [[0, 1, 0]]
+    assert cells(load_bytes(tmp_path, data)) == [".#."]
+
+
 OK = "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2), }"
 
 
@@ -94,6 +100,9 @@ OK = "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2), }"
         (npy(OK.replace("(2, 2)", "(2, 2, 1)"), bytes(4)), "NPY_SHAPE", ""),
         (npy(OK.replace("(2, 2)", "(0, 2)"), b""), "NPY_SHAPE", ""),
         (npy(OK.replace("(2, 2)", "(-2, -2)"), bytes(4)), "NPY_SHAPE", ""),
+        (npy(OK.replace("(2, 2)", "(2\v, 2)"), bytes(4)), "NPY_SHAPE", ""),  # the nightly fuzz found it
+        (npy(OK.replace("(2, 2)", "(2,\xa02)"), bytes(4)), "NPY_SHAPE", ""),
+        (npy(OK.replace("'shape': ", "'shape':\x85"), bytes(4)), "NPY_HEADER", "shape is missing"),
         (npy(OK.replace("'shape'", "'shap'"), bytes(4)), "NPY_HEADER", "shape is missing"),
         (npy(OK.replace("False", "0"), bytes(4)), "NPY_HEADER", "fortran_order"),
         (npy("[" * 3000, b""), "NPY_HEADER", ""),

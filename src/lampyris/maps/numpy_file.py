@@ -23,11 +23,15 @@ MAGIC = b"\x93NUMPY"
 HEADER_BYTES = 4096
 _TYPE = re.compile(r"[|<>=]?(?:b1|[iu][1248])")
 _REAL = re.compile(r"[<>=]?f[248]")
-_SHAPE = re.compile(r"\s*([0-9]{1,10})L?\s*,\s*([0-9]{1,10})L?\s*,?\s*")
-_DESCR = re.compile(r"'descr'\s*:\s*'([^']*)'")
+_GAP = r"[ \t]*"  # \s would take a vertical tab or a no-break space too, which Python does not
+_SHAPE = re.compile(rf"{_GAP}([0-9]{{1,10}})L?{_GAP},{_GAP}([0-9]{{1,10}})L?{_GAP},?{_GAP}")
+_DESCR = re.compile(rf"'descr'{_GAP}:{_GAP}'([^']*)'")
 # Patterns, not ast.literal_eval: that prints a SyntaxWarning for some inputs, and nothing here needs a
 # parser.
-_ENTRIES = (re.compile(r"'fortran_order'\s*:\s*(True|False)\b"), re.compile(r"'shape'\s*:\s*\(([^()]*)\)"))
+_ENTRIES = (
+    re.compile(rf"'fortran_order'{_GAP}:{_GAP}(True|False)\b"),
+    re.compile(rf"'shape'{_GAP}:{_GAP}\(([^()]*)\)"),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -130,8 +130,8 @@ def _npy(data: bytes) -> tuple[int, int]:
     start, form = (10, "<H") if version == 1 else (12, "<I")
     (length,) = struct.unpack_from(form, data, 8)
     text = data[start : start + length].decode("latin-1")
-    told = re.search(r"shape'[^()]*\(([0-9L, ]*)\)", text)
-    kind = re.search(r"'descr'\s*:\s*'([^']*)'", text)
+    told = re.search(r"shape'[ \t:]*\(([0-9L, \t]*)\)", text)
+    kind = re.search(r"'descr'[ \t:]*'([^']*)'", text)
     _demand(told and kind, text)
     assert told is not None
     assert kind is not None
