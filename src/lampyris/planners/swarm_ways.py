@@ -17,6 +17,13 @@ PART = 1 << 16
 """Steps that are worked on between two looks at whether to go on: a few milliseconds' work."""
 
 
+def parts(n: int) -> Iterator[slice]:
+    """n elements, :data:`PART` at a time, with a look before each at whether to go on."""
+    for a in range(0, n, PART):
+        look()
+        yield slice(a, min(a + PART, n))
+
+
 class Batch(Protocol):
     """n walks, one after the other, each of at least one step; at hand, or made when they are asked for."""
 
@@ -120,8 +127,11 @@ def _walks_between(bounds: Ints, a: int, b: int) -> tuple[int, Ints]:
 
 def walk_of(ground: Ground, way: Ways) -> Cells:
     """The cells of a batch of one walk, both ends included; int32 (n, 2)."""
-    last = way.at[-1:] + ground.jump[way.step[-1:]]
-    return ground.cells(np.concatenate((way.at, last)))
+    cells = np.empty((way.steps + 1, 2), dtype=np.int32)
+    for part in parts(way.steps):
+        cells[part] = ground.cells(way.at[part])
+    cells[-1:] = ground.cells(way.at[-1:] + ground.jump[way.step[-1:]])
+    return cells
 
 
 class Lines:
