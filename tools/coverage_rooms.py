@@ -25,7 +25,7 @@ GOAL = 95.0
 # them.
 TIMED = [
     f"tests/selfcheck/test_promises.py::test_the_promise_holds[deadline-{kind}]"
-    for kind in ("limit", "cancel")
+    for kind in ("limit", "cancel", "large")
 ]
 # Names a file of settings to the tests whose processes are to be counted (tests/study/test_study_dask.py).
 CHILDREN = "LAMPYRIS_COVERAGE_OF_CHILDREN"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,9 @@ def test_only_its_suffix_or_its_first_line_make_a_csv(tmp_path: Path) -> None:
         (b"0,1\n0,1\t1\n", "CSV_CELL", "line 2 column 2: '1\\t1'"),
         (b"\t1\n", "CSV_CELL", "line 1 column 1: an empty cell"),  # the nightly maps found these two
         (b"0\t \n", "CSV_CELL", "line 1 column 2: an empty cell"),
+        (b"0\t1\n\t\n", "CSV_TRUNCATED", "line 2"),  # as 0,1 and a line of a comma alone
+        (b"0\t1\n1\t0\t\t\n", "CSV_ROW", "4 cells"),
+        (b"0,1\n1,0\v\n", "CSV_CELL", "line 2 column 2"),
         (b"0,1\n0,- 1\n", "CSV_CELL", "'- 1'"),
         (b"0,1\n0,+1\n", "CSV_CELL", "'+1'; allowed: 0 free, 1 blocked, -1 unknown"),
         (b"0,1\n0,--1\n", "CSV_CELL", "'--1'"),
@@ -213,3 +217,28 @@ def test_a_large_one_is_read_in_few_passes(tmp_path: Path, monkeypatch: pytest.M
     found = load_map(put(tmp_path, f"{MARKER}\n".encode() + csv_text(values), "m.csv"))
     expected = np.where(values == 253, 254, values % 256)
     assert _costs(found) == expected.tolist()
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"0,1\n1,0" + b" " * 3_000_000, None),
+        (b"0,1\n1" + b" " * 3_000_000 + b",0\n", None),
+        (b"0\t1\n1\t0" + b"\t" * 3_000_000, "line 2: 3,?000,?002 cells"),
+        (b"0,1\n1,0" + b"," * 3_000_000 + b"\n", "line 2: 3,?000,?002 cells"),
+    ],
+)
+def test_a_row_of_millions_of_blanks_or_cells_is_not_cut_up(
+    tmp_path: Path, data: bytes, says: str | None
+) -> None:
+    path = put(tmp_path, data, "m.csv")
+    tracemalloc.start()
+    try:
+        if says is None:
+            assert cells(load_map(path)) == [".#", "#."]
+        else:
+            with pytest.raises(FileError, match=f"CSV_ROW.*{says}"):
+                load_map(path)
+        assert tracemalloc.get_traced_memory()[1] < 9 * len(data)  # it was 20 times as much and more
+    finally:
+        tracemalloc.stop()
