@@ -253,6 +253,7 @@ ASKED: dict[str, str] = {
     "planners.ad_gso.MAX_MVR": HERE,
     "planners.ad_gso.MAX_NT": HERE,
     "report.animate.MAX_FRAMES": "report/test_report_film.py",
+    "sim.drive_settings.MAX_PASSED": "sim/test_sim_drive.py",
     "sim.feed._MOST": "sim/test_sim_feed.py",
     "study.batches.MAX_JOBS": NOT_INPUT + "jobs of a batch",
     "study.compare.MAX_DRAWN": "study/test_study_compare.py",

@@ -336,7 +336,8 @@ def drive(
     Raises
     ------
     SceneError : obstacles that do not fit the map.
-    SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``.
+    SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
+        change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
     InternalFault : the referee refused the drive; a bug of ours.
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.

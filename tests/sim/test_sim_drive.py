@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -24,8 +24,9 @@ from lampyris.referee import check_curve, check_drive
 from lampyris.referee.drive import measure
 from lampyris.sim.cutting import Cutter
 from lampyris.sim.drive import DriveSimulation, drive
+from lampyris.sim.drive_settings import MAX_PASSED
 from lampyris.sim.feed import Told
-from lampyris.sim.leg import closed_cells, curve_from
+from lampyris.sim.leg import closed_cells, comfort, curve_from
 
 ROOM = grid_of(*["." * 16] * 16)
 LANE = grid_of("." * 20)
@@ -357,6 +358,37 @@ def test_a_setting_that_a_drive_does_not_have():
         drive(Scene(ROOM, (0, 0), (1, 0)), AStar(), pacience=1.0)
     with pytest.raises(SettingError, match="SEED"):
         drive(Scene(ROOM, (0, 0), (1, 0)), AStar(), seed=-1)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_how_far_obstacles_may_come_between_two_decisions(late):
+    """Each cell is a step that is decided: a robot of 65,536 m/s cost 20 s of CPU (a fuzzed scenario)."""
+    period = {"tracking": "velocity", "command_period": 0.25} if late else {"period": 0.25}
+    robot, traffic = Robot(v_max=1.0, radius=0.2), (Crossing(1),)
+    scene = Scene(ROOM, (0, 0), (3, 2), robot=robot, traffic=traffic)
+    most = MAX_PASSED * ROOM.resolution / 0.25
+    run = drive(scene, AStar(), obstacle_speed=most, time_limit=1.0, **period)
+    assert len(run.tracks[0].t) > MAX_PASSED
+    told = r"obstacle_speed: at 401.0 m/s obstacles pass more than 100 cells.*most 400.0 m/s"
+    with pytest.raises(SettingError, match=told) as refused:
+        drive(scene, AStar(), obstacle_speed=most + 1.0, **period)
+    assert str(refused.value).endswith("a shorter command_period" if late else "a shorter period")
+    quick = replace(scene, robot=replace(robot, v_max=float(np.nextafter(most, np.inf))))
+    with pytest.raises(SettingError, match=r"OBSTACLE_SPEED.*v_max: at 400.00000000000006 m/s"):
+        drive(quick, AStar(), **period)
+    nobody = replace(scene, traffic=(), robot=replace(robot, v_max=1e6))
+    assert drive(nobody, AStar(), **period).outcome is Outcome.ARRIVED
+
+
+def test_a_robot_among_the_quickest_obstacles_asks_again():
+    """What they may reach is looked for within the map: a hundred million cells around one took 258 s."""
+    scene = Scene(ROOM, (0, 0), (3, 2), robot=Robot(v_max=1.0, radius=0.2), traffic=(RandomWalk(1),))
+    quickest = MAX_PASSED * ROOM.resolution / 0.1
+    run = drive(scene, AStar(), obstacle_speed=quickest, on_hit="go-on", time_limit=12.0)
+    assert run.replans >= 1
+    told = Told(0.0, np.array([[1.0, 1.0]]), np.zeros(1), np.array([1e9]))
+    shut = closed_cells(scene, told, comfort(scene, told, (0.0, 0.0), 0.1))
+    assert shut == {(x, y) for x in range(ROOM.width) for y in range(ROOM.height)}
 
 
 @pytest.mark.nightly

@@ -85,7 +85,11 @@ def drive(
     track: Track = None,
     obstacle_speed: Annotated[
         float | None,
-        typer.Option("--obstacle-speed", metavar="M/S", help="Of a straight step (default: the robot's)."),
+        typer.Option(
+            "--obstacle-speed",
+            metavar="M/S",
+            help="Of a straight step (default: the robot's); at most 100 cells a decision.",
+        ),
     ] = None,
     know: Annotated[
         str | None,

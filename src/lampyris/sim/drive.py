@@ -74,14 +74,13 @@ def drive(
     feed : what lies between the obstacles and the robot; None: nothing does.
     budget : of every single call of the planner; None: no limit.
     progress : called after each period with the seconds that are over.
-    settings : those of :class:`lampyris.sim.drive_settings.Settings`: period, time_limit, obstacle_speed,
-        know, tracking, command_period, delay, lag, noise, patience, give_up, on_hit, smooth, hold, max_age,
-        spacing.
+    settings : those of :class:`lampyris.sim.drive_settings.Settings`.
 
     Raises
     ------
     SceneError : obstacles that do not fit the map.
-    SettingError : a setting it does not have, or out of its range; ``EDITS``: a scene whose walls change.
+    SettingError : a setting it does not have, or out of range; ``OBSTACLE_SPEED`` (traffic too quick for
+        the period); ``EDITS`` (a scene whose walls change).
     UsageError : no such law.
     """
     simulation = DriveSimulation(
@@ -117,6 +116,7 @@ class DriveSimulation:
             allowed = "a map that stays as it is; simulations in ticks know edits"
             raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
         self.settings = one = Settings.of(settings)
+        one.check_traffic(scene)
         self.scene = scene
         self.seed = _seed(seed)
         self.feed: Feed = PerfectFeed() if feed is None else feed

@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from lampyris.errors import SettingError, did_you_mean
+from lampyris.model.scene import Scene
 from lampyris.motion.curve import Smooth
 from lampyris.sim.tracking import Tracking
 
@@ -24,6 +25,9 @@ _WORDS: Mapping[str, tuple[str, ...]] = {
 }
 _MAY_BE_NONE = ("time_limit", "obstacle_speed", "command_period", "spacing")
 _MAY_BE_ZERO = ("delay", "lag", "noise", "patience", "hold")
+MAX_PASSED = 100
+"""Cells an obstacle of the traffic may pass between two decisions: each is a step that is decided, and kept
+until the next decision. No robot avoids what is a hundred cells farther whenever it decides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,8 @@ class Settings:
     period : seconds between two decisions.
     time_limit : seconds after which it ends in any case; None: a minute, and ten times what the robot's own
         limits would need on its first way.
-    obstacle_speed : m/s of a straight step of the scene's traffic; None: the robot's top speed.
+    obstacle_speed : m/s of a straight step of the scene's traffic; None: the robot's top speed. At most
+        :data:`MAX_PASSED` cells between two decisions.
     know : what our law uses of the obstacles: their ``positions``; their ``velocities`` too; or whole
         ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
     tracking : see :mod:`lampyris.sim.tracking`.
@@ -113,8 +118,31 @@ class Settings:
     @property
     def decision_period(self) -> float:
         """Seconds between two decisions, whoever follows them."""
+        return float(getattr(self, self._decided_by))
+
+    @property
+    def _decided_by(self) -> str:
+        """The setting that says how often."""
         late = self.tracking != "perfect" and self.command_period is not None
-        return self.command_period if late and self.command_period is not None else self.period
+        return "command_period" if late else "period"
+
+    def check_traffic(self, scene: Scene) -> None:
+        """See that the scene's traffic passes at most MAX_PASSED cells between two decisions.
+
+        Raises
+        ------
+        SettingError : ``OBSTACLE_SPEED``: it passes more.
+        """
+        speed = scene.robot.v_max if self.obstacle_speed is None else self.obstacle_speed
+        most = MAX_PASSED * scene.grid.resolution / self.decision_period
+        if scene.traffic and speed > most:
+            raise SettingError(
+                "OBSTACLE_SPEED",
+                f"at {speed!r} m/s obstacles pass more than {MAX_PASSED:,} cells between two decisions",
+                where="obstacle_speed" if self.obstacle_speed is not None else "v_max",
+                allowed=f"at most {most!r} m/s",
+                todo=f"slower obstacles (obstacle_speed) or a shorter {self._decided_by}",
+            )
 
 
 def split_settings(given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -7,15 +7,17 @@ to in a straight line, and drives from where it really is.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
+from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
@@ -29,6 +31,7 @@ from lampyris.sim.feed import Told
 from lampyris.sim.going import Route
 from lampyris.typing import BoolGrid, Cell, Floats, Points
 
+_Ints: TypeAlias = NDArray[np.int64]
 Ceiling: TypeAlias = Callable[[Course], Profile | None]
 """What makes the static ceiling of a course; None: the robot's own limits are all there is."""
 
@@ -114,12 +117,15 @@ def _cells_within(
         if not (math.isfinite(x) and math.isfinite(y)):
             continue
         far = metres / grid.resolution
-        cells.add((math.floor(x + 0.5), math.floor(y + 0.5)))
-        for cy in range(math.ceil(y - far), math.floor(y + far) + 1):
-            for cx in range(math.ceil(x - far), math.floor(x + far) + 1):
-                if (cx - x) * (cx - x) + (cy - y) * (cy - y) < far * far - 1e-9:
-                    cells.add((cx, cy))
-    return frozenset(c for c in cells if grid.contains(c))
+        own = (math.floor(x + 0.5), math.floor(y + 0.5))
+        if grid.contains(own):
+            cells.add(own)
+        cx, cy = _window(
+            grid, math.ceil(x - far), math.floor(x + far), math.ceil(y - far), math.floor(y + far)
+        )
+        near = (cx - x) * (cx - x) + (cy - y) * (cy - y) < far * far - 1e-9
+        cells.update(_named(near, cx, cy))
+    return frozenset(cells)
 
 
 def covered_cells(scene: Scene, told: Told) -> list[Cell]:
@@ -128,12 +134,28 @@ def covered_cells(scene: Scene, told: Told) -> list[Cell]:
     resolution = scene.grid.resolution
     for (x, y), radius in zip(told.xy.tolist(), told.radius.tolist(), strict=True):
         reach = radius / resolution - 1e-9
-        for cy in range(math.floor(y - reach + 0.5), math.floor(y + reach + 0.5) + 1):
-            for cx in range(math.floor(x - reach + 0.5), math.floor(x + reach + 0.5) + 1):
-                gx, gy = max(abs(cx - x) - 0.5, 0.0), max(abs(cy - y) - 0.5, 0.0)
-                if gx * gx + gy * gy < reach * reach and scene.grid.contains((cx, cy)):
-                    found[cx, cy] = None
+        left, right = math.floor(x - reach + 0.5), math.floor(x + reach + 0.5)
+        cx, cy = _window(scene.grid, left, right, math.floor(y - reach + 0.5), math.floor(y + reach + 0.5))
+        gx, gy = np.maximum(np.abs(cx - x) - 0.5, 0.0), np.maximum(np.abs(cy - y) - 0.5, 0.0)
+        found.update(dict.fromkeys(_named(gx * gx + gy * gy < reach * reach, cx, cy)))
     return list(found)
+
+
+def _window(grid: Grid, left: int, right: int, top: int, bottom: int) -> tuple[_Ints, _Ints]:
+    """Columns (1, w) and rows (h, 1) from one to the other that the grid has.
+
+    Cut before anything is asked of a cell: an obstacle may be said to reach 1e9 cells.
+    """
+    return (
+        np.arange(max(left, 0), min(right, grid.width - 1) + 1)[np.newaxis, :],
+        np.arange(max(top, 0), min(bottom, grid.height - 1) + 1)[:, np.newaxis],
+    )
+
+
+def _named(chosen: BoolGrid, cx: _Ints, cy: _Ints) -> Iterator[Cell]:
+    """The chosen cells of a window, row by row."""
+    rows, columns = np.nonzero(chosen)
+    return zip(cx[0, columns].tolist(), cy[rows, 0].tolist(), strict=True)
 
 
 def nearest_cell(scene: Scene, free: BoolGrid, xy: tuple[float, float], shut: Iterable[Cell]) -> Cell:
