@@ -317,6 +317,7 @@ def test_heads_byte_by_byte_and_in_one_piece_are_the_same(live: tuple[int, World
 def test_heads_that_are_sound() -> None:
     check_head(b"GET / HTTP/1.1\r\nHost: a\r\nX-Empty:\r\nX-Spaced: \t a b \t")
     check_head(b"POST /x?y HTTP/1.1\r\nContent-Length: 0")
+    check_head(b"POST /x?y HTTP/1.1\r\nContent-Length:\t 0 \t")
     with pytest.raises(BadHead):
         check_head(b"GET / HTTP/1.1\r\nHost: a\r\nhost: a")
 

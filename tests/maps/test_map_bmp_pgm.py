@@ -135,6 +135,8 @@ BAD_PGM = {
     "more": (b"P5 1 1 255\n" + bytes(13), "PGM_TRAILING", "12 bytes"),
     "more P2": (b"P2 1 1 255 0 0", "PGM_TRAILING", "1 samples"),
     "token": (b"P2\n2 2\n255\n0 abc 0 0", "PGM_TOKEN", "line 4: 'abc' is not a number"),
+    "long token": (b"P2 2 1 255\n0 " + b"1" * 200_000 + b" x1", "PGM_TOKEN", "line 2: 'x1' is not a number"),
+    "long odd token": (b"P2 2 1 255\n0\n" + b"1" * 99_999 + b"x", "PGM_TOKEN", "line 3: '1111"),
     "minus": (b"P2 1 1 255 -1", "PGM_TOKEN", "'-1'"),
     "bit": (b"P1 2 1 02", "PGM_TOKEN", "'02'"),
     "long": (b"P5 " + b"9" * 1000 + b" 1 255\n", "PGM_TOKEN", "longer than 10 digits"),

@@ -98,7 +98,13 @@ def test_only_its_suffix_or_its_first_line_make_a_csv(tmp_path: Path) -> None:
         (b"0,1\n0,1\t1\n", "CSV_CELL", "line 2 column 2: '1\\t1'"),
         (b"\t1\n", "CSV_CELL", "line 1 column 1: an empty cell"),  # the nightly maps found these two
         (b"0\t \n", "CSV_CELL", "line 1 column 2: an empty cell"),
-        (b"0\t1\n\t\n", "CSV_TRUNCATED", "line 2"),  # as 0,1 and a line of a comma alone
+        (b"0\t1\n\t\n", "CSV_CELL", "line 2 column 1: an empty cell"),
+        (b"0,1\n,\n", "CSV_CELL", "line 2 column 1: an empty cell"),
+        (b"0\t1\n\t\t\t\n", "CSV_CELL", "line 2 column 1: an empty cell"),
+        (b"0,1\n1,0\r\r\r\n", "CSV_ROW", "line 2"),
+        (b"0,1\r\r\n1,0\r\n", "CSV_ROW", "line 1"),
+        (b"0,1\n1,0\n0,1\r\r\n1,0\r\n", "CSV_ROW", "line 3"),
+        (b"0,1\n1,%bx\n" % (b"1" * 100_000), "CSV_CELL", "line 2 column 2"),
         (b"0\t1\n1\t0\t\t\n", "CSV_ROW", "4 cells"),
         (b"0,1\n1,0\v\n", "CSV_CELL", "line 2 column 2"),
         (b"0,1\n0,- 1\n", "CSV_CELL", "'- 1'"),

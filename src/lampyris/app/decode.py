@@ -221,11 +221,12 @@ def read_container(data: bytes, folder: Path) -> dict[str, Any]:
 
 
 _IMAGE: Final = re.compile(
-    rb"""^(image[ \t]*:[ \t]*)(["']?)"""
-    rb"""(?:([^"'\r\n#]{0,999})[\\/])?([^"'\r\n#\\/]{1,255}?)(["']?[ \t]*(?:\#.*)?\r?)$""",
+    rb"""^(image[ \t]*+:[ \t]*+)(["']?)(?:([^"'\r\n#]{0,999})[\\/])?"""
+    rb"""([^"'\r\n#\\/]{0,254}[^"'\r\n#\\/ \t])(["']?[ \t]*+(?:\#.*+)?\r?)$""",
     re.MULTILINE,
 )
-"""The line of a ROS map's YAML that names its picture: before, quote, folder, name, after."""
+"""The line of a ROS map's YAML that names its picture: before, quote, folder, name, after.
+Blanks are taken all or not at all: tried one by one, 2,000 of them took 22 s."""
 
 
 def beside(text: bytes, there: Container[str]) -> tuple[bytes, str]:

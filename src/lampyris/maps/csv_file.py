@@ -32,7 +32,8 @@ _DIGITS = 4
 """Characters of the longest number that can be right: ``-1`` and ``254``, and one zero too many."""
 _HEADER = 64
 """Cells of a first row that are looked at to tell a header from a map."""
-_FLOAT = re.compile(rb"[-+]?[0-9]*\.?[0-9]+\.?(?:[eE][-+]?[0-9]+)?")
+# Possessive, as all patterns for strangers' text: a cell of 20,000 digits and a letter took 8 s.
+_FLOAT = re.compile(rb"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 _OCCUPANCY = "0 free, 1 blocked, -1 unknown"
 
 
@@ -118,6 +119,9 @@ def _shape(source: Source) -> _Shape:
     stop = len(data.rstrip(b" \r\n" if separator == ord("\t") else b" \t\r\n"))
     height = data.count(b"\n", start, stop) + 1
     source.check_size(width, height)
+    # What follows the last cell is not read with the rows; a CR alone may have been the end of a row there.
+    if b"\r" in _line(data, stop).removesuffix(b"\r"):
+        raise _ends(source, line + height - 1)
     return _Shape(start, stop, line, width, height, separator, costmap)
 
 
@@ -197,8 +201,10 @@ def _wrong(source: Source, piece: bytes, shape: _Shape, line: int) -> Exception:
     high = NO_INFORMATION if shape.costmap else 1
     separator = bytes((shape.separator,))
     for number, row in enumerate(piece.split(b"\n")[:-1], line):
+        lone = b"\r" in row.removesuffix(b"\r")
         row = row.rstrip(b"\r")
-        cells = row.split(separator, shape.width) if row.strip() else []
+        blanks = b" " if separator == b"\t" else b" \t"
+        cells = row.split(separator, shape.width) if row.strip(blanks) else []
         for column, cell in enumerate(cells[: shape.width], 1):
             word = cell.strip(b" \t")
             digits = word.removeprefix(b"-")
@@ -217,9 +223,14 @@ def _wrong(source: Source, piece: bytes, shape: _Shape, line: int) -> Exception:
         if len(cells) > shape.width:
             what, allowed = f"{row.count(separator) + 1} cells", f"{shape.width}, as in the first row"
             return source.error("CSV_ROW", what, f"line {number}", allowed)
-    return source.error(
-        "CSV_ROW", "rows that cannot be told apart", f"line {line}", "ends of line: LF or CRLF"
-    )
+        if lone:
+            return _ends(source, number)
+    return _ends(source, line)
+
+
+def _ends(source: Source, line: int) -> Exception:
+    what = "rows that cannot be told apart"
+    return source.error("CSV_ROW", what, f"line {line}", "ends of line: LF or CRLF")
 
 
 def _advice(word: bytes, row: bytes, shape: _Shape, first: bool) -> str:

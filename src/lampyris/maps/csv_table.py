@@ -25,7 +25,7 @@ MAX_LINE = 2**16
 GREATEST = 1e9
 """Numbers beyond are a wrong unit: 64-bit floats no longer tell the cells of a fine map apart there."""
 # Python's own reader takes 1_0, and digits of other scripts.
-NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?", re.ASCII)
+NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]{1,4})?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ MAGIC = b"\x93NUMPY"
 HEADER_BYTES = 4096
 _TYPE = re.compile(r"[|<>=]?(?:b1|[iu][1248])")
 _REAL = re.compile(r"[<>=]?f[248]")
-_GAP = r"[ \t]*"  # \s would take a vertical tab or a no-break space too, which Python does not
+_GAP = r"[ \t]*+"  # \s would take a vertical tab or a no-break space too, which Python does not
 _SHAPE = re.compile(rf"{_GAP}([0-9]{{1,10}})L?{_GAP},{_GAP}([0-9]{{1,10}})L?{_GAP},?{_GAP}")
 _DESCR = re.compile(rf"'descr'{_GAP}:{_GAP}'([^']*)'")
 # Patterns, not ast.literal_eval: that prints a SyntaxWarning for some inputs, and nothing here needs a

@@ -137,10 +137,11 @@ def _plain(source: Source, header: _Header) -> NDArray[Any]:
     need = header.width * header.height
     digits = b"01" if header.kind == 1 else b"0123456789"
     if raster.translate(None, digits + _WHITE):
-        odd = re.compile(rb"\S*[^\s" + digits + rb"]\S*").search(raster)
+        odd = re.search(rb"[^\s" + digits + rb"]", raster)
         assert odd is not None
-        token = odd[0][:20].decode("latin-1")
-        raise source.error("PGM_TOKEN", f"{token!r} is not a number", _line(source, header.end + odd.start()))
+        begin = max(raster.rfind(_WHITE[k : k + 1], 0, odd.start()) for k in range(len(_WHITE))) + 1
+        token = raster[begin : begin + 20].split()[0].decode("latin-1")
+        raise source.error("PGM_TOKEN", f"{token!r} is not a number", _line(source, header.end + begin))
     if header.kind == 1:
         bits = raster.translate(None, _WHITE)  # a bitmap's digits need no space between them
         _count(source, len(bits), need)
