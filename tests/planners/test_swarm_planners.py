@@ -184,7 +184,7 @@ def test_however_often_ants_look_they_find_the_same(part: int, monkeypatch: pyte
     document = load("env-6")
     scene = Scene(document.grid, document.start, document.goal)
     looks: list[str] = []
-    for settings in (MmasDstar(swarm=5, iterations=4), MmasDstar(swarm=3, iterations=4, seeded=False)):
+    for settings in (MmasDstar(swarm=40, iterations=4), MmasDstar(swarm=30, iterations=4, seeded=False)):
         whole = planned(settings, scene)
         looks.clear()
         with monkeypatch.context() as patch:

@@ -31,7 +31,10 @@ CANCEL_S = 0.050
 """After so many seconds a call that was stopped has answered."""
 AGAIN = 60
 """A call that had to load compiled code is made again, so many times at most: each time it gets further."""
-STOPPED = 0.6
+SOONER = 4
+"""A call that was over before it was to end is made again, at most so many times, to end in half of the time
+that it had before."""
+STOPPED, LARGE_STOPPED = 0.9, 0.6
 """Share of the cases, at least, in which the call was at work when it was to end."""
 
 _KINDS = {
@@ -49,7 +52,7 @@ _KINDS = {
     ),
     "large": Kind(
         "a call on a map of 512 to 2048 cells a side, stopped at any moment of 1.5 s, answers within 50 ms",
-        commit=10, nightly=300, release=1500, chunk=5, least={"stopped": STOPPED},
+        commit=10, nightly=300, release=1500, chunk=5, least={"stopped": LARGE_STOPPED},
     ),
     "ctrl-c": Kind(
         "`lampyris plan` that Ctrl-C hits at a drawn moment is gone within 50 ms, exit code 130",
@@ -100,13 +103,18 @@ def _run(ask: Ask, part: Part) -> Outcome:
 def _one(ask: Ask, kind: str, number: int, call: Call, tally: Tally) -> None:
     by_hand = kind in ("cancel", "large")
     seconds = call.seconds if kind == "long" else _moment(call)
-    for _ in range(AGAIN):
-        session = session_of(call)
-        done = _timed(session, seconds, by_hand=by_hand)
-        if not done.loaded:
+    ended = Status.CANCELLED if by_hand else Status.LIMIT
+    # How long a call took the last time says little on a machine that others use too: up to one case in two
+    # was over by then, and so tried nothing.
+    for again in range(SOONER if kind in ("limit", "cancel") else 0, -1, -1):
+        session, done = _asked(call, seconds, by_hand)
+        stopped = done.plan.status in (Status.LIMIT, Status.CANCELLED)
+        allowed = CANCEL_S if by_hand else max(LATE_S, LATE_SHARE * seconds)
+        wrong = _wrong(done.plan, call, ended)
+        if stopped or wrong or _lateness(ask, done) > allowed or not again:
             break
-    allowed = CANCEL_S if by_hand else max(LATE_S, LATE_SHARE * seconds)
-    stopped = done.plan.status in (Status.LIMIT, Status.CANCELLED)
+        tally.count("made to end sooner")
+        seconds /= 2.0
     ending = "stopped" if stopped else "ended before"
     tally.case(f"status:{done.plan.status}", f"map:{call.map}", f"planner:{call.planner}", ending)
     if done.slack is not None:
@@ -116,7 +124,6 @@ def _one(ask: Ask, kind: str, number: int, call: Call, tally: Tally) -> None:
     elif kind == "long":
         tally.fail(number, f"{done.plan.status} before its limit: it tries nothing", call=call.said)
     _late(ask, tally, number, done, allowed, call)
-    wrong = _wrong(done.plan, call, Status.CANCELLED if by_hand else Status.LIMIT)
     if wrong:
         tally.fail(number, wrong, call=call.said)
     if stopped and call.small:
@@ -124,6 +131,16 @@ def _one(ask: Ask, kind: str, number: int, call: Call, tally: Tally) -> None:
         unlike = _unlike(session.plan(), session_of(call).plan())
         if unlike:
             tally.fail(number, f"asked again after it was stopped: {unlike}", call=call.said)
+
+
+def _asked(call: Call, seconds: float, by_hand: bool) -> tuple[Session, _Timed]:
+    """A fresh session, and how its call ended; made again as long as it was loading compiled code."""
+    for _ in range(AGAIN):
+        session = session_of(call)
+        done = _timed(session, seconds, by_hand=by_hand)
+        if not done.loaded:
+            break
+    return session, done
 
 
 def _moment(call: Call) -> float:
@@ -176,10 +193,15 @@ def _measure(tally: Tally, kind: str, done: _Timed | Ended) -> None:
     tally.measure(f"{kind}_cpu_ms", 1e3 * done.cpu)
 
 
+def _lateness(ask: Ask, done: _Timed | Ended) -> float:
+    """Seconds, as this size counts them."""
+    return done.cpu if ask.size == "commit" else done.wall
+
+
 def _late(
     ask: Ask, tally: Tally, number: int, done: _Timed | Ended, allowed: float, call: Call | Long
 ) -> None:
-    late = done.cpu if ask.size == "commit" else done.wall
+    late = _lateness(ask, done)
     if late > allowed:
         tally.fail(number, f"{1e3 * late:.1f} ms late, {1e3 * allowed:.0f} allowed", call=call.said)
 
