@@ -20,6 +20,7 @@ import atheris
 with atheris.instrument_imports(include=["lampyris.maps", "lampyris.study", "lampyris.scen", "yaml"]):
     from lampyris.selfcheck import fuzz
     from lampyris.selfcheck._fuzz_targets import TARGETS
+    from lampyris.selfcheck._scratch import folder
     from lampyris.selfcheck.check import Ask
 
 CPU_S = 4.0
@@ -46,8 +47,8 @@ def main() -> None:
         (corpus / f"mutant-{number}").write_bytes(fuzz.mutant(Ask(asked.seed), asked.target, number))
     fuzz.CPU_S = CPU_S
     read = 0
-    with fuzz._folder() as folder:
-        case = fuzz.Case(asked.target, folder)
+    with folder() as place:
+        case = fuzz.Case(asked.target, place)
 
         def one(data: bytes) -> None:
             nonlocal read
@@ -59,7 +60,7 @@ def main() -> None:
                 kept = asked.corpus / f"{asked.target}--crash"
                 kept.write_bytes(data)
                 print(
-                    f"{asked.target}: cases={read} failures=1: {fuzz._told(problem, folder)}; kept as {kept}"
+                    f"{asked.target}: cases={read} failures=1: {fuzz._told(problem, place)}; kept as {kept}"
                 )
                 raise
 

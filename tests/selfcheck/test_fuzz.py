@@ -23,6 +23,7 @@ import pytest
 from lampyris.errors import InternalFault, LampyrisError
 from lampyris.selfcheck import _fuzz_run, fuzz
 from lampyris.selfcheck._fuzz_targets import TARGETS
+from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Part
 from lampyris.selfcheck.fuzz import Case, mutant
 from lampyris.selfcheck.twins.map_files import bmp, npy, png
@@ -34,8 +35,8 @@ ASK = Ask()
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_cases_are_varied(name: str) -> None:
-    with fuzz._folder() as folder:
-        case = Case(name, folder)
+    with folder() as place:
+        case = Case(name, place)
         codes = Counter(case.read(mutant(ASK, name, number), number)[0] for number in range(200))
     read = codes.pop("", 0)
     assert read > 200 // 30, f"the mutations are too rough to tell anything: {codes}"

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from lampyris.selfcheck import _sittings
+from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck._sitting_child import digest
 from lampyris.selfcheck._sittings import acknowledged
-from lampyris.selfcheck._stores import folder
 from lampyris.selfcheck.check import Tally
 
 KILLS, WORKERS = 3, 2

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from lampyris.errors import InternalFault
+from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck._sitting_child import digest
-from lampyris.selfcheck._stores import folder
 from lampyris.study.file import load_study
 from lampyris.study.store import Store
 

@@ -17,7 +17,8 @@ from typing import TypeVar
 import numpy as np
 
 from lampyris.errors import InternalFault, LampyrisError
-from lampyris.selfcheck._stores import Files, bytes_of, clear, filled, folder, put, rows, study
+from lampyris.selfcheck._scratch import folder
+from lampyris.selfcheck._stores import Files, bytes_of, clear, filled, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.study.row import Row
 from lampyris.study.store import Store, open_for, repair

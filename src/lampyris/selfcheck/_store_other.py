@@ -11,9 +11,10 @@ from typing import Any
 
 from lampyris.errors import LampyrisError
 from lampyris.maps.map_hash import map_hash
+from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck._store_damage import MAIN, closed, opened
 from lampyris.selfcheck._store_writers import processes, writers
-from lampyris.selfcheck._stores import bytes_of, clear, filled, folder, put, rows, study
+from lampyris.selfcheck._stores import bytes_of, clear, filled, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.selfcheck.twins.watching import Hangs, no_longer_than
 from lampyris.study.design import Crowd, Ground, Study, Who, canonical

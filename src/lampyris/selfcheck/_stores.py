@@ -6,11 +6,8 @@ some are longer than a page.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -98,15 +95,6 @@ def left_open(path: Path, of: Study, batch: int = 5, closed: int = 0) -> tuple[d
     for ending in BESIDE:
         path.with_name(path.name + ending).unlink(missing_ok=True)
     return files, all_
-
-
-@contextmanager
-def folder() -> Iterator[Path]:
-    """A folder that is gone afterwards; in memory where the system has such a disk: no sync waits there."""
-    memory = Path("/dev/shm")
-    where = memory if memory.is_dir() and os.access(memory, os.W_OK) else None
-    with TemporaryDirectory(prefix="lampyris-", dir=where) as name:
-        yield Path(name)
 
 
 def clear(at: Path) -> None:

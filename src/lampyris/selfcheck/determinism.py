@@ -33,6 +33,7 @@ import numpy as np
 from lampyris.processors import processors
 from lampyris.selfcheck import _small_studies as studies
 from lampyris.selfcheck._determinism_run import extensions
+from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.study.where import Where
 
@@ -275,8 +276,8 @@ def _studies(part: Part) -> Outcome:
 
 def _study(kind: str, seeds: int, workers: int, shuffle: int | None) -> str:
     made = studies.study(kind, seeds)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "study.db"
+    with folder() as place:
+        path = place / "study.db"
         if workers:
             return _hash(studies.through_store(made, path, Where(workers, shuffle=shuffle)))
         return _hash(studies.in_sittings(made, path, SITTINGS))

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import base64
 import gc
-import os
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import lampyris
 from lampyris.errors import LampyrisError
@@ -23,6 +21,7 @@ from lampyris.planners import registry
 from lampyris.selfcheck import _fuzz_run
 from lampyris.selfcheck._fuzz_targets import TARGETS, Target
 from lampyris.selfcheck._fuzz_valid import NotValid, must, words
+from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.watching import Growth, Hangs, no_longer_than, watched
 
@@ -35,7 +34,6 @@ MEMORY = 256 * 2**20
 """Bytes that no file may take."""
 NINE = ("png", "bmp", "pgm", "ros", "map", "scen", "scenario-json", "study-json", "store")
 """Parsers that everybody's files go through; the others share most of their code with one of these."""
-_MEMORY_FOLDER = Path("/dev/shm")
 
 
 class Case:
@@ -119,15 +117,15 @@ def run(ask: Ask, part: Part) -> Outcome:
         return _run_scenarios(ask, part)
     tally = Tally(part)
     slowest, most = 0.0, 0
-    with _quiet(), _folder() as folder:
-        case = Case(part.kind, folder)
+    with _quiet(), folder() as place:
+        case = Case(part.kind, place)
         for number in part.numbers:
             data = mutant(ask, part.kind, number)
             try:
                 code, took, grown = case.read(data, number)
             except (Exception, Hangs) as problem:
                 tally.case("wrong")
-                tally.fail(number, _told(problem, folder), **_kept(part.kind, data))
+                tally.fail(number, _told(problem, place), **_kept(part.kind, data))
                 continue
             tally.case("refused" if code else "read")
             slowest, most = max(slowest, took), max(most, grown)
@@ -140,8 +138,8 @@ def _run_scenarios(ask: Ask, part: Part) -> Outcome:
     """Read, write and run the mutants of a part."""
     tally = Tally(part)
     target = _fuzz_run.KINDS[part.kind]
-    with _folder() as folder:
-        path = _fuzz_run.prepare(part.kind, folder)
+    with folder() as place:
+        path = _fuzz_run.prepare(part.kind, place)
         for number in part.numbers:
             rng = ask.rng("fuzz", part.kind, number)
             data = TARGETS[target].mutants.mutant(rng)
@@ -151,7 +149,7 @@ def _run_scenarios(ask: Ask, part: Part) -> Outcome:
                 tally.case(word)
             except (Exception, Hangs) as problem:
                 tally.case("wrong")
-                tally.fail(number, _told(problem, folder), **_kept(target, data))
+                tally.fail(number, _told(problem, place), **_kept(target, data))
     return tally.outcome()
 
 
@@ -163,14 +161,6 @@ def _told(problem: BaseException, folder: Path) -> str:
 
 def _kept(name: str, data: bytes) -> dict[str, str]:
     return {"target": name, "file": TARGETS[name].file, "base64": base64.b64encode(data).decode()}
-
-
-@contextmanager
-def _folder() -> Iterator[Path]:
-    """A folder that is in memory, where there is such a place."""
-    place = _MEMORY_FOLDER if os.access(_MEMORY_FOLDER, os.W_OK) else None
-    with TemporaryDirectory(prefix="lampyris-fuzz-", dir=place) as name:
-        yield Path(os.path.realpath(name))
 
 
 @contextmanager

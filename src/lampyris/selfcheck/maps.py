@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from lampyris.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.selfcheck._maps_closed import SORTS, Sort, ros
 from lampyris.selfcheck._maps_drawn import HOLDS, drawn, facts
+from lampyris.selfcheck._scratch import folder as scratch
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.typing import BoolGrid
 
@@ -44,14 +44,13 @@ def run(ask: Ask, part: Part) -> Outcome:
     """Write and read the files of a part."""
     tally = Tally(part)
     case = {"closed": _closed, "closed-ros": _closed_ros, "round-trip": _round_trip, "one-hash": _one_hash}
-    with TemporaryDirectory(prefix="lampyris-maps-") as name:
-        folder = Path(name)
+    with scratch() as folder:
         for number in part.numbers:
             rng = ask.rng("maps", part.kind, number)
             try:
                 case[part.kind](rng, number, folder, tally)
             except Exception as problem:
-                what = f"{type(problem).__name__}: {problem}".replace(name, "FOLDER")
+                what = f"{type(problem).__name__}: {problem}".replace(str(folder), "FOLDER")
                 tally.fail(number, what)
     return tally.outcome()
 
