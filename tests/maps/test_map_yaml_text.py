@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
+import yaml
 
-from lampyris.errors import FileError, LimitError
+from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.maps.yaml_text import MAX_BYTES, read_yaml
 
 
@@ -102,6 +103,51 @@ def test_limits_hold_at_their_edges() -> None:
     assert read_yaml("a: [1, 2]", "f", max_values=4).data == {"a": [1, 2]}
     with pytest.raises(LimitError, match=r"YAML_SIZE.*too many values; allowed: at most 3"):
         read_yaml("a: [1, 2]", "f", max_values=3)
+
+
+@pytest.mark.parametrize(
+    ("before", "levels"),
+    [("", 0), ("a: ", 1), ("a:\n  b:\n    c: ", 3), ("a:\n  - - b: ", 4)],
+)
+def test_the_bracket_that_is_too_deep_is_named(before: str, levels: int) -> None:
+    """Whether blocks or brackets nest, and even if what is open is never closed."""
+    line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+    inner = [("[", "]"), ('{"a":', "}")] * 20 if levels else [('{"a":', "}"), ("[", "]")] * 20
+    for many in (32 - levels, 33 - levels):
+        opened, closed = inner[:many], reversed(inner[:many])
+        text = before + "".join(a for a, _ in opened) + "0" + "".join(b for _, b in closed)
+        if many + levels <= 32:
+            assert read_yaml(text, "f").data
+            continue
+        place = column + sum(len(a) for a, _ in opened[:-1])
+        for end in ("".join(b for _, b in reversed(opened)), "", "[" * 3000, "]]}", " 0" * 500):
+            with pytest.raises(LimitError, match=f"YAML_DEPTH.*f:{line}:{place}: nested too deep"):
+                read_yaml(before + "".join(a for a, _ in opened) + end, "f")
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("{image: m.pgm, res" + "[" * 2000, "YAML_SYNTAX"),
+        ("a: " + "{" * 2000, "YAML_SHAPE"),
+        ("a: " + '{"a":' * 900, "YAML_DEPTH"),
+        ("a: [" + "\n[" * 2000, "YAML_DEPTH"),
+    ],
+)
+def test_few_brackets_may_begin_a_key(text: str, code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """PyYAML looks at all such for each token: of a thousand in one line that were a million looks."""
+    looks: list[int] = []
+    real = yaml.SafeLoader.stale_possible_simple_keys
+
+    def counted(self: yaml.SafeLoader) -> None:
+        looks.append(len(self.possible_simple_keys))
+        real(self)
+
+    monkeypatch.setattr(yaml.SafeLoader, "stale_possible_simple_keys", counted)
+    with pytest.raises(LampyrisError, match=code):
+        read_yaml(text, "f")
+    assert max(looks) <= 33
+    assert len(looks) < 4200
 
 
 def test_tabs_are_told_to_be_spaces() -> None:
