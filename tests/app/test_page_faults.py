@@ -137,8 +137,8 @@ def test_a_stroke_ends_where_its_map_does(tab: Any) -> None:
 def test_a_map_that_is_not_there_is_not_taken_for_the_one_before(tab: Any, address: str) -> None:
     click(tab, (4, 4))
     refuse(tab, "**/api/maps/env-5", times=1)
+    tab.goto("about:blank")  # else it is another address of the page that is there: see the next test
     tab.goto(re.sub("m=.*", "m=nosuch", address))
-    tab.reload()
     tip = tab.locator("#tip")
     tip.get_by_text("The map cannot be opened").wait_for()
     assert "nosuch" in tip.inner_text()
@@ -152,3 +152,20 @@ def test_a_map_that_is_not_there_is_not_taken_for_the_one_before(tab: Any, addre
     tab.locator("#where").get_by_text("env-1").wait_for()
     tab.locator("#status").get_by_text("found").first.wait_for()
     assert "cannot" not in tip.inner_text()
+
+
+def test_an_address_with_another_map_is_followed_in_the_same_tab(tab: Any, address: str) -> None:
+    """It was left alone, and written over."""
+    click(tab, (4, 4))
+    tab.goto(re.sub("m=.*", "m=env-1", address))
+    tab.locator("#where").get_by_text("env-1").wait_for()
+    tab.locator("#status").get_by_text("found").first.wait_for()
+    assert in_address(tab)["map"] == "env-1"
+    tab.goto(re.sub("m=.*", "m=env-1", address))  # on the same map what is there stays
+    click(tab, (6, 6))
+    tab.goto(re.sub("m=.*", "m=env-1", address))
+    assert in_address(tab)["goal"] == [6, 6]  # the second click
+    for _ in range(2):
+        tab.keyboard.press("Control+z")
+    tab.locator("#where").get_by_text("env-3").wait_for()
+    assert in_address(tab)["start"] == [4, 4]

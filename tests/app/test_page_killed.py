@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import SOON, app, needs_chromium
+from page_browser import app, needs_chromium
 from page_person import click, draw, fact, in_address, moment, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -20,7 +20,6 @@ pytestmark = needs_chromium
 def context(browser: Any) -> Iterator[Any]:
     """A browser that was never here."""
     made = browser.new_context(viewport={"width": 1280, "height": 720})
-    made.set_default_timeout(SOON)
     yield made
     made.close()
 
@@ -41,8 +40,8 @@ def ready(page: Any) -> None:
 
 
 def is_gone(page: Any, port: int) -> None:
-    """The page says within seconds that nobody answers, and how to go on."""
-    page.get_by_role("alert").get_by_text(f"lampyris app --port {port}").wait_for(timeout=15_000)
+    """The page says by itself that nobody answers, and how to go on."""
+    page.get_by_role("alert").get_by_text(f"lampyris app --port {port}").wait_for()
 
 
 def furnish(page: Any) -> dict[str, Any]:
@@ -151,6 +150,25 @@ def test_a_tab_that_was_closed_meanwhile(context: Any, port: int, tmp_path: Path
         page.get_by_role("button", name="Undo").click()
         page.locator("#where").get_by_text("env-3").wait_for()
         assert in_address(page) == drawn, "on another map it is one undo away"
+
+
+def test_the_next_start_s_map_does_not_take_the_place_of_what_was_drawn(
+    context: Any, port: int, tmp_path: Path
+) -> None:
+    """The address of a start names the map that it was given, whatever has been chosen since."""
+    page = context.new_page()
+    with app(tmp_path, "env-5", port=port) as address:
+        page.goto(address)
+        ready(page)
+        drawn = furnish(page)
+    is_gone(page, port)
+    with app(tmp_path, "env-5", port=port) as address:
+        page.goto(address)
+        page.get_by_role("alert").wait_for(state="hidden")
+        assert in_address(page) == drawn
+        page.reload()
+        ready(page)
+        assert in_address(page) == drawn
 
 
 def test_an_old_tab_that_is_loaded_again(context: Any, port: int, tmp_path: Path) -> None:

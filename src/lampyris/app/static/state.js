@@ -335,19 +335,23 @@ export function mount(page) {
     if (timer) save();
   });
   page.link = address;
-  addEventListener("hashchange", ({ newURL }) => {
+  addEventListener("hashchange", ({ oldURL, newURL }) => {
     // As it was opened: what was drawn a moment before may have taken its place in the address.
-    const said = fragment(new URL(newURL).hash);
+    const [before, said] = [oldURL, newURL].map((url) => fragment(new URL(url).hash));
     wanted = said.get("v") ?? "";
-    void arrived(page, said);
+    void arrived(page, said, said.get("t") !== before.get("t"));
   });
   page.on("gone", (gone) => {
     if (gone && begun) save();
   });
 }
 
-/** Another address was opened in this tab: perhaps with a new server's token. @param {import("./types.js").Page} page @param {URLSearchParams} said */
-async function arrived(page, said) {
+/**
+ * Another address was opened in this tab. A new server's names the map that it was started with, each time it is
+ * started: what is here stays, as the page has said of it. @param {import("./types.js").Page} page
+ * @param {URLSearchParams} said @param {boolean} anew whether it is a new server's
+ */
+async function arrived(page, said, anew) {
   page.api.token = said.get("t") ?? "";
   const text = said.get("s");
   if (text) {
@@ -358,8 +362,20 @@ async function arrived(page, said) {
       page.say("That link is damaged; this is still what was here before.", "bad");
     }
   }
+  const name = said.get("m");
+  if (!text && !anew && name && mapOf(page.store.scenario.map) !== name) {
+    if (drawn(page.store.scenario)) page.say(UNDO);
+    page.store.replace({ ...blank(), map: name });
+  }
   page.tell("token");
   if (MEET.test(said.get("c") ?? "")) void page.show("compare");
+}
+
+const UNDO = "What you drew last, on another map, is one undo away.";
+
+/** Whether there is work in it. @param {Scenario | null} scenario */
+function drawn(scenario) {
+  return scenario !== null && (scenario.edits.length > 0 || scenario.obstacles.length > 0);
 }
 
 /** The map of a scenario in a word. @param {any} spec */
@@ -387,13 +403,12 @@ export async function first(page) {
     }
   }
   const name = said.get("m");
-  const drawn = kept && (kept.edits.length > 0 || kept.obstacles.length > 0);
   if (name && mapOf(kept?.map) !== name) {
     if (kept) page.store.remember(kept);
-    if (drawn) page.say("What you drew last, on another map, is one undo away.");
+    if (drawn(kept)) page.say(UNDO);
     return { ...blank(), map: name };
   }
   if (last) page.tell("look", last.look);
-  if (name && drawn) page.say(`This is what you drew last on ${name}; choose the map again for a clean one.`);
+  if (name && drawn(kept)) page.say(`This is what you drew last on ${name}; choose the map again for a clean one.`);
   return kept;
 }
