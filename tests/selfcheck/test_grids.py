@@ -51,6 +51,7 @@ def test_the_sizes_are_those_that_were_promised() -> None:
     assert kinds["1xn"].commit == 26_106
     assert kinds["4x4-classes"].nightly == 582_464
     assert kinds["4x4"].release == 4_456_448
+    assert kinds["5x5-classes"].release == 4_211_744
 
 
 @pytest.mark.parametrize("kind", ["3x3", "2x4", "4x2", "1xn"])
@@ -85,6 +86,32 @@ def test_every_class_is_one_and_every_pair_is_met() -> None:
     last = lists.pair(grids.ALL_PAIRS - 1, classes=False)
     assert (last.bits, last.start, last.goal, last.moves) == (0xFFFF, (3, 3), (3, 3), "octile")
     assert lists.pair(grids.ALL_PAIRS, classes=False).moves == "dissertation"
+
+
+@pytest.mark.nightly  # 3 s
+def test_every_class_of_5x5_is_met_once_a_round() -> None:
+    heads = lists.class_heads(5)
+    assert len(set(heads.tolist())) == lists.CLASSES_5X5
+    # Burnside's count: what turns and mirrors leave as it is, in cells that change places with each other.
+    board = np.arange(25).reshape(5, 5)
+    left = 0
+    for flipped in (board, board.T):
+        for quarter in range(4):
+            places = np.rot90(flipped, quarter).ravel()
+            seen, cycles = set[int](), 0
+            for cell in range(25):
+                cycles += cell not in seen
+                while cell not in seen:
+                    seen.add(cell)
+                    cell = int(places[cell])
+            left += 2**cycles
+    assert left == 8 * lists.CLASSES_5X5
+    made = outcome("5x5-classes", 300, 3_000_000)
+    assert (made.failed, made.counts["fields, every cell"]) == (0, 300)
+    met = {lists.field(3_000_000 + turn * lists.CLASSES_5X5) for turn in range(100)}
+    assert {q.bits for q in met} == {int(heads[3_000_000])}
+    free = {(c % 5, c // 5) for c in range(25) if int(heads[3_000_000]) >> c & 1}
+    assert {(q.goal, q.moves) for q in met} == {(cell, moves) for cell in free for moves in lists.MOVES}
 
 
 def test_a_sample_of_the_large_kinds_holds() -> None:
@@ -166,6 +193,10 @@ def test_a_field_that_is_off_by_one_in_one_cell_is_seen(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(grids, "solve_field", off)
     assert any("the field has" in f.what for f in outcome("2x4", 2000, 9_000).failures)
+    # The classes are listed in 3 s: some grids stand in for them.
+    monkeypatch.setattr(lists, "class_heads", lambda side: np.arange(2**25 - 50, 2**25))
+    monkeypatch.setattr(lists, "CLASSES_5X5", 50)
+    assert "field, octile moves, " in outcome("5x5-classes", 50).failures[0].what
 
 
 def test_an_index_that_wraps_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,8 +20,12 @@ MOVES = ("octile", "dissertation", "four", "sixteen")
 LONGEST = 8
 """Cells of the longest corridor."""
 GRIDS_4X4 = 1 << 16
+CLASSES_5X5 = 4_211_744
+"""Grids of five by five cells that do not turn or mirror into each other."""
 _STIR = 2_654_435_761
 """Knuth's multiplier: neighbouring queries go to planners that are not neighbours."""
+_PIECE = 1 << 18
+"""Grids looked at together."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,7 @@ def pair(number: int, *, classes: bool) -> Query:
     ends = _ends(classes)
     turn, query = divmod(number, int(ends[-1]))
     k = int(np.searchsorted(ends, query, side="right"))
-    bits = int(class_heads()[k]) if classes else k
+    bits = int(class_heads(4)[k]) if classes else k
     cells = [c for c in range(16) if bits >> c & 1]
     goal, start = divmod(query - (int(ends[k - 1]) if k else 0), len(cells))
     who = exact()
@@ -115,25 +119,43 @@ def free_cells_of() -> NDArray[np.int64]:
     return sum((bits >> k & 1 for k in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
 
 
+def field(number: int) -> Query:
+    """A grid of each class of 5x5 grids and one of its free cells as the goal: nobody but the field is asked.
+
+    Octile moves in the first round, then the others; the goals turn from grid to grid, and every four rounds.
+    """
+    turn, k = divmod(number, CLASSES_5X5)
+    bits = int(class_heads(5)[k])
+    cells = [c for c in range(25) if bits >> c & 1] or [0]
+    goal = _cell(cells[((k * _STIR >> 9) + turn // 4) % len(cells)], 5)
+    return Query(5, 5, bits, goal, goal, MOVES[turn % 4], "field", first=True)
+
+
+def fields() -> int:
+    """After how many fields every free cell of each grid was the goal with all moves."""
+    return CLASSES_5X5 * 25 * len(MOVES)
+
+
 @cache
-def class_heads() -> NDArray[np.int64]:
-    """The least of each class of 4x4 grids that turn or mirror into each other."""
-    bits = np.arange(GRIDS_4X4, dtype=np.int64)
-    least = bits.copy()
-    board = np.arange(16).reshape(4, 4)
-    for flipped in (board, board.T):
-        for quarter in range(4):
-            places = np.rot90(flipped, quarter).ravel()
-            copy = sum(((bits >> int(was) & 1) << now for now, was in enumerate(places)), np.zeros_like(bits))
-            least = np.minimum(least, copy)
-    heads: NDArray[np.int64] = np.flatnonzero(least == bits)
-    return heads
+def class_heads(side: int) -> NDArray[np.int64]:
+    """The least of each class of square grids that turn or mirror into each other; 5x5 takes 3 s."""
+    cells = side * side
+    board = np.arange(cells).reshape(side, side)
+    turned = [np.rot90(flipped, quarter).ravel() for flipped in (board, board.T) for quarter in range(4)]
+    heads = []
+    for first in range(0, 1 << cells, _PIECE):
+        least = np.arange(first, min(first + _PIECE, 1 << cells), dtype=np.int64)
+        for places in turned[1:]:
+            copy = sum(((least >> was & 1) << now for now, was in enumerate(places)), np.zeros_like(least))
+            least = least[least <= copy]
+        heads.append(least)
+    return np.concatenate(heads)
 
 
 @cache
 def _ends(classes: bool) -> NDArray[np.int64]:
     free = free_cells_of()
-    chosen = free[class_heads()] if classes else free
+    chosen = free[class_heads(4)] if classes else free
     ends: NDArray[np.int64] = np.cumsum(chosen * chosen)
     return ends
 

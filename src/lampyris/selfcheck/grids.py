@@ -1,8 +1,7 @@
 """Every small grid, every start and goal: each answer is right, to the last step.
 
 The reference is :mod:`.twins.search_twin`: repeated relaxation, costs as counts of straights, diagonals and
-knight's steps. Classes of five by five cells, named once in a plan, are left out: what they would show beyond
-all four by four is shown by the check ``random``.
+knight's steps.
 """
 
 from __future__ import annotations
@@ -81,6 +80,11 @@ def _field_wrong(scene: Scene, query: Query) -> str:
     return ""
 
 
+def _judge_field(query: Query) -> tuple[str, str]:
+    grid, _ = _grid(query.width, query.height, query.bits)
+    return "", _field_wrong(Scene(grid, query.start, query.goal, moves_named(query.moves)), query)
+
+
 def _outside(number: int) -> Query:
     """A 3x3 grid and two ends within one cell of it, one of them outside at least."""
     bits, k = divmod(number * _STRIDE % OUTSIDE, 25 * 25 - 9 * 9)
@@ -143,7 +147,7 @@ def _judge_counts(number: int) -> tuple[str, str]:
     told = {
         "4x4 pairs": (lists.pairs(classes=False), ALL_PAIRS),
         "pairs, cell by cell": (int((free * free).sum()), ALL_PAIRS),
-        "classes": (len(lists.class_heads()), CLASSES),
+        "classes": (len(lists.class_heads(4)), CLASSES),
         "pairs of classes": (lists.pairs(classes=True), CLASS_PAIRS),
         "parted pairs": (lists.parted_pairs(), PARTED),
     }
@@ -156,12 +160,17 @@ def _query(ask: Ask, kind: str, number: int) -> Query:
         return lists.pair(number, classes=kind == "4x4-classes")
     if kind == "4x4-drawn":
         return _drawn(ask, number)
+    if kind == "5x5-classes":
+        return lists.field(number)
     if kind == "outside":
         return _outside(number)
     if kind == "1xn":
         return lists.corridor(number)
     width, height = (int(n) for n in kind.split("x"))
     return lists.rectangle(width, height, number)
+
+
+_JUDGES = {"outside": _judge_outside, "5x5-classes": _judge_field}
 
 
 def _run(ask: Ask, part: Part) -> Outcome:
@@ -176,7 +185,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
         query = _query(ask, part.kind, number)
         word = ""
         try:
-            word, fault = (_judge_outside if part.kind == "outside" else _judge)(query)
+            word, fault = _JUDGES.get(part.kind, _judge)(query)
         except Exception as error:
             fault = f"raises {type(error).__name__}: {error}"
         tally.case(*filter(None, (word, f"{query.moves} moves", f"by {query.planner}")))
@@ -238,6 +247,14 @@ def _kinds(ask: Ask) -> dict[str, Kind]:
             release=every,
             chunk=8192,
             whole=every * combos,
+        ),
+        "5x5-classes": Kind(
+            "every cost in the field of each class of 5x5 grids, to one free cell; octile moves first",
+            commit=0,
+            nightly=0,
+            release=lists.CLASSES_5X5,
+            chunk=1 << 14,
+            whole=lists.fields(),
         ),
     }
 
