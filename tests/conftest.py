@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from lampyris.selfcheck.twins.watching import Readings
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -20,3 +26,32 @@ def movingai() -> Path:
             "the MovingAI maps are not here (set LAMPYRIS_SHARED to the folder that holds maps/movingai)"
         )
     return folder
+
+
+@pytest.fixture
+def timely() -> Callable[..., Any]:
+    """Calls something, and sees that it takes less CPU time than so many seconds, returning or raising.
+
+    Others at work make it longer: what took too long is called again, and the least counts.
+    """
+    readings = Readings()
+
+    def taken(call: Callable[[], Any]) -> tuple[float, Any, Exception | None]:
+        found, raised = None, None
+        began = time.process_time()
+        try:
+            found = call()
+        except Exception as problem:
+            raised = problem
+        return time.process_time() - began, found, raised
+
+    def below(seconds: float, call: Callable[..., Any], *given: Any, **settings: Any) -> Any:
+        took, found, raised = readings.least(
+            lambda: taken(partial(call, *given, **settings)), lambda one: one[0], seconds
+        )
+        assert took < seconds, (call, given, settings)
+        if raised is not None:
+            raise raised
+        return found
+
+    return below

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import struct
-import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -156,13 +157,11 @@ def test_pgm_refused(tmp_path: Path, case: str) -> None:
     assert says in str(caught.value)
 
 
-def test_pgm_a_long_comment_costs_nothing(tmp_path: Path) -> None:
+def test_pgm_a_long_comment_costs_nothing(tmp_path: Path, timely: Callable[..., Any]) -> None:
     path = put(tmp_path, b"P5\n#" + b"x" * 20_000_000 + b"\n2 2\n255\n" + bytes(4))
-    started = time.process_time()
     with pytest.raises(FileError) as caught:
-        load_map(path)
+        timely(0.5, load_map, path)
     assert caught.value.code == "PGM_HEADER"
-    assert time.process_time() - started < 0.5
 
 
 def test_pgm_too_large_is_seen_in_the_header(tmp_path: Path) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import struct
-import time
 import zlib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -186,12 +187,10 @@ def test_refused(tmp_path: Path, case: str) -> None:
 
 
 @pytest.mark.parametrize("side", [4097, 13_000, 60_000, 2**31 - 1])
-def test_too_large_is_seen_in_the_header(tmp_path: Path, side: int) -> None:
+def test_too_large_is_seen_in_the_header(tmp_path: Path, side: int, timely: Callable[..., Any]) -> None:
     path = put(tmp_path, png(side, side, 8, 6, b""))
-    started = time.process_time()
     with pytest.raises(LimitError) as caught:
-        load_map(path)
-    assert time.process_time() - started < 0.2
+        timely(0.2, load_map, path)
     assert (caught.value.code, caught.value.exit_code) == ("IMG_TOO_LARGE", 5)
 
 

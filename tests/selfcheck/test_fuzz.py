@@ -28,6 +28,7 @@ from lampyris.selfcheck.check import Ask, Part
 from lampyris.selfcheck.fuzz import Case, mutant
 from lampyris.selfcheck.twins.map_files import bmp, npy, png
 from lampyris.selfcheck.twins.map_sizes import Uneven, size
+from lampyris.selfcheck.twins.watching import Readings
 
 KEPT = Path(__file__).parents[1] / "data" / "fuzz"
 ASK = Ask()
@@ -160,6 +161,7 @@ def test_each_wrong_is_found(
         return TARGETS["map"].call(path, number)
 
     monkeypatch.setattr(fuzz, "HANGS_S", 1.5)
+    monkeypatch.setattr(Readings, "PAUSES_S", (0.0, 0.0))
 
     class Linked(Case):
         def _warm(self) -> None:
@@ -173,6 +175,31 @@ def test_each_wrong_is_found(
     assert failure.number == 7
     assert said in failure.what
     assert base64.b64decode(failure.data["base64"]) == mutant(ASK, "map", 7)
+
+
+@pytest.mark.parametrize("slow", [1, 2, 3, 4])
+def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Others that use the machine make a reading longer, never shorter."""
+    readings, now = [0], [0.0]
+
+    def call(path: Path, number: int) -> Any:
+        if number == 3:
+            readings[0] += 1
+            now[0] += 1.5 if readings[0] <= slow else 0.25
+        return TARGETS["map"].call(path, number)
+
+    class Cold(Case):
+        def _warm(self) -> None:
+            pass
+
+    monkeypatch.setattr(fuzz, "Case", Cold)
+    monkeypatch.setattr(Readings, "PAUSES_S", (0.0, 0.0, 0.0))
+    monkeypatch.setattr(fuzz.time, "process_time", lambda: now[0])
+    monkeypatch.setattr(fuzz, "TARGETS", {**TARGETS, "map": replace(TARGETS["map"], call=call)})
+    outcome = fuzz.run(ASK, Part("map", 0, 5))
+    assert readings[0] == min(slow, 3) + 1
+    assert outcome.counts["read again"] == min(slow, 3)
+    assert [f.what for f in outcome.failures] == (["1.50 s of CPU time, not below 1"] if slow == 4 else [])
 
 
 def test_a_result_that_is_not_valid_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
