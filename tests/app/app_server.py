@@ -286,7 +286,7 @@ def asks(
     port: int, method: str = "GET", path: str = "/api/maps", body: Any = None, **headers: str
 ) -> tuple[int, bytes]:
     """A sound request of our own page."""
-    wire = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    wire = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
     sent = {"X-Lampyris-Token": TOKEN, **headers}
     data = None
     if body is not None:

@@ -35,6 +35,14 @@ def browser() -> Iterator[Any]:
         made = started.chromium.launch(
             executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu"]
         )
+        anew = made.new_context
+
+        def patient(**settings: Any) -> Any:
+            context = anew(**settings)
+            context.set_default_timeout(SOON)
+            return context
+
+        made.new_context = patient
         yield made
         made.close()
 
@@ -52,7 +60,6 @@ def page(browser: Any, address: str, wrong: list[str]) -> Iterator[Any]:
     tab = context.new_page()
     tab.on("pageerror", lambda fault: wrong.append(str(fault)))
     tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
-    tab.set_default_timeout(SOON)
     tab.goto(address)
     tab.wait_for_selector("body.ready")
     tab.wait_for_selector("#status >> text=found")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import time
 import zlib
 from collections.abc import Callable, Sequence
 from io import BytesIO
@@ -50,12 +51,11 @@ def moment(page: Any) -> int:
 
 
 def until(page: Any, true: Callable[[], bool]) -> None:
-    """Wait for something, five seconds at most."""
-    for _ in range(200):
-        if true():
-            return
+    """Wait for something, a minute at most."""
+    end = time.monotonic() + 60
+    while not true():
+        assert time.monotonic() < end, "it did not come to that"
         page.wait_for_timeout(25)
-    raise AssertionError("it did not come to that")
 
 
 def later(page: Any, milliseconds: int) -> None:
@@ -63,9 +63,28 @@ def later(page: Any, milliseconds: int) -> None:
     page.evaluate("time => new Promise((over) => setTimeout(over, time))", milliseconds)
 
 
+PACK = """async () => {
+  const stream = new Blob([location.href]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+  await new Response(stream).arrayBuffer();
+}"""
+
+
+def addressed(page: Any) -> None:
+    """Wait until the address holds what was done last: its time has come, and it is packed."""
+    later(page, 450)
+    for _ in range(2):
+        page.evaluate(PACK)
+
+
+def drawn(page: Any) -> None:
+    """Wait until what was done last has been drawn."""
+    frames = "requestAnimationFrame(() => requestAnimationFrame(over))"
+    page.evaluate(f"() => new Promise((over) => {frames})")
+
+
 def in_address(page: Any) -> dict[str, Any]:
     """The scenario that the address holds, once it holds what was done last."""
-    later(page, 450)
+    addressed(page)
     said = parse_qs(page.url.partition("#")[2])
     packed = said["s"][0]
     text = zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -15)

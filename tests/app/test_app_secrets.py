@@ -64,7 +64,7 @@ class App:
     def end(self, word: int = signal.SIGINT) -> str:
         """End it; what it had to say."""
         self.process.send_signal(word)
-        out, _ = self.process.communicate(timeout=10)
+        out, _ = self.process.communicate(timeout=60)
         return out
 
     def ask(self, head: str) -> bytes:
@@ -99,7 +99,7 @@ def started(folder: Path, port: int = 0, browser: str = "", debug: bool = False)
         found = re.fullmatch(r"lampyris app: (http://127\.0\.0\.1:(\d+)/#t=([0-9a-f]{64})&m=guide)\n", line)
         assert found, line + errors.read_text()
         at = int(found[2])
-        until = time.monotonic() + 10
+        until = time.monotonic() + 60
         app = App(process, found[1], at, found[3], temp, errors)
         while time.monotonic() < until:
             with contextlib.suppress(OSError):
@@ -151,7 +151,7 @@ def test_the_token_is_where_it_must_be_and_nowhere_else(tmp_path: Path) -> None:
             for pid in tree(app.process.pid):
                 assert token not in Path(f"/proc/{pid}/cmdline").read_bytes()
                 assert token not in Path(f"/proc/{pid}/environ").read_bytes()
-        until = time.monotonic() + 10
+        until = time.monotonic() + 60
         while not seen.exists() and time.monotonic() < until:
             time.sleep(0.02)
         argv, modes, text = json.loads(seen.read_text())

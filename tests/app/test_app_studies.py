@@ -180,4 +180,4 @@ def test_a_study_ends_when_nobody_waits_for_it(tmp_path: Path) -> None:
         process.stdin.flush()
         assert json.loads(process.stdout.readline())["state"] == "running"
         process.stdin.close()
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=120) == 0

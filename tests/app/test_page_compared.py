@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from page_browser import needs_chromium
-from page_person import aim, in_address, later
+from page_person import addressed, aim, drawn, in_address
 from test_app_work import ask, robot_of, state
 from test_page_gaps import opened
 
@@ -74,7 +74,7 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
     page.keyboard.press("Home")
     for _ in range(5):
         page.keyboard.press("ArrowRight")
-    later(page, 500)
+    addressed(page)
     link = page.evaluate("location.href")
     context = browser.new_context(viewport={"width": 1280, "height": 720})
     other = context.new_page()
@@ -89,7 +89,7 @@ def test_who_meets_and_the_comparison_that_is_shown_are_in_the_link(page: Any, b
     assert other.inner_text(".tl-where").startswith("5 ")
     # Left, the comparison is in the link no more; who meets is.
     other.get_by_role("button", name="Leave", exact=True).click()
-    later(other, 500)
+    addressed(other)
     other.reload()
     other.wait_for_selector("#status >> text=found")
     assert other.locator("#compare table.measures").count() == 0
@@ -173,6 +173,7 @@ def test_where_a_run_s_robot_stands_its_small_map_has_no_wall(page: Any) -> None
     def seen(at: str) -> list[int]:
         page.keyboard.press(at)
         page.wait_for_timeout(300)
+        drawn(page)
         found: list[int] = page.evaluate(SEEN, list(cell))
         return found
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from page_browser import SOON, needs_chromium
+from page_browser import needs_chromium
 from page_person import click, draw, in_address, later
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -21,7 +21,6 @@ pytestmark = needs_chromium
 def context(browser: Any) -> Iterator[Any]:
     """A browser that was never here."""
     made = browser.new_context(viewport={"width": 1280, "height": 720})
-    made.set_default_timeout(SOON)
     yield made
     made.close()
 

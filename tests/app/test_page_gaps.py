@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from page_browser import needs_chromium
-from page_person import in_address
+from page_person import drawn, in_address, unpacked, until
 
 from lampyris import scenarios
 
@@ -21,11 +21,25 @@ pytestmark = needs_chromium
 def opened(page: Any, made: dict[str, Any]) -> None:
     """Open the link of a scenario."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    made = json.loads(json.dumps(made))
     packed = packer.compress(json.dumps(made).encode()) + packer.flush()
     text = base64.urlsafe_b64encode(packed).decode().rstrip("=")
     page.evaluate("(text) => { location.hash = location.hash.match(/t=[0-9a-f]+/)[0] + '&s=' + text; }", text)
-    page.wait_for_timeout(300)
+    until(page, lambda: unlisted({**draft(page), **made}) == unlisted(draft(page)))
     page.wait_for_selector("#status >> text=found")
+
+
+def draft(page: Any) -> dict[str, Any]:
+    """The scenario that the tab keeps."""
+    kept = page.evaluate("sessionStorage.getItem('lampyris-draft')")
+    return {} if kept is None else dict(json.loads(kept))
+
+
+def unlisted(value: Any) -> Any:
+    """With lists of cells however they are written."""
+    if isinstance(value, dict):
+        return {key: unlisted(one) for key, one in value.items()} if "rows" not in value else unpacked(value)
+    return [unlisted(one) for one in value] if isinstance(value, list) else value
 
 
 # ---- maps by recipes --------------------
@@ -238,6 +252,7 @@ def test_side_by_side_each_map_has_its_own_run_and_the_walls_of_the_moment(
         for _ in range(tick):
             page.keyboard.press("ArrowRight")
         page.wait_for_timeout(200)
+        drawn(page)
         found: list[list[int]] = page.evaluate(PICTURES)
         return found
 

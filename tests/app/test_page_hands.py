@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import SOON, app, needs_chromium
-from page_person import in_address, later
+from page_browser import app, needs_chromium
+from page_person import addressed, in_address, later, until
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -26,7 +26,6 @@ def tab(browser: Any) -> Iterator[Any]:
     """A tab of a browser that was never here."""
     context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
     made = context.new_page()
-    made.set_default_timeout(SOON)
     yield made
     context.close()
 
@@ -230,7 +229,8 @@ def test_a_link_holds_moment_layer_and_place(page: Any) -> None:
     page.keyboard.press("r")
     page.wait_for_selector("#status dd >> text=/^([5-9]|1[0-9]) of/")
     page.keyboard.press("Space")
-    later(page, 700)  # it stands still, and the address says so
+    later(page, 250)
+    addressed(page)  # it stands still, and the address says so
     zoom = page.inner_text("#zoom output")
     tick = page.inner_text("#status dd >> nth=0")
     page.reload()
@@ -295,12 +295,11 @@ def test_two_fingers_pinch_and_paint_nothing(page: Any) -> None:
     for k in range(1, 6):
         touch("touchMove", (x - 20 - 8 * k, y), (x + 20 + 8 * k, y))
     touch("touchEnd")
-    page.wait_for_timeout(100)
-    assert page.inner_text("#zoom output") != before
+    until(page, lambda: page.inner_text("#zoom output") != before)
     page.keyboard.press("v")
     assert not page.evaluate("JSON.parse(localStorage.getItem('lampyris-draft') ?? '{}').edits?.length")
     page.keyboard.press("0")
-    assert page.inner_text("#zoom output") == before
+    until(page, lambda: page.inner_text("#zoom output") == before)
 
 
 def test_a_server_that_goes_takes_nothing_along(tab: Any, tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ def picture(page: Any) -> bytes:
 def settled(page: Any) -> bytes:
     """The map once it is drawn: the same four times in a row."""
     last, same = b"", 0
-    for _ in range(60):
+    for _ in range(600):
         now = picture(page)
         same = same + 1 if now == last else 0
         last = now
@@ -62,18 +62,15 @@ def test_a_picture_has_the_layer_that_is_shown_and_the_page_says_what_it_will_sh
     assert "without a layer" in says.inner_text()
     asked: list[Any] = []
     page.on("request", lambda one: asked.append(one.post_data_json) if "export" in one.url else None)
-    pictures = []
-    for layer in ("None", "Luciferin", "Cost", "Clearance"):
+    shown = ("without a layer", "with luciferin beneath", "with cost beneath", "not clearance")
+    for layer, said in zip(("None", "Luciferin", "Cost", "Clearance"), shown, strict=True):
         # Its radio is in a panel that may be folded away; a person would unfold it.
         page.locator("#layers label").filter(has_text=layer).locator("input").dispatch_event("click")
-        page.wait_for_timeout(800)
-        pictures.append(says.inner_text())
+        page.wait_for_selector(f"#keep-shows:has-text('{said}')")
         with page.expect_download() as file:
             page.get_by_role("button", name="PNG", exact=True).click()
         Image.open(BytesIO(Path(file.value.path()).read_bytes())).verify()
     assert [one["settings"]["layer"] for one in asked] == ["none", "luciferin", "cost", "none"]
-    assert "with luciferin beneath" in pictures[1]
-    assert "not clearance" in pictures[3]
 
 
 def test_a_deleted_map_can_be_brought_back(page: Any, tmp_path: Path) -> None:

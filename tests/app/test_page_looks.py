@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from page_browser import SOON, needs_chromium
+from page_browser import needs_chromium
 
 LOOK = (Path(__file__).parent / "page_look.js").read_text(encoding="utf-8").split("\n", 1)[1]
 COLOURS = (files("lampyris.app") / "static" / "colours.js").read_text(encoding="utf-8")
@@ -30,7 +30,6 @@ def page(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator
         viewport={"width": width, "height": height}, color_scheme=theme, has_touch=size == "telephone"
     )
     tab = context.new_page()
-    tab.set_default_timeout(SOON)
     tab.goto(address)
     tab.wait_for_selector("body.ready")
     tab.wait_for_selector("#status >> text=found")
@@ -176,7 +175,6 @@ def test_twice_as_large_it_is_the_telephone_s_page_and_all_is_reached(browser: A
     """A zoom of 200 % of 1280 x 720 is a window of 640 x 360 with two pixels for each."""
     context = browser.new_context(viewport={"width": 640, "height": 360}, device_scale_factor=2)
     tab = context.new_page()
-    tab.set_default_timeout(SOON)
     tab.goto(address)
     tab.wait_for_selector("body.ready")
     tab.wait_for_selector("#status >> text=found")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import SOON, app, needs_chromium
+from page_browser import app, needs_chromium
 from page_person import Cell, aim, changed, click, draw, fact, in_address, moment, picture
 from PIL import Image
 
@@ -53,7 +53,6 @@ def page(browser: Any, address: str, wrong: list[str]) -> Iterator[Any]:
     tab = context.new_page()
     tab.on("pageerror", lambda fault: wrong.append(str(fault)))
     tab.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
-    tab.set_default_timeout(SOON)
     tab.goto(address)
     tab.get_by_text("A path was found.").first.wait_for()
     yield tab
@@ -184,7 +183,6 @@ def test_a_walk(page: Any, browser: Any, tmp_path: Path) -> None:
     other = browser.new_context(viewport={"width": 1280, "height": 720})
     try:
         fresh = other.new_page()
-        fresh.set_default_timeout(SOON)
         fresh.goto(link)
         there(fresh, state, shown, ran)
     finally:

@@ -162,7 +162,8 @@ def test_a_hovered_cell_has_the_library_s_numbers(page: Any) -> None:
     """To a 255th of the layer's range, as they are sent, and three figures, as they are told."""
     made = in_address(page)
     for name in ("Cost", "Clearance", "Luciferin"):
-        page.get_by_label(name, exact=True).check()
+        with page.expect_response(lambda answer: answer.url.endswith("/api/layer")):
+            page.get_by_label(name, exact=True).check()
         page.wait_for_selector("#layers .ly-legend", state="visible")
         page.wait_for_timeout(400)
         values = layer_of(name.lower(), said_scenario({"scenario": made}), 0, None)

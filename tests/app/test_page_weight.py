@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from app_server import World, own, run
-from page_browser import SOON, app, needs_chromium
+from page_browser import app, needs_chromium
 
 STATIC = files("lampyris.app").joinpath("static")
 NOT_OURS = "uplot.js"
@@ -158,7 +158,6 @@ def tab(browser: Any) -> Iterator[Any]:
     """A tab of a browser that was never here."""
     context = browser.new_context(viewport={"width": 1280, "height": 720})
     made = context.new_page()
-    made.set_default_timeout(SOON)
     yield made
     context.close()
 
@@ -170,6 +169,7 @@ def arrive(tab: Any, address: str) -> None:
     tab.wait_for_selector("#status >> text=found")
     tab.wait_for_selector(".ch-plot canvas")
     tab.wait_for_timeout(300)
+    tab.wait_for_load_state("networkidle")
 
 
 @needs_chromium

@@ -230,8 +230,8 @@ def ask_for_more(port: int) -> socket.socket:
 
 
 def until(done: Any) -> bool:
-    """Whether it comes true in ten seconds."""
-    for _ in range(500):
+    """Whether it comes true in a minute."""
+    for _ in range(3000):
         if done():
             return True
         time.sleep(0.02)
@@ -262,13 +262,13 @@ def test_a_byte_now_and_then_is_not_reading() -> None:
 def test_who_reads_slowly_is_waited_for() -> None:
     """Five times as long as one who does not read; the reader, a thread, need not get its turn at once."""
     world = flooding()
-    with impatient(world, 0.8) as port, ask_for_more(port) as wire:
+    with impatient(world, 2.0) as port, ask_for_more(port) as wire:
         for _ in range(30):
             got = 0
             while got < 4 * listening.LEAST_TAKEN:
                 got += len(piece := wire.recv(2**18))
                 assert piece
-            time.sleep(0.14)
+            time.sleep(0.35)
         assert world.engines.closed == 0
         assert world.services.streams == 1
 

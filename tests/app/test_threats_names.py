@@ -143,7 +143,7 @@ def test_a_whole_session_keeps_its_secrets_and_leaves_nothing(tmp_path: Path) ->
         assert found, line
         live = Live(process.pid, int(found[1]), found[2])
         token = live.token.encode()
-        until = time.monotonic() + 30
+        until = time.monotonic() + 120
         while time.monotonic() < until:
             try:
                 live.ask("/api/hello")
@@ -167,7 +167,7 @@ def test_a_whole_session_keeps_its_secrets_and_leaves_nothing(tmp_path: Path) ->
             assert ask("/api/export", {"scenario": SCENARIO, "what": what})[0] == 200
         assert ask("/api/export", {"scenario": SCENARIO, "what": "exe"})[0] == 400
         job = json.loads(ask("/api/study", {"scenario": SCENARIO, "seeds": 1, "queries": 1})[1])["job"]
-        until = time.monotonic() + 60
+        until = time.monotonic() + 240
         while json.loads(ask(f"/api/study/{job}")[1])["state"] != "done" and time.monotonic() < until:
             time.sleep(0.1)
         ticket = json.loads(ask("/api/ticket", {"job": job})[1])["ticket"]
@@ -188,7 +188,7 @@ def test_a_whole_session_keeps_its_secrets_and_leaves_nothing(tmp_path: Path) ->
         if os.geteuid() == 0:
             _stranger(tmp_path, temp, home)
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=30)
+        out, _ = process.communicate(timeout=120)
         assert process.returncode == 0
         log = errors.read_text()
         assert live.token not in log + out

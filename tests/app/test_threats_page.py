@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import SOON, needs_chromium
+from page_browser import needs_chromium
+from page_person import until
 from payloads import PAYLOADS, in_html, in_svg
 
 from lampyris.app import kept
@@ -61,7 +62,6 @@ def watched(browser: Any) -> Iterator[tuple[Any, list[str]]]:
         proxy={"server": f"http://127.0.0.1:{elsewhere.port}", "bypass": "127.0.0.1"},
         accept_downloads=True,
     )
-    context.set_default_timeout(SOON)
     context.add_init_script(path=HERE / "threat_page.js")
     wrong: list[str] = []
 
@@ -114,7 +114,9 @@ def test_the_watch_sees_what_it_should(browser: Any, address: str) -> None:
               await fetch("http://evil.example/").catch(() => {});
             }"""
         )
-        tab.wait_for_timeout(200)
+        until(tab, lambda: len(tab.evaluate("window.couldRun()")) > 1)
+        until(tab, lambda: len({one.split()[0] for one in tab.evaluate("window.refused")}) > 2)
+        until(tab, lambda: any("Security Policy" in one for one in wrong))
         assert tab.evaluate("window.couldRun()") == ["img src=http://evil.example/x.png", "script"]
         seen = tab.evaluate("window.refused")
         assert sorted({one.split()[0] for one in seen}) == ["connect-src", "img-src", "script-src-elem"]
@@ -122,10 +124,7 @@ def test_the_watch_sees_what_it_should(browser: Any, address: str) -> None:
         other = context.new_page()
         other.goto("about:blank")
         other.evaluate("fetch('http://evil.example/', {mode: 'no-cors'}).catch(() => {})")
-        for _ in range(100):
-            if any("evil.example" in one and "request" in one for one in wrong):
-                break
-            other.wait_for_timeout(20)
+        until(other, lambda: any("evil.example" in one and "request" in one for one in wrong))
         other.wait_for_timeout(200)
         other.close()
         tab.close()
