@@ -440,3 +440,10 @@ def test_claims_of_fields_are_figures_that_ask() -> None:
 def test_nouns_are_frozen() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         figure(1.0).task = "another"
+
+
+def test_the_readme_counts_the_claims_right() -> None:
+    page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8").splitlines()
+    hold, short = (sum(line.startswith(f"- {word}: ") for line in page) for word in ("holds", "**SHORT**"))
+    words = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert f"Of the {hold + short} claims that it tests {hold} hold; the other {short} are marked" in words

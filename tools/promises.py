@@ -39,7 +39,7 @@ NAMED = {"Python": "python", "NumPy": "numpy"}
 
 HEAD = """# What is promised, and what was measured
 
-Each line is a goal, the command that proves it, and what was last measured, size by size, on two cores of a
+Each line is a goal, the command that tries it, and what was last measured, size by size, on two cores of a
 shared machine. A check of `lampyris selfcheck` asks seeded questions and has the answers judged by code that
 is independent of what is tested: a slow twin, the referee, a published figure; or by the bytes, the clock,
 the exit code. It exits with 0 only if nothing failed, prints the command that asks a failing case again,

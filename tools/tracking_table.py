@@ -87,7 +87,7 @@ def tables(runs: int) -> list[str]:
         first,
         "",
         *table("Greatest error along the way without obstacles, metres", lambda *k: f"{alone[k].error:.2f}"),
-        *table("Seconds over those of perfect tracking", lambda *k: f"{alone[k].duration / perfect:.2f}"),
+        *table("Times the duration of perfect tracking", lambda *k: f"{alone[k].duration / perfect:.2f}"),
         *table(f"Among ten walkers: times the optimum (how many of {runs} arrive)", ratio),
         *table(f"Collisions in {runs} runs", hit),
     ]

@@ -69,7 +69,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     help="From a map to a safe, timed path among moving obstacles.",
-    epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived, 5 limit, 6 internal fault.",
+    epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived, 5 limit, "
+    "6 internal fault or broken promise, 130 Ctrl-C.",
 )
 
 
@@ -187,13 +188,13 @@ def simulate(
     film: Film = None,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, cause, event for every tick."),
+        typer.Option("--csv", metavar="FILE", help="A row a tick: x_m, y_m, yaw, v, t, cause, x, y, event."),
     ] = None,
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
 ) -> None:
-    """Drive among moving obstacles and watch what happens."""
+    """Simulate a run among moving obstacles, cell by cell and tick by tick."""
     from lampyris.cli import verbs
     from lampyris.cli.request import Request, TrafficRequest
 

@@ -13,7 +13,10 @@ import typer
 
 def app(
     map_: Annotated[
-        str | None, typer.Argument(metavar="[MAP]", help="The map to begin with (`lampyris maps list`).")
+        str | None,
+        typer.Argument(
+            metavar="[MAP]", help="The map to begin with: one of `lampyris maps`, or of --folder."
+        ),
     ] = None,
     port: Annotated[
         int | None,

@@ -71,7 +71,7 @@ def drive(
     turn_radius: TurnRadius = 0.0,
     jerk_max: Annotated[
         float | None,
-        typer.Option("--jerk-max", metavar="M/S3", help="Binds profiles, not drives: pushes change at once."),
+        typer.Option("--jerk-max", metavar="M/S3", help="Binds profiles, not drives: there it may jump."),
     ] = None,
     zones: Zones = None,
     values: Values = "occupancy",
@@ -141,7 +141,8 @@ def drive(
         typer.Option("--spacing", metavar="M", help="Metres between nodes of the way (a tenth of a cell)."),
     ] = None,
     hold: Annotated[
-        float | None, typer.Option("--hold", metavar="S", help="Seconds without good data it waits for (2).")
+        float | None,
+        typer.Option("--hold", metavar="S", help="It gives up after so many seconds without good data (2)."),
     ] = None,
     max_age: Annotated[
         float | None, typer.Option("--max-age", metavar="S", help="Older data are not trusted (0.5).")
@@ -155,13 +156,15 @@ def drive(
     ] = None,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write t, x_m, y_m, yaw, v, a, cause, why a stretch."),
+        typer.Option(
+            "--csv", metavar="FILE", help="A row a stretch: t, x_m, y_m, yaw, v, a, s, leg, cause, why."
+        ),
     ] = None,
     save: Save = None,
     force: Force = False,
     plan_limit: PlanLimit = None,
 ) -> None:
-    """Drive among moving obstacles in continuous time, with real accelerations."""
+    """Simulate a run among moving obstacles in continuous time, with real accelerations."""
     from lampyris.cli import drive_work
     from lampyris.cli.request import Request, TrafficRequest
     from lampyris.cli.verbs import Outputs

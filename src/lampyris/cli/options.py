@@ -51,7 +51,7 @@ Layer = Annotated[
 ]
 Csv = Annotated[
     Path | None,
-    typer.Option("--csv", metavar="FILE", help="Write x_m, y_m, yaw, v, t, s, a and cause a node."),
+    typer.Option("--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t, s, a, cause, x, y, why."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 NoTiming = Annotated[
@@ -71,7 +71,8 @@ Values = Annotated[
     str, typer.Option("--values", help="What grey and numbers of the map mean: occupancy or costmap.")
 ]
 Colour = Annotated[
-    str, typer.Option("--colour", help="Colours out of the legend: legend refuses, luminance reads as grey.")
+    str,
+    typer.Option("--colour", help="A colour not of the legend: legend refuses, luminance reads all as grey."),
 ]
 AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
@@ -119,9 +120,15 @@ Mobility = Annotated[
 ]
 PlanLimit = Annotated[
     float | None,
-    typer.Option("--plan-limit", metavar="S", help="Seconds for each call of the planner; then it waits."),
+    typer.Option(
+        "--plan-limit", metavar="S", help="Seconds for each call of the planner; after that the robot waits."
+    ),
 ]
 Rate = Annotated[
     float | None,
-    typer.Option("--rate", help="Random walkers appear with this chance a tick (1: the dissertation's)."),
+    typer.Option(
+        "--rate",
+        help="Chance in each tick that one more random walker appears (1: the dissertation's; default: "
+        "all are there from the start).",
+    ),
 ]

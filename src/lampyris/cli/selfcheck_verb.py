@@ -60,7 +60,7 @@ def selfcheck(
     list_: List = False,
     json_: Json = False,
 ) -> None:
-    """Prove what is promised: cases, failures, seconds, seed of each check.
+    """Try what is promised: cases, failures, seconds, seed of each check.
 
     Exits with 0 only if all hold, with 6 if a promise is broken.
     """
