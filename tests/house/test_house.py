@@ -37,6 +37,15 @@ def test_files_and_functions_hold_one_idea(path: Path) -> None:
             assert length <= limit, f"{node.name} has {length} lines"
 
 
+SCRIPTS = sorted(path for path in (PACKAGE / "app" / "static").glob("*.js") if path.name != "uplot.js")
+
+
+def test_scripts_hold_one_idea() -> None:
+    lengths = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in SCRIPTS}
+    assert len(lengths) > 20
+    assert not {name for name, length in lengths.items() if length > MAX_FILE}
+
+
 @pytest.mark.parametrize(
     "words",
     [

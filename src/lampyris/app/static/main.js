@@ -2,7 +2,7 @@
 
 import { mountPart } from "./later.js";
 import { makePage } from "./page.js";
-import { fragment } from "./state.js";
+import { fragment } from "./link.js";
 
 /** Modules and the element each is mounted on, in order: what comes later may use what came before. */
 const PARTS = [

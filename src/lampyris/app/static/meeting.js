@@ -1,6 +1,6 @@
 // Meeting: who was chosen to meet, for the comparison, for a study of it, and for the file of both.
 
-import { fragment } from "./state.js";
+import { fragment } from "./link.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Who} Who */

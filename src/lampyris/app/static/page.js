@@ -3,7 +3,8 @@
 import { Api, Gone, ServerError } from "./api.js";
 import { el } from "./make.js";
 import { MapView } from "./map.js";
-import { Store, fragment } from "./state.js";
+import { fragment } from "./link.js";
+import { Store } from "./state.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Tone} Tone */
