@@ -136,16 +136,34 @@ def fields() -> int:
     return CLASSES_5X5 * 25 * len(MOVES)
 
 
+def classes(side: int) -> int:
+    """How many classes there are, by Burnside's lemma: the mean of how many grids a symmetry leaves alone."""
+    left = 0
+    for places in _symmetries(side):
+        seen, cycles = set[int](), 0
+        for cell in range(side * side):
+            cycles += cell not in seen
+            while cell not in seen:
+                seen.add(cell)
+                cell = int(places[cell])
+        left += 1 << cycles
+    return left // 8
+
+
+def _symmetries(side: int) -> list[NDArray[np.int64]]:
+    """Where each cell comes from, by the eight ways to turn and mirror a square; the first moves none."""
+    board = np.arange(side * side).reshape(side, side)
+    return [np.rot90(flipped, quarter).ravel() for flipped in (board, board.T) for quarter in range(4)]
+
+
 @cache
 def class_heads(side: int) -> NDArray[np.int64]:
     """The least of each class of square grids that turn or mirror into each other; 5x5 takes 3 s."""
     cells = side * side
-    board = np.arange(cells).reshape(side, side)
-    turned = [np.rot90(flipped, quarter).ravel() for flipped in (board, board.T) for quarter in range(4)]
     heads = []
     for first in range(0, 1 << cells, _PIECE):
         least = np.arange(first, min(first + _PIECE, 1 << cells), dtype=np.int64)
-        for places in turned[1:]:
+        for places in _symmetries(side)[1:]:
             copy = sum(((least >> was & 1) << now for now, was in enumerate(places)), np.zeros_like(least))
             least = least[least <= copy]
         heads.append(least)

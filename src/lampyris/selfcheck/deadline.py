@@ -2,9 +2,9 @@
 
 Lateness is counted in the thread that called, from the moment at which the call should have ended: a thread
 that a kernel keeps from waking would not see it. At the commit size it is the CPU time that was used beyond
-that moment, at most: on a machine that others use too, wall time says how busy they are; and CPU time does in
-part, so that a call which was late is made again, up to three times, and fails if it is late once more. At
-the larger sizes it is wall time, once, as a robot would count.
+that moment, at least: all of the call's beyond its limit. On a machine that others use too, wall time says
+how busy they are; and CPU time does in part, so that a call which was late is made again, up to three times,
+and fails at the second late answer. At the larger sizes it is wall time, once, as a robot would count.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from lampyris.planners.base import Budget, Session
 from lampyris.selfcheck._deadline_calls import Call, call_of, large_call_of, long_call_of, session_of
 from lampyris.selfcheck._deadline_processes import Ended, Engine, Long, interrupted, long_of
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
-from lampyris.selfcheck.twins.watching import old_left_alone
+from lampyris.selfcheck.twins.watching import PAUSES_S, old_left_alone
 
 T = TypeVar("T")
 LATE_S, LATE_SHARE = 0.050, 0.05
@@ -108,8 +108,7 @@ class _Reading(Generic[T]):
 class _Judge:
     """Which reading counts, and whether it is late: at the commit size a late case is tried again."""
 
-    PAUSES_S = (0.5, 2.0, 6.0)
-    """Seconds before each further reading: others are not always at work."""
+    PAUSES_S = PAUSES_S
 
     def __init__(self, part: Part, commit: bool) -> None:
         self.tally = Tally(part)
@@ -120,25 +119,25 @@ class _Judge:
         return done.cpu if self._commit else done.wall
 
     def reading(self, ask: Callable[[], _Reading[T]], allowed: float) -> _Reading[T]:
-        """The first; if that is late, and late by CPU time, the second latest of it and some more.
+        """The first, unless it is late: at the commit size it is then tried up to three times more.
 
-        Those who are deaf for a share of their time alone are not late each time that they are stopped at a
-        moment of the clock: once more is enough. What tried nothing does not count.
+        Who is deaf for a share of his time is not late each time that he is stopped at a moment of the clock,
+        so that a second late one is enough; else the latest of those that were at work counts. If none of
+        them was, they say nothing, and the first counts.
         """
-        found = [ask()]
-        if found[0].late <= allowed or found[0].wrong:
-            return found[0]
+        first = ask()
+        if not self._commit or first.wrong or first.late <= allowed:
+            return first
         self.tally.count("late at first")
-        for pause in self.PAUSES_S if self._commit else ():
+        in_time: list[_Reading[T]] = []
+        for pause in self.PAUSES_S:
             time.sleep(pause)
             one = ask()
-            if one.wrong:
+            if one.wrong or one.late > allowed:
                 return one
-            if one.stopped or one.late > allowed:
-                found.append(one)
-            if one.late > allowed:
-                break
-        return sorted(found, key=lambda one: one.late)[-2:][0]
+            if one.stopped:
+                in_time.append(one)
+        return max(in_time, key=lambda one: one.late, default=first)
 
     def tell(self, number: int, late: float, allowed: float, call: Call | Long) -> None:
         """A failure, if it is too late."""
@@ -157,6 +156,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
     if part.kind in ("ctrl-c", "app"):
         _processes(ask, part, judge)
     elif ask.size == "commit":
+        # In a process of the suite a look for garbage at all that it holds is no share of the call's (G8).
         with old_left_alone():
             _calls(ask, part, judge)
     else:
@@ -203,9 +203,9 @@ def _one(kind: str, number: int, call: Call, judge: _Judge) -> None:
         judge.measure(kind, done)
     elif kind == "long":
         tally.fail(number, f"{done.plan.status} before its limit: it tries nothing", call=call.said)
-    judge.tell(number, one.late, allowed, call)
     if one.wrong:
         tally.fail(number, one.wrong, call=call.said)
+    judge.tell(number, one.late, allowed, call)
     if one.stopped and call.small:
         tally.count("asked again")
         unlike = _unlike(session.plan(), session_of(call).plan())

@@ -71,16 +71,14 @@ class Case:
         ------
         Exception : what should not have come.
         """
-        code, took = self.readings.least(
+        code, took, grown = self.readings.least(
             lambda: self._reading(data, number), lambda reading: reading[1], CPU_S
         )
         must(took < CPU_S, f"{took:.2f} s of CPU time, not below {CPU_S:g}")
-        grown = self._growth.step()
-        must(grown < MEMORY, f"{grown / 2**20:.0f} MiB of memory, not below {MEMORY >> 20}")
         return code, took, grown
 
-    def _reading(self, data: bytes, number: int) -> tuple[str, float]:
-        """The same of one reading, watched all the while; only the time may be another the next time."""
+    def _reading(self, data: bytes, number: int) -> tuple[str, float, int]:
+        """The same of one reading, watched all the while; all but its time must hold each time."""
         self._path.write_bytes(data)
         found, problem = None, None
         with warnings.catch_warnings(record=True) as warned, no_longer_than(HANGS_S):
@@ -93,15 +91,17 @@ class Case:
                     problem = raised
                 took = time.process_time() - began
             did = list(seen)
+        grown = self._growth.step()
+        must(grown < MEMORY, f"{grown / 2**20:.0f} MiB of memory, not below {MEMORY >> 20}")
         must(not did, f"it does more than read: {did[:3]}")
         must(not warned, f"it warns: {[str(w.message) for w in warned[:3]]}")
         if problem is not None:
             _refusal(problem)
-            return problem.code, took
+            return problem.code, took, grown
         self.target.check(found)
         if self.target.against is not None:
             self.target.against(found, data)
-        return "", took
+        return "", took, grown
 
     def _warm(self) -> None:
         """Read good files and none at all, so that what is imported on the way, is."""

@@ -150,6 +150,8 @@ def _judge_counts(number: int) -> tuple[str, str]:
         "classes": (len(lists.class_heads(4)), CLASSES),
         "pairs of classes": (lists.pairs(classes=True), CLASS_PAIRS),
         "parted pairs": (lists.parted_pairs(), PARTED),
+        "classes of 4x4, by symmetry": (lists.classes(4), CLASSES),
+        "classes of 5x5, by symmetry": (lists.classes(5), lists.CLASSES_5X5),
     }
     off = [f"{what}: {have:,}, should be {due:,}" for what, (have, due) in told.items() if have != due]
     return "counts", "; ".join(off)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sqlite3
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -70,7 +71,7 @@ def seal(table: str, texts: list[str]) -> str:
 
 def records_of(data: bytes) -> Records:
     """The records of a good store."""
-    with _opened(data) as connection:
+    with closing(_opened(data)) as connection:
         return {
             name: [list(one) for one in connection.execute(f"SELECT * FROM {name} ORDER BY n")]
             for name in TABLES
@@ -79,8 +80,7 @@ def records_of(data: bytes) -> Records:
 
 def with_records(data: bytes, records: Records) -> bytes:
     """A store like this one with other records, sealed as they come."""
-    connection = _opened(data)
-    try:
+    with closing(_opened(data)) as connection:
         for name in TABLES:
             connection.execute(f"DELETE FROM {name}")
             for one in records[name]:
@@ -88,8 +88,6 @@ def with_records(data: bytes, records: Records) -> bytes:
                 connection.execute(f"INSERT OR REPLACE INTO {name} VALUES ({marks})", one)
         connection.commit()
         made = connection.serialize()
-    finally:
-        connection.close()
     # A store is kept with a log; in memory there is none, and the head says so.
     return made[:18] + b"\x02\x02" + made[20:]
 

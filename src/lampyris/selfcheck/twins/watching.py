@@ -241,6 +241,10 @@ def old_left_alone() -> Iterator[None]:
         gc.unfreeze()
 
 
+PAUSES_S = (0.5, 2.0, 6.0)
+"""Seconds before each further reading of a time that was too long: others are not always at work."""
+
+
 class Readings:
     """The least of some readings of a time, where the first is too much.
 
@@ -253,8 +257,7 @@ class Readings:
     again : how many readings there were after a first one.
     """
 
-    PAUSES_S = (0.5, 2.0, 6.0)
-    """Seconds before each further reading: others are not always at work."""
+    PAUSES_S = PAUSES_S
     VAIN = 3
     """After so many times that no reading was short enough the first one is believed."""
 
