@@ -23,7 +23,7 @@ SIZE = {"width": 1280, "height": 760}
 def main() -> None:
     """Draw it."""
     out = sys.argv[1] if len(sys.argv) > 1 else "docs/img/app.png"
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         raise SystemExit("there is no Chromium: tools/browser.sh installs it")
     command = [sys.executable, "-m", "lampyris", "app", MAP, "--no-browser", "--port", "0"]
@@ -35,9 +35,9 @@ def main() -> None:
         sync_playwright() as driver,
     ):
         try:
-            assert server.stdout is not None
-            address = re.search(r"http://\S+", server.stdout.readline())
-            assert address is not None
+            address = re.search(r"http://\S+", server.stdout.readline() if server.stdout else "")
+            if address is None:
+                raise SystemExit("the app did not start")
             browser = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
             page = browser.new_page(viewport=SIZE, color_scheme="light")
             page.goto(address[0])
@@ -47,12 +47,11 @@ def main() -> None:
             page.keyboard.press("Tab")
             page.get_by_role("button", name="Play", exact=True).click()
             moment = page.get_by_role("slider", name="Moment")
-            while int(moment.get_attribute("aria-valuenow") or 0) < TICK:
-                page.wait_for_timeout(50)
-            page.get_by_role("button", name="Pause").click()
+            page.get_by_role("button", name="Play again").wait_for()
             moment.focus()
-            while (now := int(moment.get_attribute("aria-valuenow") or 0)) != TICK:
-                page.keyboard.press("ArrowLeft" if now > TICK else "ArrowRight")
+            page.keyboard.press("Home")
+            for _ in range(TICK):
+                page.keyboard.press("ArrowRight")
             page.get_by_label("Luciferin", exact=True).check()
             page.wait_for_timeout(6000)  # what was said above the map goes
             page.screenshot(path=out)
