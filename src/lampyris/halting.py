@@ -15,6 +15,7 @@ import contextlib
 import math
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -294,6 +295,9 @@ def interrupts() -> Iterator[None]:
 
     For the main thread, where Ctrl-C raises :class:`KeyboardInterrupt`; elsewhere it does nothing. The system
     tells of a signal through a pipe that a thread reads, and which sets the word that the loops look at.
+
+    Where Python cannot raise it (in a function that C calls, as LLVM does while code is loaded, or as an
+    object goes), it would be printed and forgotten; the word has it, so that nothing is said.
     """
     heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if not heard or threading.current_thread() is not threading.main_thread():
@@ -312,10 +316,13 @@ def interrupts() -> Iterator[None]:
     global _listening
     _listening = interrupt = _Interrupt()
     threading.Thread(target=_listen, args=(told, interrupt), name="lampyris-ctrl-c", daemon=True).start()
+    say = sys.unraisablehook
+    sys.unraisablehook = lambda lost: None if lost.exc_type is KeyboardInterrupt else say(lost)
     try:
         with watching(stop=interrupt):
             yield
     finally:
+        sys.unraisablehook = say
         _listening = None
         signal.set_wakeup_fd(-1)
         os.close(tell)  # the thread reads to the end, and ends

@@ -415,6 +415,30 @@ def test_an_interrupt_within_code_from_a_string_is_exit_130_too() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
+def test_an_interrupt_where_python_cannot_raise_it_is_heard_at_the_next_look() -> None:
+    """In a function that C calls, as LLVM does while code is loaded: it was printed with a traceback."""
+    code = (
+        "import ctypes, signal, lampyris.cli.verbs as verbs\n"
+        "from lampyris import halting\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "@ctypes.CFUNCTYPE(None)\n"
+        "def called():\n    signal.raise_signal(signal.SIGINT)\n"
+        "@ctypes.CFUNCTYPE(None)\n"
+        "def wrong():\n    raise ValueError('said as ever')\n"
+        "def slow(name, as_json):\n"
+        "    wrong()\n    called()\n    print('went on', flush=True)\n"
+        "    while True:\n        halting.look()\n"
+        f"verbs.planners = slow\n{MAIN}"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "planners"], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (done.returncode, done.stdout) == (130, "went on\n")
+    assert "ValueError: said as ever" in done.stderr
+    assert "KeyboardInterrupt" not in done.stderr
+    assert done.stderr.endswith("\ninterrupted\n")
+
+
 def test_a_time_limit_is_exit_5_and_says_so() -> None:
     words = ["plan", "env-1", "--planner", "gso", "--set", "iterations=100000", "--set", "swarm=500"]
     call = [sys.executable, "-c", MAIN, *words, "--set", "seeded=false", "--time-limit", "0.05", "--json"]

@@ -247,15 +247,21 @@ class TimedSearch:
         ending, expansions, state, cut = result.tolist()
         if ending != FOUND:
             return Route(ending, expansions, bool(cut))
-        chain = [state]
-        while came[chain[-1]] >= 0:
-            if len(chain) % 4096 == 0:
+        # Backwards, by pieces: of one list of half a million the array alone was 18 ms without a look.
+        pieces, piece = [], [state]
+        while came[piece[-1]] >= 0:
+            last = piece[-1]
+            if len(piece) == 4096:
                 look()
-            chain.append(int(came[chain[-1]]))
-        states = np.array(chain[::-1], dtype=np.int64)
+                pieces.append(np.array(piece, dtype=np.int64))
+                piece = []
+            piece.append(int(came[last]))
+        states = np.concatenate((*pieces, np.array(piece, dtype=np.int64)))[::-1]
+        look()
         flat = cells_of(states).astype(np.int64)
         moved = np.concatenate(([True], flat[1:] != flat[:-1]))  # a wait is a state of its own in A*
         flat, ticks = flat[moved], arrive[states][moved]
+        look()
         cells = np.stack((flat % self._stride - 1, flat // self._stride - 1), axis=1).astype(np.int32)
         return Route(ending, expansions, bool(cut), cells, ticks)
 
