@@ -478,3 +478,23 @@ def test_processes_that_are_kept_warm_are_let_go_of_without_a_word() -> None:
         [sys.executable, "-m", "lampyris", *words], capture_output=True, text=True, check=True
     )
     assert "Exception ignored" not in done.stderr
+
+
+def test_ctrl_c_in_a_function_that_c_calls_comes_after_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LLVM calls one while code is loaded; Python cannot raise there, and Ctrl-C was lost."""
+    import ctypes
+    import signal
+
+    from lampyris.study.run import _Calm
+
+    monkeypatch.setattr("sys.unraisablehook", lambda lost: None)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    went_on = False
+    try:
+        with pytest.raises(KeyboardInterrupt), _Calm(True) as calm:
+            with calm.waiting():
+                ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
+            went_on = True
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert went_on

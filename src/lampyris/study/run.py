@@ -337,9 +337,10 @@ class _Calm:
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self._restore()
+        # Also where it is raised: in a function that C calls it is lost, and comes after this answer.
+        self._asked = True
         if self._at_once and self._waits:
             raise KeyboardInterrupt
-        self._asked = True
 
     def _restore(self) -> None:
         if self._mine:
