@@ -488,13 +488,18 @@ def test_ctrl_c_in_a_function_that_c_calls_comes_after_the_answer(monkeypatch: p
     from lampyris.study.run import _Calm
 
     monkeypatch.setattr("sys.unraisablehook", lambda lost: None)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    went_on = False
-    try:
-        with pytest.raises(KeyboardInterrupt), _Calm(True) as calm:
+    went_on: list[bool] = []
+
+    def answers() -> None:
+        with _Calm(True) as calm:
             with calm.waiting():
                 ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
-            went_on = True
+            went_on.append(True)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            answers()
     finally:
         signal.signal(signal.SIGINT, before)
     assert went_on
