@@ -27,3 +27,26 @@ def test_its_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     (block,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     exec(compile(block, str(PAGE), "exec"), {})
     assert "'65.64'" in capsys.readouterr().out
+
+
+@pytest.mark.source
+def test_its_numbers_of_table_4_2_are_those_of_the_verdicts() -> None:
+    spelled = {1: "one", 2: "two", 7: "seven", 9: "nine", 10: "ten", 11: "Eleven"}
+    verdicts = list(printed.verdicts("4.2"))
+    transposed = [v for v in verdicts if "printed as (row, column)" in v.why]
+    walls = [v for v in verdicts if v.verdict == "impossible"]
+    digits = [v for v in verdicts if v.verdict == "misprint" and v not in transposed]
+    words = PAGE.read_text(encoding="utf-8")
+    assert (
+        f"Table 4.2 but for {spelled[len(digits)]} digit, {spelled[len(transposed)]} transposed pointers and "
+        f"{spelled[len(walls)]} that point at walls"
+    ) in words
+    of_free_cells = [v for v in transposed if "touch the cell" in v.why]
+    method = (PAGE.parent / "method.md").read_text(encoding="utf-8")
+    assert f"{spelled[len(of_free_cells)]} of them are printed there as (row, column)" in method
+    for v in transposed:  # What the program itself says of their number.
+        assert f"as {spelled[len(transposed)]} in rows 0 and 1 are" in v.why
+    eleven = [v for v in printed.verdicts("4.11") if v.verdict == "impossible"]
+    two = [v for v in printed.verdicts("4.10") if v.verdict == "impossible"]
+    counts = f"{spelled[len(eleven)]} cells of Table 4.11 and {spelled[len(two)]} of 4.10 are impossible"
+    assert counts in " ".join(words.split())

@@ -70,7 +70,7 @@ def test_a_near_obstacle_slows_the_robot_down():
 
 
 def test_the_guide_with_an_obstacle_that_enters_7_1():
-    """12.4 alone; 13.2 when one enters (7, 1) once the robot stands on (7, 2) (method.md, section 4)."""
+    """12.4 alone; 13.2 when one enters (7, 1) once the robot stands on (7, 2) (method.md, "The walk")."""
     guide = library.load("guide")
     planner = registry.make("ad-gso", {})
     scene = Scene(guide.grid, (0, 9), (7, 0), "dissertation")

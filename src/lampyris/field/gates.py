@@ -1,4 +1,4 @@
-"""Gates: openings too narrow for the robot (the dissertation's raise states; method.md section 3)."""
+"""Gates: openings too narrow for the robot (the dissertation's raise states; method.md, "Gates")."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solve: from free cells and a goal to the field (method.md section 2).
+"""Solve: from free cells and a goal to the field (method.md, "The field").
 
 Everything is laid out once in a padded frame; the Field's arrays are read-only views of its inside.
 """

@@ -14,7 +14,7 @@ def parents8(cost, step, width, rows, straight, diagonal, guard, limit, halt):
     """The local parent rule for eight moves; costs above ``limit`` become -1.
 
     For each cell the first offset, in the order (-1,-1) (1,-1) (-1,1) (1,1) (-1,0) (1,0) (0,-1) (0,1), at
-    which a neighbour costs exactly one such step less (method.md section 2). The choices are made last
+    which a neighbour costs exactly one such step less (method.md, "The field"). The choices are made last
     first, each overwriting the one before, so that there is no branch and the compiler handles many cells
     at once.
 

@@ -1,6 +1,6 @@
 """What a colour means: the dissertation's legend, and plain grey by the rule of ROS map servers.
 
-Legend (chapter 4; method.md section 1), exact colours only: black blocked, red start, gold goal, deep pink
+Legend (dissertation, chapter 4; maps.md), exact colours only: black blocked, red start, gold goal, deep pink
 moving obstacle. The dissertation takes *anything else* for free; here only light grey is. A grey pixel of
 brightness p (0 to 1) has occ = 1 - p: blocked from 0.65 up, free up to 0.196, unknown between (the
 thresholds nav2_map_server writes, compared in 32-bit floats as it does: 205, its own grey for unknown, is

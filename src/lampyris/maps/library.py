@@ -49,7 +49,7 @@ class MapInfo:
     name, title, description : what to call it and what it is.
     width, height : cells.
     free : share of the cells that are free, 0 to 1.
-    gates : gate cells in the whole map (method.md section 3).
+    gates : gate cells in the whole map (method.md, "Gates").
     queries : stored starts and goals; the first is the map's own.
     recipe : in words, how to make the map again; empty for a map that was not made by a recipe.
     hash : of its cells (:func:`lampyris.maps.map_hash.map_hash`).

@@ -55,7 +55,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """An opening between two walls that face each other, too narrow for the robot (method.md section 3).
+    """An opening between two walls that face each other, too narrow for the robot (method.md, "Gates").
 
     Parameters
     ----------

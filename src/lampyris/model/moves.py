@@ -30,8 +30,8 @@ PELL_Q = 38_613_965
 PELL_P = 54_608_393
 _INVERSE_P = pow(PELL_P, -1, PELL_Q)
 
-# Order of the local parent rule (method.md section 2): offset parent - cell, diagonals first. It reproduces
-# Table 4.2.
+# Order of the local parent rule (method.md, "The field"): offset parent - cell, diagonals first. It
+# reproduces Table 4.2.
 _EIGHT = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
 _FOUR = _EIGHT[4:]
 _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2))

@@ -22,7 +22,7 @@ MAX_BODIES = 10_000
 
 @dataclass(frozen=True, slots=True)
 class RandomWalk:
-    """Obstacles that step to a uniformly chosen free neighbour or stay (method.md section 5).
+    """Obstacles that step to a uniformly chosen free neighbour or stay (method.md, "Moving obstacles").
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 """Blind areas: slow enough to stop within what can be seen, should something come out of what cannot.
 
-After Tsubasa et al. (dissertation, related work, [71]), whose formulas could not be found: the law is the
-literature's bound on speed by the range of vision, with a reaction time and a mover that comes the other way;
-what counts as a blind area is ours. Equations, guarantee and limits: docs/speed/blind_area.md.
+After Tsubasa et al. (dissertation, related work, [71]), who choose the path as well, by the time that it
+takes; here the path is given. Their formulas could not be found: the law is the literature's bound on speed
+by the range of vision, with a reaction time and a mover that comes the other way; what counts as a blind area
+is ours. Equations, guarantee and limits: docs/speed/blind_area.md.
 """
 
 from __future__ import annotations
@@ -82,9 +83,9 @@ def stop_within(
     hidden_speed : u, m/s.
 
     ``v T + v^2 / (2 p) + u (T + v / p) <= d`` gives ``v = -(p T + u) + sqrt((p T + u)^2 + 2 p (d - u T))``
-    for a robot that keeps its speed while it does not know yet (algorithms.md 7). One that accelerates brakes
-    from ``w = v + a T`` and has come ``w T - a T^2 / 2`` by then: the same with w for v and ``d + a T^2 / 2``
-    for d.
+    for a robot that keeps its speed while it does not know yet (docs/speed/blind_area.md, "Whose is what").
+    One that accelerates brakes from ``w = v + a T`` and has come ``w T - a T^2 / 2`` by then: the same with w
+    for v and ``d + a T^2 / 2`` for d.
     """
     gained = a_max * reaction
     room = np.asarray(distance, dtype=np.float64) + 0.5 * gained * reaction - hidden_speed * reaction

@@ -64,7 +64,8 @@ class Cloud:
 def cloud_between(low: float, high: float, he: float) -> Cloud:
     """The cloud of an interval: ``Ex = (low + high) / 2``, ``En = (high - low) / 6``.
 
-    Source: Algorithm 1 of the cloud model's literature (algorithms.md 7): the ends are three widths away.
+    Source: the cloud model's literature (docs/speed/cloud.md, "Whose is what"): the ends are three widths
+    away.
     """
     return Cloud((low + high) / 2.0, (high - low) / 6.0, he)
 

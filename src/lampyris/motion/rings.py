@@ -71,7 +71,7 @@ def ring_counts(
         itself): that node takes the heading of the step that leaves it; the only node of a path has nothing
         ahead.
     ring1, ring2 : ``all`` or ``ahead``. The defaults are the reading that contradicts the tables least
-        (method.md section 6).
+        (method.md, "The dissertation's speed law").
     outside1, outside2 : whether cells out of the map count in that ring.
 
     Returns

@@ -24,7 +24,7 @@ _RISE = np.array([20.0, 28.0, 44.0])
 
 
 def check_dissertation(profile: Profile, path: Path, scene: Scene, v0: float) -> Violation | None:
-    """The law of method.md section 6, in velocity units and transfers."""
+    """The law of method.md, "The dissertation's speed law", in velocity units and transfers."""
     found = _ends(profile)
     if found is not None:
         return found

@@ -1,6 +1,6 @@
 """Rooms behind thin walls whose gates are counted: the recipe of the maps ``env-1`` to ``env-6``.
 
-A gate is a free cell between two walls that face each other (method.md section 3).
+A gate is a free cell between two walls that face each other (method.md, "Gates").
 """
 
 from __future__ import annotations

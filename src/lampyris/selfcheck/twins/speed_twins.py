@@ -29,7 +29,7 @@ def angle_between(u: tuple[int, int], w: tuple[int, int]) -> float:
 
 
 def dissertation(cells: list[tuple[int, int]], n1: list[int], n2: list[int], v0: float = 0.0) -> list[float]:
-    """Speeds by method.md section 6, from degrees and closed slopes."""
+    """Speeds by method.md, "The dissertation's speed law", from degrees and closed slopes."""
     n = len(cells)
     bound, rise = [], []
     for i in range(n):
