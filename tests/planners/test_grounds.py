@@ -24,7 +24,7 @@ def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:
     for number in range(40):
         told = story(31, number)
         scene = Scene(Grid(told.blocked, terrain=told.terrain), told.start, told.goal, told.name)  # type: ignore[arg-type]
-        living = LivingMap(scene)
+        living, under_walls = LivingMap(scene), {}
         grounds = Grounds(living, moves_for(scene), told.goal, rho=0.4, gamma=0.6)
         rng = np.random.default_rng(number)
         height, width = told.blocked.shape
@@ -32,7 +32,7 @@ def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:
             change = Change(blocked=edit.blocked, freed=edit.freed, terrain=edit.terrain)
             altered = living.take(change)
             weighed = moves_for(scene).scale
-            scene = edited(scene, change)
+            scene = edited(scene, change, under_walls)
             if moves_for(scene).scale != weighed:
                 break
             grounds.altered(altered)

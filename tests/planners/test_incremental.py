@@ -194,7 +194,7 @@ def test_a_living_map_is_the_edited_scene() -> None:
         told = story(4, number)
         scene = Scene(Grid(told.blocked, terrain=told.terrain, resolution=0.5), told.start, told.goal)  # type: ignore[arg-type]
         scene = replace(scene, robot=Robot(radius=told.radius))
-        living = LivingMap(scene)
+        living, under_walls = LivingMap(scene), {}
         for edit in told.edits:
             change = Change(edit.robot, edit.obstacles, edit.blocked, edit.freed, edit.terrain)
             free, terrain = (
@@ -202,7 +202,7 @@ def test_a_living_map_is_the_edited_scene() -> None:
                 living.terrain if living.terrain is None else living.terrain.copy(),
             )
             altered = living.take(change)
-            scene = edited(scene, change)
+            scene = edited(scene, change, under_walls)
             np.testing.assert_array_equal(living.free, free_space(scene))
             assert living.has_terrain == (scene.grid.terrain is not None)
             if scene.grid.terrain is not None:

@@ -37,7 +37,7 @@ class Change:
     robot : the cell the robot stands on now; None: where it was.
     obstacles : every cell that a moving obstacle is seen to cover now (the whole picture, not a difference).
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
-        too narrow).
+        too narrow). A cell that a Change blocked and another frees has its terrain again.
     tick : when the robot stands there: its next step ends at ``tick + 1``.
     bodies : the moving obstacles, for planners that see traffic; None: not told, then ``obstacles`` is all
         that is known. The two say the same of ``tick``, or of ``tick + 1`` where the obstacles have made

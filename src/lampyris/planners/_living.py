@@ -35,6 +35,7 @@ class LivingMap:
         self.terrain: ByteGrid | None = None if grid.terrain is None else grid.terrain.copy()
         """What cells cost to enter; None as long as no cell of the map has ever had a value."""
         self._graded = 0 if grid.terrain is None else int(np.count_nonzero(grid.terrain))
+        self._under_walls: dict[Cell, int] = {}  # terrain of cells that a Change has blocked
         self.revision = 0
         """How many Changes altered the map."""
 
@@ -70,9 +71,19 @@ class LivingMap:
         for (x, y), blocked in turned.items():
             walls[y * width + x] = blocked
         ground = {cell: 0 for cell, blocked in turned.items() if blocked} if self.has_terrain else {}
+        ground |= self._uncovered(turned)
         ground |= {(int(x), int(y)): int(v) for (x, y), v in change.terrain if not walls[y * width + x]}
         altered = self._open(turned)
         return list(dict.fromkeys(altered + self._grade(ground))) if ground else altered
+
+    def _uncovered(self, turned: dict[Cell, bool]) -> dict[Cell, int]:
+        """Note the terrain of cells that turn into walls; what freed cells had before they were walls."""
+        if self.terrain is None:
+            return {}
+        known = self._under_walls
+        known |= {(x, y): int(self.terrain[y, x]) for (x, y), blocked in turned.items() if blocked}
+        freed = [cell for cell, blocked in turned.items() if not blocked]
+        return {cell: known[cell] for cell in freed if known.get(cell)}
 
     def _grade(self, ground: dict[Cell, int]) -> list[Cell]:
         """Write terrain values; the cells where they differ."""

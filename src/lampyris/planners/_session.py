@@ -57,6 +57,7 @@ class GraphSession(Copied):
         self._make = make
         self._optimal = optimal
         self._robot = scene.start
+        self._under_walls: dict[Cell, int] = {}
         self._search: Search | None = None
         self._see()
         self._search = make(self._free, scene.grid.terrain, self._moves)
@@ -106,7 +107,7 @@ class GraphSession(Copied):
         return made if made.timing is timing else replace(made, timing=timing)
 
     def _take(self, change: Change) -> None:
-        scene = edited(self._scene, change)
+        scene = edited(self._scene, change, self._under_walls)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:

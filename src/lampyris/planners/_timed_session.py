@@ -99,6 +99,7 @@ class TimedSession(Copied):
         self._robot = scene.start
         self._way: Route | None = None
         self._stood: dict[int, tuple[Cell, int]] = {}
+        self._under_walls: dict[Cell, int] = {}
         self._lay(scene)
 
     def _lay(self, scene: Scene) -> None:
@@ -131,7 +132,7 @@ class TimedSession(Copied):
         """
         began = time.perf_counter()
         change = change or Change()
-        scene = edited(self._scene, change)
+        scene = edited(self._scene, change, self._under_walls)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self._scene:

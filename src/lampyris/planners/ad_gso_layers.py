@@ -57,6 +57,7 @@ class LayeredSession(Copied):
         self._record = record
         self._scene = scene
         self._robot = scene.start
+        self._under_walls: dict[Cell, int] = {}
         self._heat: FloatGrid | None = None
         self._strength = 1.0
         self._margin = settings.keep_away
@@ -79,7 +80,7 @@ class LayeredSession(Copied):
         SceneError : the robot, or a cell of the map said to have changed, is outside the map.
         """
         change = change or Change()
-        scene = edited(self._scene, change)
+        scene = edited(self._scene, change, self._under_walls)
         if change.robot is not None:
             self._robot = (int(change.robot[0]), int(change.robot[1]))
         altered = scene is not self._scene

@@ -43,6 +43,7 @@ class Memory:
         self.scene = scene
         self.name = name
         self.robot: Cell = scene.start
+        self._under_walls: dict[Cell, int] = {}
         self.bodies = NONE
         self.spent = 0
         self.most = math.inf
@@ -68,7 +69,7 @@ class Memory:
         ------
         SceneError : the robot, or a cell said to have changed, is outside the map.
         """
-        scene = edited(self.scene, change)
+        scene = edited(self.scene, change, self._under_walls)
         if change.robot is not None:
             self.robot = (int(change.robot[0]), int(change.robot[1]))
         if scene is not self.scene or not self._seen:

@@ -58,7 +58,7 @@ def mend_through(told: Story, judged: int = 1) -> Mender:
         world.change(edit.blocked, edit.freed, terrain)
         graded = [(cell, world.terrain[cell[1]][cell[0]]) for cell, _ in terrain]
         if weighed:
-            graded += [((x, y), world.terrain[y][x]) for x, y in edit.blocked]
+            graded += [((x, y), world.terrain[y][x]) for x, y in (*edit.blocked, *edit.freed)]
         field = mender.mend(blocked=edit.blocked, freed=edit.freed, terrain=graded)
         free = ~np.array(world.blocked)
         weights = np.array(world.terrain, np.uint8) if weighed else None

@@ -6,7 +6,7 @@ import copy
 import pickle
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -188,7 +188,10 @@ class Life:
         self._world.change(change.blocked, change.freed, change.terrain)
         self._last = change
         self.told.append(f"{why}: {change}, {budget}")
-        self._window.calls.append(Asked(change, budget, self._draws.bit_generator.state))
+        # A session opened later has not seen what was under the walls it was opened with: it is told.
+        ground = tuple(((x, y), self._world.terrain[y][x]) for x, y in change.freed)
+        informed = replace(change, terrain=(*ground, *change.terrain))
+        self._window.calls.append(Asked(informed, budget, self._draws.bit_generator.state))
         plan, other = (one.plan(change, budget) for one in (self._session, self._never))
         self.seen[why] += 1
         self.seen[f"answers: {plan.status.value}"] += 1

@@ -142,6 +142,8 @@ class Walls:
         """The map, and the shapes by which everybody steps."""
         self.done.append(done)
         grid = applied(self.scene.grid, (done,))
+        if self._given.grid.terrain is not None:  # a cell that was a wall for a while has its terrain again
+            grid = replace(grid, terrain=self._given.grid.terrain)
         self.scene = replace(self.scene, grid=grid)
         free: dict[float, BoolGrid] = {}
         for shape, radius in self._shapes:

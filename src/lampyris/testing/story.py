@@ -78,11 +78,10 @@ class Story:
         built = replace(grid, blocked=walls)
         put("a wall built", Change(blocked=tuple(wall)), robot, built)
         put("the wall still there", None, robot, built)
-        # Where the wall stood the ground is plain: what it was is forgotten with what it became.
-        cleared = replace(built, blocked=grid.blocked)
-        put("the wall torn down", Change(freed=tuple(wall)), robot, cleared)
-        put("the robot back at the start", Change(robot=scene.start), scene.start, cleared)
-        change, turned = self._other_ground(cleared)
+        # Where the wall stood the terrain is what it was before.
+        put("the wall torn down", Change(freed=tuple(wall)), robot)
+        put("the robot back at the start", Change(robot=scene.start), scene.start)
+        change, turned = self._other_ground(grid)
         put("other ground", change, scene.start, turned)
         put("the ground as before", None, scene.start, turned)
         flat = tuple(((x, y), 0) for y in range(grid.height) for x in range(grid.width))

@@ -38,11 +38,12 @@ class GuestSession:
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.robot = scene, scene.start
+        self.under_walls: dict[tuple[int, int], int] = {}  # so that a freed cell has its terrain again
 
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """Fewest steps from the robot to the goal."""
         change = change or Change()
-        self.scene = edited(self.scene, change)
+        self.scene = edited(self.scene, change, self.under_walls)
         self.robot = change.robot or self.robot
         free, goal = free_space(self.scene).copy(), self.scene.goal
         for status, (x, y) in ((Status.START_OCCUPIED, self.robot), (Status.GOAL_OCCUPIED, goal)):

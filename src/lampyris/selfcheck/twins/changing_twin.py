@@ -52,6 +52,7 @@ class World:
     ) -> None:
         self.blocked = [list(row) for row in blocked]
         self.terrain = [[0] * len(row) for row in blocked] if terrain is None else [list(r) for r in terrain]
+        self._ground = [list(row) for row in self.terrain]  # also of the cells under walls
         self.radius = radius
         self.width, self.height = len(blocked[0]), len(blocked)
 
@@ -62,11 +63,11 @@ class World:
         for x, y in blocked:  # type: ignore[attr-defined]
             self.blocked[y][x] = True
         for (x, y), value in terrain:  # type: ignore[attr-defined]
-            self.terrain[y][x] = value
+            if not self.blocked[y][x]:
+                self._ground[y][x] = value
         for y, row in enumerate(self.blocked):
             for x, wall in enumerate(row):
-                if wall:
-                    self.terrain[y][x] = 0
+                self.terrain[y][x] = 0 if wall else self._ground[y][x]
 
     @property
     def weighed(self) -> bool:
