@@ -168,9 +168,9 @@ def test_a_body_that_says_it_is_too_long_is_not_read() -> None:
     assert world.reached == 0
 
 
-def test_two_hundred_connections_do_not_lock_the_user_out(live: tuple[int, World]) -> None:
+def test_hundreds_of_connections_do_not_lock_the_user_out(live: tuple[int, World]) -> None:
     port, _ = live
-    held = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(200)]
+    held = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(2 * listening.HEADS)]
     try:
         for wire in held[::2]:
             with contextlib.suppress(BrokenPipeError, ConnectionResetError):
@@ -184,13 +184,33 @@ def test_two_hundred_connections_do_not_lock_the_user_out(live: tuple[int, World
 
 def test_no_more_connections_are_held_than_said(live: tuple[int, World]) -> None:
     port, world = live
-    held = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(100)]
+    held = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(listening.HEADS + 50)]
     try:
         alive(port)
-        assert len(world.server.server_state.connections) <= listening.CONNECTIONS  # type: ignore[attr-defined]
+        assert len(world.server.server_state.connections) <= listening.HEADS  # type: ignore[attr-defined]
     finally:
         for wire in held:
             wire.close()
+
+
+def test_no_more_requests_of_the_page_are_answered_at_a_time_than_said() -> None:
+    with serving() as (port, _):
+        sent = head(port, "POST", "/api/maps", "Content-Length: 5")
+        held = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(listening.CONNECTIONS)]
+        try:
+            for wire in held:
+                wire.sendall(sent)
+            until = time.monotonic() + 60
+            told = asks(port)
+            while told[0] == 200 and time.monotonic() < until:  # not all of them have been read yet
+                told = asks(port)
+            assert (told[0], json.loads(told[1])["error"]["code"]) == (503, "CONNECTIONS")
+            held[0].sendall(b"abcde")
+            assert parsed(rest(held[0])).status == 200
+            alive(port)
+        finally:
+            for wire in held:
+                wire.close()
 
 
 def test_sixteen_streams_and_no_more() -> None:

@@ -179,6 +179,30 @@ class Guard:
             reply.begin()
             self._tell(scope, reply.status, time.perf_counter() - began)
 
+    def at_door(self, method: str, target: bytes, headers: Headers) -> bool:
+        """Whether a request bears the token, by its head alone. One that does not, and may not be answered
+        without, is refused here: before its body is read, and before it takes the place of another.
+
+        Parameters
+        ----------
+        target : path and query as they were sent.
+        headers : their names in small letters.
+
+        Raises
+        ------
+        Refused : it may not be answered, and does not bear the token.
+        """
+        path, _, query = target.partition(b"?")
+        scope = {"method": method, "path": "", "raw_path": path, "query_string": query, "headers": headers}
+        bears = self._bears(headers)
+        try:
+            self.check(scope)
+        except Refused as no:
+            if not bears:
+                self._tell(scope, no.status, 0.0)
+                raise
+        return bears
+
     def check(self, scope: Scope) -> Way:
         """The way a request takes, by its head alone.
 
@@ -226,11 +250,14 @@ class Guard:
             raise Refused(400, "UPGRADE", "this server speaks HTTP/1.1 only")
 
     def _known(self, headers: Headers) -> None:
-        tokens = _all(headers, TOKEN)
-        if len(tokens) != 1 or not hmac.compare_digest(tokens[0], self._token):
+        if not self._bears(headers):
             raise Refused(
                 401, "TOKEN", "this needs the token of the session", todo="open the address it printed"
             )
+
+    def _bears(self, headers: Headers) -> bool:
+        tokens = _all(headers, TOKEN)
+        return len(tokens) == 1 and hmac.compare_digest(tokens[0], self._token)
 
     def _way(self, method: str, path: bytes) -> tuple[Way | None, list[Way]]:
         """The way of a request, and all those of its path."""

@@ -16,7 +16,7 @@ import tempfile
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from urllib.parse import quote
 
 from lampyris.app import listening
@@ -65,6 +65,7 @@ def run_app(
         )
     if folder is not None and not folder.is_dir():
         raise UsageError("FOLDER", "no such folder", where=str(folder), todo="name a folder of maps")
+    _more_files()
     sockets = _sockets(port, allow_remote is not None)
     _log_to_stderr()
     # Whatever is written from here on is the user's alone.
@@ -87,6 +88,20 @@ def run_app(
         for each in sockets:
             each.close()
     return 0
+
+
+def _more_files() -> None:
+    """Let this process open as many files as it may ask for, up to 4,096: some systems begin with 256, which
+    is less than the connections that :mod:`lampyris.app.listening` may hold."""
+    try:
+        import resource
+
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        most = 4096 if hard == resource.RLIM_INFINITY else min(hard, 4096)
+        if soft != resource.RLIM_INFINITY and soft < most:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    except (ImportError, OSError, ValueError):
+        pass
 
 
 def _sockets(port: int | None, remote: bool) -> list[socket.socket]:
@@ -158,10 +173,37 @@ class _OneLine(logging.Formatter):
         return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
+class _AtMost(logging.Filter):
+    """At most so many lines a second; the next one says how many were left out. Whoever sends requests by the
+    thousand would fill a terminal or a disk, and a pipe that nobody reads would stop the server."""
+
+    LINES: Final = 50
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._second, self._written, self._left_out = 0, 0, 0
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether it is written."""
+        second = int(record.created)
+        if second != self._second:
+            self._second, self._written = second, 0
+        if self._written >= self.LINES:
+            self._left_out += 1
+            return False
+        self._written += 1
+        if self._left_out:
+            record.msg, record.args = f"{record.getMessage()} ({self._left_out:,} lines left out)", None
+            self._left_out = 0
+        return True
+
+
 def _log_to_stderr() -> None:
     """What is refused or goes wrong, one line each; with LAMPYRIS_DEBUG every request."""
     log = logging.getLogger("lampyris.app")
     handler = logging.StreamHandler()
+    if not os.environ.get("LAMPYRIS_DEBUG"):
+        handler.addFilter(_AtMost())
     handler.setFormatter(_OneLine("%(asctime)s %(message)s", "%H:%M:%S"))
     log.handlers[:] = [handler]
     log.propagate = False
