@@ -471,7 +471,7 @@ BAD_JSON = [
     (b'{"scenario": {}, "verb": "export"}', "KEY"),
     (b'{"scenario": {}, "ground": {}}', "KEY"),
     (b'{"scenario": {}, "job": 1}', "KEY"),
-    (b'{"scenario": []}', "KEY"),
+    (b'{"scenario": []}', "TYPE"),
     (b"{}", "KEY"),
     (b'{"scenario": {"map": {"file": "/etc/passwd"}}}', "PATH_OUTSIDE"),
 ]

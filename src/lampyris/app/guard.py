@@ -121,10 +121,12 @@ class Way:
 class Refused(Exception):
     """An answer that is no."""
 
-    def __init__(self, status: int, code: str, what: str, allowed: str = "", todo: str = "") -> None:
+    def __init__(
+        self, status: int, code: str, what: str, allowed: str = "", todo: str = "", where: str = ""
+    ) -> None:
         super().__init__(status, code)
         self.status = status
-        self.error = {"code": code, "what": what, "where": "", "allowed": allowed, "todo": todo}
+        self.error = {"code": code, "what": what, "where": where, "allowed": allowed, "todo": todo}
 
 
 class Left(Exception):

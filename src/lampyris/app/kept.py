@@ -24,7 +24,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.planners import registry
 from lampyris.report import html
-from lampyris.report.animate import FPS, film, frames_of
+from lampyris.report.animate import FPS, check, film, frames_of
 from lampyris.report.csv_out import write_plan_csv, write_trace_csv
 from lampyris.report.film_frames import Stage
 from lampyris.report.measure import trace_metrics
@@ -133,6 +133,7 @@ def _film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
 
 def _film_of(trace: Trace, settings: Mapping[str, Any], look: Look) -> bytes:
     given = {key: settings[key] for key in ("fps", "scale") if settings.get(key) is not None}
+    check(f"film.{settings['what']}", given.get("fps", FPS), given.get("scale"))
     frames = frames_of(trace, given.get("fps", FPS))
     share = Share("drawing", frames)
 

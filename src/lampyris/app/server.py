@@ -21,7 +21,21 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from lampyris.app.answers import STATUS, Streamed
-from lampyris.app.asking import dump, said, told
+from lampyris.app.asking import (
+    CHECKED_LATER,
+    FLAG,
+    JOB,
+    LIST,
+    TABLE,
+    TEXT,
+    WHOLE,
+    WORDS,
+    Form,
+    check_finite,
+    dump,
+    said,
+    told,
+)
 from lampyris.app.frames import error_frame, fault_of
 from lampyris.app.guard import BYTES, JSON, App, Door, Guard, Refused, Way, error_body
 from lampyris.app.shipped import TYPES, Shipped, both, shipped, static_files
@@ -59,17 +73,27 @@ WAYS: Final = (
 )
 """Everything that may be asked. A page in a frame of its own (``/view``) has a ticket in place of a token."""
 
-ASKED: Final[Mapping[str, tuple[str, ...]]] = {
-    "plan": ("scenario", "record", "layers"),
-    "simulate": ("scenario",),
-    "layer": ("scenario", "layer", "bodies", "tick"),
-    "compare": ("scenario", "planners", "laws", "seeds"),
-    "export": ("scenario", "what", "settings", "tick", "progress"),
-    "make": ("map",),
+ASKED: Final[Mapping[str, Form]] = {
+    "plan": {"scenario": TABLE, "record": FLAG, "layers": WORDS},
+    "simulate": {"scenario": TABLE},
+    "layer": {"scenario": TABLE, "layer": TEXT, "bodies": LIST, "tick": WHOLE},
+    "compare": {"scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": CHECKED_LATER},
+    "export": {"scenario": TABLE, "what": TEXT, "settings": TABLE, "tick": WHOLE, "progress": FLAG},
+    "make": {"map": TABLE},
 }
-"""The keys of each question to an engine; others are refused."""
+"""The form of each question to an engine; what has another is refused."""
 
-STUDY: Final = ("scenario", "planners", "laws", "seeds", "queries")
+STUDY: Final[Form] = {
+    "scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": WHOLE, "queries": WHOLE,
+}  # fmt: skip
+OTHERS: Final[Mapping[str, Form]] = {
+    "scenario": {"name": TEXT, "text": TEXT},
+    "study": STUDY,
+    "ticket": {"job": TEXT},
+    "cancel": {"job": JOB},
+    "delete": {"back": FLAG},
+}
+"""The form of what the server answers itself."""
 
 EXPORTS: Final[Mapping[str, tuple[str, str]]] = {
     "png": ("image/png", "png"),
@@ -258,7 +282,7 @@ class Desk:
 
     async def delete_map(self, request: Request) -> Response:
         """Put an uploaded map away; ``back``: have it again."""
-        back = (await said(request, ("back",))).get("back") is True
+        back = (await said(request, OTHERS["delete"])).get("back") is True
         library, id = self._all.library, request.path_params["id"]
         await self._all.look(library.bring_back if back else library.delete, id)
         return told({"back" if back else "deleted": id})
@@ -307,27 +331,25 @@ class Desk:
 
     async def cancel(self, request: Request) -> Response:
         """Stop a job: of an engine by its number, a study by its word."""
-        job = (await said(request, ("job",))).get("job")
-        if isinstance(job, str):
-            await self._studies().cancel(job)
-        elif isinstance(job, bool) or not isinstance(job, int):
-            raise Refused(400, "TYPE", "job is no job", "the number of a job, or the word of a study")
-        else:
-            await self._all.engines.cancel(job)
+        job = (await said(request, OTHERS["cancel"])).get("job")
+        if job is None:
+            raise Refused(400, "KEY", "no job", JOB.allowed, where="job")
+        await (self._studies() if isinstance(job, str) else self._all.engines).cancel(job)
         return told({"cancelled": job})
 
     async def scenario(self, request: Request) -> Response:
         """A scenario file as plain data: the page reads what the command line reads, with the same limits."""
-        body = await said(request, ("name", "text"))
-        name, text = (str(body.get(key, "")) for key in ("name", "text"))
+        body = await said(request, OTHERS["scenario"])
+        name, text = (body.get(key) or "" for key in ("name", "text"))
         read: Callable[..., Any] = read_json if name.lower().endswith(".json") else read_yaml
         data = text.encode("utf-8", "surrogatepass")
         found = await self._all.read(read, data, name[:80])
+        check_finite(found.data)
         return told({"scenario": found.data})
 
     async def study(self, request: Request) -> Response:
         """Begin a study."""
-        body = await said(request, STUDY)
+        body = await said(request, OTHERS["study"])
         ground = await self._ground_of(body.get("scenario"))
         return told({"job": await self._studies().start({**body, **ground})})
 
@@ -342,7 +364,7 @@ class Desk:
 
     async def ticket(self, request: Request) -> Response:
         """A word that opens a report once, soon: a new tab can send no token."""
-        job = str((await said(request, ("job",))).get("job"))
+        job = (await said(request, OTHERS["ticket"])).get("job") or ""
         self._studies().report(job)  # raises where there is none
         now = time.monotonic()
         old = self._all.tickets

@@ -100,10 +100,10 @@ def check(out: OutFile, fps: float, scale: int | None) -> None:
     UsageError : another suffix than .webp and .gif, or a number out of its range.
     """
     suffix_of(out, (".webp", ".gif"))
-    if not 1 <= fps <= 50:
-        raise UsageError("FPS", f"fps {fps!r}", allowed="1 to 50 frames a second")
-    if scale is not None and not 1 <= scale <= 64:
-        raise UsageError("SCALE", f"scale {scale!r}", allowed="1 to 64 pixels a cell")
+    if isinstance(fps, bool) or not isinstance(fps, int | float) or not 1 <= fps <= 50:
+        raise UsageError("FPS", f"fps {fps!r:.40}", allowed="1 to 50 frames a second")
+    if scale is not None and (type(scale) is not int or not 1 <= scale <= 64):
+        raise UsageError("SCALE", f"scale {scale!r:.40}", allowed="a whole number, 1 to 64 pixels a cell")
 
 
 def write_film(stage: Draws, shown: Shown, out: OutFile, progress: Callable[[int], None] | None) -> None:
