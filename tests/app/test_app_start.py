@@ -87,6 +87,7 @@ def test_other_machines_are_served_only_if_that_is_asked_for(
     assert "not encrypted" in told.err
 
 
+@pytest.mark.source
 def test_the_command_line_and_the_documents_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[dict[str, Any]] = []
     monkeypatch.setattr(running, "run_app", lambda map_, **how: asked.append(how) or 0)

@@ -11,7 +11,7 @@ import pytest
 from scenario_mistakes import MISTAKES
 
 from lampyris.errors import LampyrisError
-from lampyris.maps.scenario_file import json_schema
+from lampyris.maps.scenario_file import _plain, json_schema
 from lampyris.maps.yaml_text import read_yaml
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -125,7 +125,27 @@ def test_the_schema_and_the_reader_are_of_one_mind() -> None:
 @pytest.mark.source
 def test_the_copy_in_the_docs_is_current() -> None:
     kept = (ROOT / "docs" / "scenario.schema.json").read_text(encoding="utf-8")
-    assert json.loads(kept) == SCHEMA, "lampyris schema > docs/scenario.schema.json"
+    assert kept == json.dumps(SCHEMA, indent=2) + "\n", "lampyris schema > docs/scenario.schema.json"
+
+
+@pytest.mark.parametrize(
+    "field",
+    [
+        {"const": 1, "enum": [1], "minimum": 0.0, "maximum": 1e3, "title": "Field"},  # pydantic 2.9
+        {"const": 1, "minimum": 0, "maximum": 1000, "additionalProperties": True},  # pydantic 2.12
+    ],
+)
+def test_the_schema_is_the_same_under_every_version_of_pydantic(field: dict[str, Any]) -> None:
+    """A field that is called like a word of JSON Schema is kept."""
+    named = {"properties": {"title": field, "enum": field}}
+    plain = {"const": 1, "minimum": 0, "maximum": 1000}
+    assert json.dumps(_plain(named)) == json.dumps({"properties": {"title": plain, "enum": plain}})
+    assert _plain({"enum": ["a", "b"], "const": "a", "minimum": 0.5, "additionalProperties": False}) == {
+        "enum": ["a", "b"],
+        "const": "a",
+        "minimum": 0.5,
+        "additionalProperties": False,
+    }
 
 
 @pytest.mark.source

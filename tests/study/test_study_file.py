@@ -527,7 +527,9 @@ def test_every_table_is_closed_and_every_field_described() -> None:
 @pytest.mark.source
 def test_the_copy_in_the_docs_is_current() -> None:
     kept = (ROOT / "docs" / "study.schema.json").read_text(encoding="utf-8")
-    assert json.loads(kept) == json_schema(), "lampyris schema --study > docs/study.schema.json"
+    assert kept == json.dumps(json_schema(), indent=2) + "\n", (
+        "lampyris study schema > docs/study.schema.json"
+    )
 
 
 def test_of_thousands_of_mistakes_a_hundred_are_placed(monkeypatch: pytest.MonkeyPatch) -> None:

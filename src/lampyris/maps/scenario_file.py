@@ -343,7 +343,7 @@ def json_schema() -> dict[str, Any]:
 
 def schema_of(file: type[Table], title: str) -> dict[str, Any]:
     """The JSON Schema of the files that a table is the whole of."""
-    made = _untitled(file.model_json_schema())
+    made = _plain(file.model_json_schema())
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": title,
@@ -352,10 +352,29 @@ def schema_of(file: type[Table], title: str) -> dict[str, Any]:
     }
 
 
-def _untitled(schema: Any) -> Any:
-    """A schema without the titles that pydantic makes of the names of fields and classes."""
+_BOUNDS = frozenset({"minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"})
+
+
+def _plain(schema: Any) -> Any:
+    """A schema without what differs between versions of pydantic and says nothing.
+
+    That is: titles made of the names of fields and classes, an ``enum`` beside the ``const`` that it repeats,
+    ``additionalProperties`` that are true, which is the default, and bounds such as ``1000.0``.
+    """
     if isinstance(schema, list):
-        return [_untitled(one) for one in schema]
+        return [_plain(one) for one in schema]
     if not isinstance(schema, dict):
         return schema
-    return {k: _untitled(v) for k, v in schema.items() if not (k == "title" and isinstance(v, str))}
+    return {key: _bound(key, _plain(value)) for key, value in schema.items() if _says(key, value, schema)}
+
+
+def _says(key: str, value: Any, schema: dict[str, Any]) -> bool:
+    if key == "title":
+        return not isinstance(value, str)
+    if key == "enum" and "const" in schema:
+        return bool(value != [schema["const"]])
+    return not (key == "additionalProperties" and value is True)
+
+
+def _bound(key: str, value: Any) -> Any:
+    return int(value) if key in _BOUNDS and isinstance(value, float) and value.is_integer() else value
