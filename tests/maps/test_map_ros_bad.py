@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import struct
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -258,7 +259,7 @@ def test_a_picture_that_is_not_a_regular_file(tmp_path: Path, image: str) -> Non
     ("picture", "code", "says"),
     [
         (b"", "IMG_EMPTY", "empty"),
-        (b"hello", "IMG_FORMAT", 'not a PNG, BMP or PGM .starts with "hell".; allowed: PNG, BMP, PGM'),
+        (b"hello", "IMG_FORMAT", "not a PNG, BMP or PGM; allowed: PNG, BMP, PGM"),
         (b"GIF89a" + bytes(9), "IMG_FORMAT", "this is GIF"),
         (YAML.encode(), "IMG_FORMAT", "PNG, BMP, PGM"),
         (b"P5 9 9 255\n", "IMG_TRUNCATED", "0 of 81"),
@@ -271,6 +272,43 @@ def test_a_picture_that_is_not_a_regular_file(tmp_path: Path, image: str) -> Non
 def test_a_picture_that_is_none(tmp_path: Path, picture: bytes, code: str, says: str) -> None:
     with pytest.raises(LampyrisError, match=f"{code}.*m\\.pgm.*{says}"):
         load_map(ros(tmp_path, picture))
+
+
+SECRET = b"qzxjwvk"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        SECRET,
+        b"\x89PNG\r\n\x1a\n" + SECRET * 9,
+        png(2, 2, 8, 0, rows(bytes(2), bytes(2)))[:-12] + struct.pack(">I", 0) + SECRET[:4] + SECRET,
+        b"BM" + SECRET * 9,
+        b"P2 " + SECRET,
+        b"P5 3 " + SECRET,
+        b"P5 3 3 " + SECRET,
+        b"P2 2 2 255 1 2 3 " + SECRET,
+        b"P1 2 2 1 0 " + SECRET,
+        b"P5 # " + SECRET + b"\n1 x",
+        b"\x93NUMPY" + SECRET,
+        b"type octile\n" + SECRET,
+        b"%" + SECRET + b"\x00",
+    ],
+)
+def test_no_content_of_what_the_map_names_is_printed(tmp_path: Path, content: bytes) -> None:
+    """`image:` may name any file, /etc/passwd too: a message must not show what stands in it."""
+    put(tmp_path, content, "m.pgm")
+    with pytest.raises(LampyrisError) as found:
+        load_map(put(tmp_path, YAML.encode(), "m.yaml"))
+    said = f"{found.value} {found.value.__dict__}"
+    assert "m.pgm" in said
+    for begin in range(len(SECRET) - 2):
+        assert SECRET[begin : begin + 3].decode() not in said
+
+
+def test_a_file_that_the_user_names_is_quoted(tmp_path: Path) -> None:
+    with pytest.raises(LampyrisError, match="'qzxjwvk' is not a number"):
+        load_map(put(tmp_path, b"P2 " + SECRET, "m.pgm"))
 
 
 def test_a_point_too_far_to_count_in_cells() -> None:

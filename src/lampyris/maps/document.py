@@ -105,6 +105,8 @@ class Source:
         252 terrain, 253 and 254 blocked, 255 unknown).
     colour : ``legend``, or ``luminance``: colours that are not of the legend are read as grey.
     confined : whether absolute paths, and links that lead out of the file's folder, are refused as well.
+    quotes : whether messages may quote the file's content: not if another file named it, which may name any
+        file that the user can read.
     """
 
     data: bytes
@@ -115,6 +117,11 @@ class Source:
     values: str = "occupancy"
     colour: str = "legend"
     confined: bool = False
+    quotes: bool = True
+
+    def quoted(self, token: str) -> str:
+        """A token of the file for a message, or a word that stands for it."""
+        return repr(token) if self.quotes else "what stands there"
 
     def error(self, code: str, what: str, at: str = "", allowed: str = "", todo: str = "") -> FileError:
         """A FileError about this file, to be raised; ``at`` is a line, column or pixel."""

@@ -28,6 +28,7 @@ MAX_TEXT = 2**20
 MAX_CHUNKS = 2**18
 _GREY, _RGB, _INDEX, _GREY_ALPHA, _RGBA = 0, 2, 3, 4, 6
 _DEPTHS = {_GREY: (1, 2, 4, 8, 16), _RGB: (8, 16), _INDEX: (1, 2, 4, 8), _GREY_ALPHA: (8, 16), _RGBA: (8, 16)}
+_KINDS = frozenset((b"IHDR", b"PLTE", b"IDAT", b"IEND", b"tRNS", b"acTL", b"zTXt", b"eXIf"))
 _CHANNELS = {_GREY: 1, _RGB: 3, _INDEX: 1, _GREY_ALPHA: 2, _RGBA: 4}
 # Adam7: first column, first row, column step, row step of each pass.
 _PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
@@ -97,9 +98,7 @@ def _take_apart(source: Source) -> _Png:
         elif kind == b"eXIf" and (turn := _orientation(bytes(body))) not in (0, 1):
             notes.append(f"the EXIF orientation {turn} is ignored; a viewer may show the map turned")
         elif kind == b"IHDR" or (not kind[0] & 32 and kind != b"IEND"):
-            raise source.error(
-                "IMG_CORRUPT", f"chunk {kind.decode('latin-1')!r} in a place or of a kind unknown"
-            )
+            raise source.error("IMG_CORRUPT", f"chunk{_kind(source, kind)} in a place or of a kind unknown")
     if png.colour == _INDEX and not png.palette:
         raise source.error("IMG_CORRUPT", "the palette is missing")
     png.pixels, png.notes = tuple(pixels), tuple(notes)
@@ -117,18 +116,21 @@ def _chunks(source: Source) -> Iterator[tuple[bytes, memoryview]]:
         end = offset + 12 + length
         if end > len(data):
             raise source.error(
-                "IMG_TRUNCATED", f"the picture is cut off: {kind.decode('latin-1')!r} ends early"
+                "IMG_TRUNCATED", f"the picture is cut off: chunk{_kind(source, kind)} ends early"
             )
         (checksum,) = struct.unpack_from(">I", data, end - 4)
         if zlib.crc32(data[offset + 4 : end - 4]) != checksum:
-            raise source.error(
-                "IMG_CORRUPT", f"checksum of chunk {kind.decode('latin-1')!r} at byte {offset}"
-            )
+            raise source.error("IMG_CORRUPT", f"checksum of chunk{_kind(source, kind)} at byte {offset}")
         yield kind, data[offset + 8 : end - 4]
         if kind == b"IEND":
             return
         offset = end
     raise source.error("IMG_CORRUPT", f"more than {MAX_CHUNKS} chunks")
+
+
+def _kind(source: Source, kind: bytes) -> str:
+    """The kind of a chunk for a message, unless it may be anything of a file that must not be quoted."""
+    return f" {kind.decode('latin-1')!r}" if source.quotes or kind in _KINDS else ""
 
 
 def _header(source: Source, body: bytes) -> _Png:
@@ -317,4 +319,5 @@ def not_a_picture(source: Source, allowed: str) -> Exception:
         todo = "save it as PNG" if name in _PICTURES else ""
         return source.error("IMG_FORMAT", f"this is {name}", allowed=allowed, todo=todo)
     shown = "".join(chr(b) if 32 <= b < 127 else f"\\x{b:02x}" for b in head[:4])
-    return source.error("IMG_FORMAT", f'not a PNG, BMP or PGM (starts with "{shown}")', allowed=allowed)
+    starts = f' (starts with "{shown}")' if source.quotes else ""
+    return source.error("IMG_FORMAT", f"not a PNG, BMP or PGM{starts}", allowed=allowed)

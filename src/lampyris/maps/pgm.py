@@ -85,7 +85,7 @@ def _header(source: Source) -> _Header:
         token = match[1].decode("latin-1")
         if not re.fullmatch(r"-?[0-9]{1,10}", token):
             long = token.lstrip("-").isdigit() and token.isascii()
-            wrong = "number longer than 10 digits" if long else f"{token[:20]!r} is not a number"
+            wrong = "number longer than 10 digits" if long else f"{source.quoted(token[:20])} is not a number"
             raise source.error("PGM_TOKEN", f"{what}: {wrong}", _line(source, match.start(1)))
         numbers.append(int(token))
         offset = match.end()
@@ -141,7 +141,8 @@ def _plain(source: Source, header: _Header) -> NDArray[Any]:
         assert odd is not None
         begin = max(raster.rfind(_WHITE[k : k + 1], 0, odd.start()) for k in range(len(_WHITE))) + 1
         token = raster[begin : begin + 20].split()[0].decode("latin-1")
-        raise source.error("PGM_TOKEN", f"{token!r} is not a number", _line(source, header.end + begin))
+        where = _line(source, header.end + begin)
+        raise source.error("PGM_TOKEN", f"{source.quoted(token)} is not a number", where)
     if header.kind == 1:
         bits = raster.translate(None, _WHITE)  # a bitmap's digits need no space between them
         _count(source, len(bits), need)

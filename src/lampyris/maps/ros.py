@@ -123,7 +123,7 @@ def _open(path: str, document: YamlDocument, source: Source) -> Source:
         data = read_regular(path, byte_limit(source.max_cells))
     except FileError as problem:
         raise document.error(problem.code, f"{shown(path)}: {problem.what}", "image") from None
-    return Source(data, path, source.max_cells)
+    return Source(data, path, source.max_cells, quotes=False)
 
 
 def _pixels(picture: Source) -> Pixels:
