@@ -13,7 +13,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 
 # Targets share one environment, which one pip at a time may change.
 .NOTPARALLEL:
-.PHONY: demo test lint collected unit check-nightly coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
+.PHONY: demo test lint collected unit check-nightly check-floors coverage audit bench bench-quick bench-compare bench-app test-wheel requirements clean help
 
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
@@ -25,6 +25,7 @@ help:
 	@echo "make bench-compare  OLD=FILE: docs/benchmarks.json beside an older record, ratio by ratio"
 	@echo "make bench-app      the app in a browser: frames a second, painting, dragging, memory over ten minutes"
 	@echo "make check-nightly  the large sizes: tests, promises, coverage, known advisories (hours; goes on where it was stopped)"
+	@echo "make check-floors   every Python from 3.11 to 3.13 on PATH, each dependency at its lowest allowed version; PYTHONS='...'"
 	@echo "make coverage       share of branches covered, room by room"
 	@echo "make audit          known security advisories for what lampyris runs on (asks the network)"
 	@echo "make requirements   pin the requirements anew; make clean: remove .venv, demo, dist, build (and ledgers in it)"
@@ -91,7 +92,11 @@ check-nightly: $(VENV)/.nightly
 	run $(BIN)/lampyris selfcheck --size nightly --ledger build/nightly.ledger \
 		--failures build/failures --record build/promises.jsonl; \
 	run $(BIN)/python tools/coverage_rooms.py; \
+	run $(BIN)/python tools/check_floors.py $(PYTHONS); \
 	exit $$failed
+
+check-floors: $(VENV)/.dev
+	$(BIN)/python tools/check_floors.py $(PYTHONS)
 
 coverage: $(VENV)/.nightly
 	@tools/browser.sh

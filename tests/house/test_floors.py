@@ -1,0 +1,82 @@
+"""The lowest versions that pyproject.toml allows: one for each dependency on each Python, tried by a tool."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.source
+
+
+@pytest.fixture(scope="module")
+def tool() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("check_floors", ROOT / "tools" / "check_floors.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in version.split("."))
+
+
+def test_every_dependency_has_one_floor_on_every_python(tool: ModuleType) -> None:
+    to_run, to_build = tool.project()
+    for version in tool.PYTHONS:
+        found = tool.floors(to_run, version)
+        assert {"numpy", "numba", "pyyaml", "typer", "pydantic"} <= set(found)
+        assert set(tool.floors(to_build, version)) == {"hatchling"}
+
+
+def test_the_pinned_versions_are_not_below_the_floors(tool: ModuleType) -> None:
+    pins = tool.pins()
+    for name, low in tool.floors(tool.project()[0], "3.11").items():
+        assert numbers(pins[name]) >= numbers(low), name
+
+
+@pytest.mark.parametrize(
+    ("name", "python", "least", "why"),
+    [
+        ("typer", "3.11", "0.15.4", "with earlier ones `plan --help` is an exit 6 beside click 8.2"),
+        ("pyyaml", "3.12", "6.0.1", "6.0 has no wheel for it, and does not build"),
+        ("pyyaml", "3.13", "6.0.2", "6.0.1 has no wheel for it"),
+        ("numba", "3.13", "0.61", "0.60 has no wheel for it"),
+        ("numpy", "3.13", "2.1", "2.0 has no wheel for it"),
+        ("scipy", "3.13", "1.14.1", "1.14.0 has no wheel for it"),
+        ("matplotlib", "3.13", "3.9.2", "3.9.1 has no wheel for it"),
+    ],
+)
+def test_floors_that_do_not_work_are_not_allowed(
+    tool: ModuleType, name: str, python: str, least: str, why: str
+) -> None:
+    assert numbers(tool.floors(tool.project()[0], python)[name]) >= numbers(least), why
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["numpy"],
+        ["numpy<3"],
+        ["numpy>=1; python_version < '3.12'"],
+        ["numpy>=1", "numpy>=2; python_version >= '3.12'"],
+    ],
+)
+def test_a_dependency_without_one_floor_is_refused(tool: ModuleType, lines: list[str]) -> None:
+    with pytest.raises(ValueError, match=r"numpy.*3\.12|3\.12.*numpy"):
+        tool.floors(lines, "3.12")
+    assert tool.floors(["a>=1.5,<2; python_version < '3.12'", "a>=2; python_version >= '3.12'"], "3.12") == {
+        "a": "2"
+    }
+
+
+def test_the_floors_are_tried_with_every_nightly_check() -> None:
+    lines = (
+        (ROOT / "Makefile").read_text(encoding="utf-8").partition("\ncheck-nightly:")[2].partition("\n\n")[0]
+    )
+    assert "tools/check_floors.py" in lines
