@@ -18,8 +18,10 @@ from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.plain_simulator import NeedsMending, Simulator
 
+import lampyris
 from lampyris.kernels import simulate
 from lampyris.kernels._jit import prefer_compiled
+from lampyris.maps import library
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planners.ad_gso import AdGso
@@ -40,23 +42,27 @@ dissertation's rules and its speed law.
 - study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
   store on the disk that takes every row before it counts.
 - loop: `lampyris.sim.loop.run`, which can be watched tick by tick, and solves its field each time.
+- public call: `lampyris.simulate`, which is the loop and the referee's check of every tick. **This is what a
+  user of the package calls**; the kernels and the runs are reached through a study alone.
 - plain Python: `benchmarks/plain_simulator.py`, as one would write it without us; it shares no code with
   lampyris, and its field is there before.
 
-Before anything is timed, robot, obstacles and speeds of kernels, loop and plain Python are compared. Rounds
-go through all contestants in turn. On one core times are of this thread's processor time; of two processes by
-the clock, beside one process by the clock, everything compiled.
+Before anything is timed, robot, obstacles and speeds of kernels, loop, public call and plain Python are
+compared. Rounds go through all contestants in turn. On one core times are of this thread's processor time; of
+two processes by the clock, beside one process by the clock, everything compiled.
 
-The loop solves its field anew in each run and makes nouns at each tick, which is what watching costs; the
-plain simulator is the quicker of the two because it does neither. With replayed tracks the obstacles of each
-world are drawn, and checked, once for all planners that meet them; a study of one planner pays for all of
-that in every run."""
+The loop and the public call solve their field anew in each run and make nouns at each tick, which is what
+watching costs; the plain simulator is quicker than both because it does neither. A second table has the
+public call as it is by default (octile moves, physical law) with three planners. With replayed tracks the
+obstacles of each world are drawn, and checked, once for all planners that meet them; a study of one planner
+pays for all of that in every run."""
 
 WALKERS, TICKS = 20, 1000
 LEAST = {"kernels": 2000.0, "study": 200.0}
 """Runs a second that are aimed at, of one core."""
 BESIDE = {"kernels": 20.0, "runs": 10.0, "study": 1.0}
 """How many times as many as plain Python."""
+PUBLIC_MAPS, PUBLIC_PLANNERS = ("env-1", "env-3"), ("ad-gso", "astar", "sipp")
 TWO_CORES = 1.5
 """How many times as many two processes shall do."""
 
@@ -89,10 +95,11 @@ class KernelClock:
     def __init__(self) -> None:
         self.seconds = 0.0
         self._kernel = simulate.drive_ticks.compiled()
+        self._complete = simulate.drive_ticks.complete
 
     def __call__(self, *args: Any) -> Any:
         began = time.thread_time()
-        out = self._kernel(*simulate.drive_ticks.complete(args))
+        out = self._kernel(*self._complete(args))
         self.seconds += time.thread_time() - began
         return out
 
@@ -110,9 +117,16 @@ class Query:
         """Tick by tick."""
         return loop.run(self.scene, self.planner, seed=seed, ticks=TICKS, law="dissertation")
 
+    def public(self, seed: int) -> Any:
+        """As a user of the package calls it."""
+        return lampyris.simulate(self.scene, self.planner, seed=seed, ticks=TICKS, law="dissertation")
+
     def differs(self, seed: int) -> str:
-        """What three ways to run it do not agree on; empty: nothing."""
+        """What four ways to run it do not agree on; empty: nothing."""
+        asked = self.public(seed)
         known, made = self.loop(seed), self.fast.run(seed, TICKS)
+        if not np.array_equal(known.robot, asked.robot) or not np.array_equal(known.speed, asked.speed):
+            return "the public call"
         try:
             story = self.plain.run(seed, TICKS)
         except NeedsMending:
@@ -161,13 +175,16 @@ def plainly(query: Query) -> Callable[[int], Any]:
 
 def measure(queries: list[Query], rounds: int, seeds: int) -> dict[str, list[float]]:
     """Microseconds a run by contestant, one number a round."""
-    times: dict[str, list[float]] = {"kernels": [], "runs": [], "loop": [], "plain Python": []}
+    times: dict[str, list[float]] = {
+        who: [] for who in ("kernels", "runs", "loop", "public call", "plain Python")
+    }
     few = max(seeds // 10, 1)
     for k in range(rounds):
         first, mine = 1000 * k, dict.fromkeys(times, 0.0)
         for query in queries:
-            # The loop and plain Python are slow, and their runs alike: fewer of the same seeds will do.
+            # These three are slow, and their runs alike: fewer of the same seeds will do.
             mine["loop"] += microseconds(query.loop, range(first, first + few))
+            mine["public call"] += microseconds(query.public, range(first, first + few))
             mine["plain Python"] += microseconds(plainly(query), range(first, first + few))
             mine["runs"] += microseconds(lambda s, q=query: q.fast.run(s, TICKS), range(first, first + seeds))
             clock = KernelClock()
@@ -189,12 +206,13 @@ def bench(quick: bool) -> Section:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         one, wrong, compared = _one_core(folder, figures, quick)
+        public = _public(figures, quick)
         two = _two_cores(folder, figures, quick)
         studies = _studies(folder, figures, quick)
-    text = f"{len(wrong)} of {compared} runs differ between the kernels, the loop and plain Python"
+    text = f"{len(wrong)} of {compared} runs differ between kernels, loop, public call and plain Python"
     verdicts = [Verdict(not wrong, "; ".join([text, *wrong[:5]])), *_verdicts(figures)]
     about = versions(["numpy", "numba"]) | {"processes at most": str(min(2, processors()))}
-    return Section("study", TITLE, HOW, (one, two, studies), tuple(figures), tuple(verdicts), about)
+    return Section("study", TITLE, HOW, (one, public, two, studies), tuple(figures), tuple(verdicts), about)
 
 
 def _one_core(folder: Path, figures: list[Figure], quick: bool) -> tuple[Table, list[str], int]:
@@ -217,7 +235,7 @@ def _one_core(folder: Path, figures: list[Figure], quick: bool) -> tuple[Table, 
         for who, maps in spent.items()
     }
     rates = {who: us.rate(1e6) for who, us in mean.items()}
-    figures += [_beside(who, rates[who], rates["plain Python"]) for who in ("kernels", "runs", "loop")]
+    figures += [_beside(who, rates[who], rates["plain Python"]) for who in rates if who != "plain Python"]
     rows.append(("all", *(f"{rate.middle:,.0f}" for rate in rates.values())))
     title = f"Runs a second on one core: {queries} queries a map, {seeds} seeds, {rounds} rounds"
     return Table(("map", *rates), tuple(rows), title), wrong, compared
@@ -228,6 +246,39 @@ def _beside(who: str, ours: Spread, theirs: Spread) -> Figure:
         f"{who}, one core", "runs a second", ours, "plain Python", theirs, more_is_better=True,
         asked=BESIDE.get(who),
     )  # fmt: skip
+
+
+def _public(figures: list[Figure], quick: bool) -> Table:
+    """`lampyris.simulate` with its defaults, planner by planner, by turns with the rules in plain Python."""
+    seeds, rounds = (2, 2) if quick else (10, 7)
+    rows = []
+    for name in PUBLIC_MAPS:
+        ground = library.load(name)
+        start, goal = ground.queries[0].start, ground.queries[0].goal
+        traffic = RandomWalk(WALKERS)
+        scene = Scene(ground.grid, start, goal, traffic=(traffic,))
+        plain = Query(Scene(ground.grid, start, goal, moves="dissertation", traffic=(traffic,)))
+        calls: dict[str, Callable[[int], Any]] = {
+            planner: lambda seed, s=scene, p=planner: lampyris.simulate(s, p, seed=seed)
+            for planner in PUBLIC_PLANNERS
+        }
+        calls["plain Python"] = plainly(plain)
+        times: dict[str, list[float]] = {who: [] for who in calls}
+        for k in range(rounds + 1):
+            for who, call in calls.items():
+                us = microseconds(call, range(1000 * k, 1000 * k + seeds))
+                if k:  # the first round compiles what is not yet compiled
+                    times[who].append(us)
+        rates = {who: Spread.of(us).rate(1e6) for who, us in times.items()}
+        figures += [
+            _beside(f"public call, {planner}, {name}", rates[planner], rates["plain Python"])
+            for planner in PUBLIC_PLANNERS
+        ]
+        rows.append(
+            (name, *(f"{rate.middle:,.0f} ({rate.low:,.0f} to {rate.high:,.0f})" for rate in rates.values()))
+        )
+    title = f"The public call `lampyris.simulate`, runs a second on one core: {seeds} seeds, {rounds} rounds"
+    return Table(("map", *PUBLIC_PLANNERS, "plain Python (ad-gso)"), tuple(rows), title)
 
 
 @cache

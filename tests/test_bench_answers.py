@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -104,3 +105,44 @@ def test_of_a_large_field_the_whole_process_counts() -> None:
     assert not first.holds
     assert first.text.endswith("short of it: octile")
     assert not any("4096" in one.text for one in rest)
+
+
+def test_the_public_call_is_among_the_contestants_of_the_simulations() -> None:
+    """The kernel alone was called "whole simulations"; and since its signature changed nothing ran at all."""
+    from benchmarks import bench_study
+
+    import lampyris
+    from lampyris.maps import library
+
+    ground = library.load("env-1")
+    scene = lampyris.Scene(
+        ground.grid,
+        ground.queries[0].start,
+        ground.queries[0].goal,
+        moves="dissertation",
+        traffic=(lampyris.RandomWalk(count=bench_study.WALKERS),),
+    )
+    query = bench_study.Query(scene)
+    assert not query.differs(0)
+    times = bench_study.measure([query], 1, 1)
+    assert set(times) == {"kernels", "runs", "loop", "public call", "plain Python"}
+    assert all(len(found) == 1 and found[0] > 0 for found in times.values())
+    query.public = query.loop = lambda seed: lampyris.simulate(scene, "astar", seed=seed)  # type: ignore[method-assign]
+    assert query.differs(0)
+
+
+def test_the_readme_says_which_simulations_it_counts() -> None:
+    sections = json.loads((ROOT / "docs" / "benchmarks.json").read_text(encoding="utf-8"))["sections"]
+    (study,) = (section for section in sections if section["name"] == "study")
+    known = {figure["task"]: figure for figure in study["figures"]}
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    (kernel,) = (line for line in lines if "the compiled kernel alone" in line)
+    three = [known[f"{who}, one core"] for who in ("kernels", "runs", "study")]
+    rates = [f"{figure['ours']['middle']:,.0f}" for figure in three]
+    ratios = [f"{figure['ratio']:.3g}" for figure in three]
+    assert f"{rates[0]}, {rates[1]} and {rates[2]} a second" in kernel
+    assert f"{float(ratios[0]):.0f}, {ratios[1]} and {ratios[2]} times" in kernel
+    assert f"two processes {known['runs, two processes']['ratio']:.3g} times one" in kernel
+    (whole,) = (line for line in lines if line.startswith("| whole simulations"))
+    assert "by the public call, `lampyris.simulate`" in whole
+    assert rates[0] not in whole
