@@ -32,7 +32,7 @@ from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.refine import refined
-from lampyris.motion.roomy import DRAWINGS, Drawing, drawn
+from lampyris.motion.roomy import DRAWINGS, Drawing, default_drawing, drawn
 from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners import registry
 from lampyris.planners._limits import within
@@ -141,7 +141,7 @@ def course(
     InternalFault : the referee refused the curve; a bug of ours.
     """
     planned = isinstance(way, Plan | Path)
-    drawing = smooth if smooth is not None else "taut" if planned else "arcs"
+    drawing = default_drawing(planned) if smooth is None else smooth
     if drawing not in DRAWINGS:
         raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed=", ".join(DRAWINGS))
     _typed("scene", scene, Scene)
@@ -182,9 +182,11 @@ def profile(
     law : a name, such as ``physical`` (SI units) or ``dissertation`` (velocity units; m/s on a course), or
         settings of a law.
     v0 : speed at the start, in the profile's units.
-    smooth : ``taut`` or ``arcs``: the path is made a curve first, as :func:`course` does. ``none``: a path
-        stays one of cells.
-    spacing : as for :func:`course`.
+    smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
+        half a step of its node and driven as slowly as ``lat_max`` asks, or is a stop where the robot's
+        ``turn_radius`` does not fit (see :func:`lampyris.motion.course.corners_of_path`). ``taut`` or
+        ``arcs``: the path is made a curve first, as :func:`course` does.
+    spacing : as for :func:`course`, with ``taut`` or ``arcs``.
     movers : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
     tick_seconds : seconds of a tick of the scene's recorded obstacles: a plan's cells are driven among them,
@@ -192,7 +194,8 @@ def profile(
 
     Raises
     ------
-    UsageError : no such law; settings beside settings.
+    UsageError : no such law; settings beside settings; ``OPTIONS``: ``smooth`` or ``spacing`` where they
+        would have no effect.
     SettingError : a plan without a path; a setting it does not have; v0 too fast to stop in time.
     InternalFault : the referee refused the profile; a bug of ours.
     """
@@ -204,9 +207,17 @@ def profile(
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
         return _scheduled(way, scene, laws.settings_named(law), tick_seconds, plain)
     along = way if isinstance(way, Course) else _path(way)
-    if isinstance(along, Path) and smooth != "none":
-        along = course(along, scene, smooth=smooth, spacing=spacing)
-    made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
+    if isinstance(along, Course) and (smooth != "none" or spacing is not None):
+        given = "smooth" if smooth != "none" else "spacing"
+        raise UsageError("OPTIONS", "a course is drawn already", where=given, allowed="a plan or a path")
+    if spacing is not None and smooth == "none":
+        raise UsageError("OPTIONS", "the nodes are the path's cells", where="spacing", allowed="with smooth")
+    if smooth != "none" and not isinstance(way, Course):
+        along = course(way, scene, smooth=smooth, spacing=spacing)
+    if isinstance(along, Path):
+        made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
+    else:
+        made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
     _judge(made, along, scene, laws.settings_named(law), v0)
     return made
 
@@ -243,7 +254,11 @@ def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: f
     path = along if isinstance(along, Path) else None
     plain = ours == PhysicalLaw(creep=ours.creep) and scene.zones is None
     slowest = None if plain else LEAST
-    referee.demand(referee.check_profile(made, path, scene, v0=v0, creep=creep, slowest=slowest))
+    corners = path is not None and ours.curvature
+    found = referee.check_profile(
+        made, path, scene, v0=v0, creep=creep, slowest=slowest, corners=corners, stops=path is not None
+    )
+    referee.demand(found)
     if isinstance(along, Course) and along.curve is not None and made.law != "rpp":
         static = made.law != "optimum"
         found = check_caps(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from typing import Any, NamedTuple
 
 from lampyris import api
@@ -20,6 +20,7 @@ from lampyris.maps.scenario_save import write_scenario
 from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
 from lampyris.model.trace import Trace
 from lampyris.motion import laws
 from lampyris.planners import registry
@@ -132,6 +133,22 @@ def run(
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where
         raise
+
+
+def without_effect(scenario: Scenario) -> tuple[str, ...]:
+    """Sentences on limits of the robot that a scenario sets and its run does not keep."""
+    robot, usual = scenario.scene.robot, Robot()
+    given = [f.name for f in fields(Robot) if getattr(robot, f.name) != getattr(usual, f.name)]
+    if scenario.drive is not None:
+        return ("jerk_max binds profiles, not drives",) if "jerk_max" in given else ()
+    if laws.named(scenario.law).units != "m/s":
+        idle = [name for name in given if name != "radius"]
+        idle += ["zones"] if scenario.scene.zones is not None else []
+        why = f"the law {scenario.law} speaks of velocity units and knows no limits of the robot"
+    else:
+        idle = [name for name in given if name in ("lat_max", "turn_radius") and scenario.simulated]
+        why = "a simulation goes from cell to cell and knows no bends; plans, profiles and drives do"
+    return (f"{', '.join(idle)} without effect: {why}",) if idle else ()
 
 
 def save_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[str, ...]:

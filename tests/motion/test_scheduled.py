@@ -38,7 +38,7 @@ def test_it_meets_nobody_and_says_for_whom_it_waits(planner: str) -> None:
     waits = 0
     for tick in (0.25, 0.4, 0.5, 0.75, 1.0):
         p = scheduled_profile(plan, both, tick)
-        course = divided(plan.path, 0.5)
+        course = divided(plan.path, 0.5, scene.robot)
         tracks = tracks_from_recorded(both.traffic, tick, 0.5)
         assert len(tracks) == 1
         assert least_gap(p, course, tracks, 0.1, dense=20001) > -1e-7

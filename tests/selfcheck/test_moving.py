@@ -158,7 +158,7 @@ def test_a_gap_is_that_of_the_motion() -> None:
         made = api.profile(plan, scene, tick_seconds=tick)
         tracks = tracks_from_recorded(scene.traffic, tick, 1.0)
         assert plan.path is not None
-        dense = sampled(made, divided(plan.path, 1.0), tracks, 0.2, dense=40_001)
+        dense = sampled(made, divided(plan.path, 1.0, scene.robot), tracks, 0.2, dense=40_001)
         gap, whom, _ = least_gap(made, plan, scene, tick)
         assert whom == 0
         assert gap <= dense + 1e-9

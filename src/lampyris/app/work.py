@@ -7,6 +7,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 from lampyris import api
@@ -24,7 +25,7 @@ from lampyris.model.trace import Trace
 from lampyris.planners import registry
 from lampyris.report.measure import trace_metrics
 from lampyris.report.plain import grid_record, plan_record, profile_record, trace_record
-from lampyris.scenarios import speed_law
+from lampyris.scenarios import speed_law, without_effect
 from lampyris.sim.loop import Simulation
 
 Look: TypeAlias = Callable[[], None]
@@ -62,7 +63,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     if scenario.scene.traffic and scenario.drive is None:
         with suppress(LampyrisError):  # the run says why
             record["bodies"] = [{**body_record(body), "at": list(cell)} for body, cell in standing(scenario)]
-    record["notes"] = list(scenario.notes)
+    record["notes"] = [*scenario.notes, *without_effect(replace(scenario, simulated=False, drive=None))]
     record["seconds"] = time.perf_counter() - began
     yield json_frame("Z", record)
 

@@ -60,7 +60,7 @@ def _settings(how: Mapping[str, Any]) -> Settings:
 
 def run(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     """Drive what a scenario says, and tell of it. Returns the exit code."""
-    verbs.remarks((*scenario.notes, *about(scenario.scene), *_unheld(scenario)))
+    verbs.remarks((*scenario.notes, *about(scenario.scene), *scenarios.without_effect(scenario)))
     with verbs._counting("driving", "s", quiet=out.json) as second:
         done: Any = scenarios.run(scenario, progress=second, budget=budget)
     story: Drive = done
@@ -77,11 +77,6 @@ def run(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
         speed_show.drive(story, name=scenario.name)
         speed_show.written(out.film, out.chart, out.csv, out.save)
     return 0 if story.arrived else NO_ANSWER
-
-
-def _unheld(scenario: Scenario) -> tuple[str, ...]:
-    """Limits of the robot that a drive does not hold: it has one acceleration a period."""
-    return () if scenario.scene.robot.jerk_max is None else ("jerk_max binds profiles, not drives",)
 
 
 def _write(story: Drive, out: Outputs) -> None:

@@ -20,7 +20,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.planners.registry import PlannerInfo
 from lampyris.report.metrics import path_metrics
-from lampyris.report.plain import STEP_WORDS
+from lampyris.report.plain import STEP_WORDS, corners_record
 from lampyris.report.tables import COLUMNS, jump_tables
 
 
@@ -75,6 +75,11 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
     if profile is not None:
         mean = f"mean {profile.mean:.4g} {profile.units} ({profile.law} law)"
         rows.append(("speed", f"{mean}; {_duration(profile)} in all{waiting}"))
+        corners = corners_record(found, scene, profile)
+        if corners is not None:
+            rounded = corners["turns"] - corners["stops"]
+            told = f"{rounded} rounded within half a step, {corners['stops']} stops to turn"
+            rows.append(("corners", told))
         rows.append(("held by", _causes(profile.cause)))
     seconds = found.timing.get("total_s")
     if seconds is not None:

@@ -31,7 +31,7 @@ from lampyris.motion.deviation import deviation, length_of
 from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.roomy import DRAWINGS
+from lampyris.motion.roomy import DRAWINGS, default_drawing
 from lampyris.motion.tracks import tracks_from_recorded
 from lampyris.planners import registry
 from lampyris.report.plain import grid_record
@@ -193,7 +193,7 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
     verbs.remarks(_off_the_map(movers, scene.grid))
     tracks = asked.tracks.read(scene)
-    smooth: Any = asked.smooth or ("taut" if asked.path is None else "arcs")
+    smooth: Any = asked.smooth or default_drawing(asked.path is None)
     course = api.course(way, scene, smooth=smooth, spacing=asked.spacing)
     planned = time.perf_counter()
     entries, refused = _entries(names, asked, course, scene, movers, tracks)

@@ -138,7 +138,7 @@ def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int
     from lampyris.report.plain import plan_record
 
     scene = scenario.scene
-    remarks((*scenario.notes, *about(scene)))
+    remarks((*scenario.notes, *about(scene), *scenarios.without_effect(scenario)))
     with _working(f"planning on {scene.grid.name or 'the map'}", quiet=out.json):
         record = out.explain or out.picture is not None
         done: Any = scenarios.run(scenario, record=record, budget=budget)
@@ -188,7 +188,7 @@ def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) ->
     from lampyris.cli.request import about
     from lampyris.report.plain import trace_record
 
-    remarks((*scenario.notes, *about(scenario.scene)))
+    remarks((*scenario.notes, *about(scenario.scene), *scenarios.without_effect(scenario)))
     with _counting("simulating", "ticks", quiet=out.json) as tick:
         done: Any = scenarios.run(scenario, progress=tick, budget=budget)
     trace: Trace = done

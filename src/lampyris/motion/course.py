@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.curve import Curve
 from lampyris.model.path import Path
+from lampyris.model.robot import Robot
 from lampyris.typing import Floats, Points
+
+_STRAIGHT = 1e-9
+"""Sine of a turn below which two steps lie on one line."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +29,7 @@ class Course:
         between its nodes, so a limit held at both holds between them.
     stop : bool (n,): where the robot must stand still and turn on the spot.
     resolution : metres a cell.
-    curve : where it comes from; None: a path of cells, whose corners have no curvature.
+    curve : where it comes from; None: a path of cells.
     """
 
     s: Floats
@@ -41,7 +45,10 @@ class Course:
 
 
 def course_of_path(path: Path, resolution: float) -> Course:
-    """A path of cells as it is: nodes at the cells, corners without curvature."""
+    """A path of cells as it is: nodes at the cells, corners without curvature and without stops.
+
+    For a robot that goes from cell to cell, tick by tick; see :func:`course_with_corners`.
+    """
     # At every tick of a simulation: no call that is not needed.
     xy = path.cells.astype(np.float64)
     n = len(xy)
@@ -58,9 +65,80 @@ def course_of_path(path: Path, resolution: float) -> Course:
     return Course(s, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CellCourse(Course):
+    """A path of cells, its nodes the cells, with what its corners ask for.
+
+    Parameters
+    ----------
+    cells : int64 (n, 2): the cells of the nodes.
+    """
+
+    cells: NDArray[np.int64] = field(kw_only=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Corners:
+    """How the corners of a path of cells are driven, see :func:`corners_of_path`.
+
+    Parameters
+    ----------
+    node : int64 (k,), rising: the nodes at which the path turns.
+    radius : float64 (k,), metres: of the arc at each, >= 0.
+    stop : bool (k,): where the robot stands still and turns on the spot instead.
+    """
+
+    node: NDArray[np.int64]
+    radius: Floats
+    stop: NDArray[np.bool_]
+
+
+def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
+    """How a robot drives the corners of a path of cells without leaving it by more than half a step.
+
+    Each corner is an arc that touches both steps, and begins and ends at most half the shorter of the two
+    away from the node, so that the arcs of neighbouring corners do not overlap: its radius is that half,
+    divided by the tangent of half the turn. Where that is less than the robot's turning circle, or the path
+    turns back on itself, the corner is a stop. Whether walls leave room for an arc is not asked: see
+    :func:`lampyris.motion.curve.curve_of`.
+    """
+    step = np.diff(path.cells.astype(np.float64), axis=0) * resolution
+    if len(step) < 2:
+        return Corners(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.bool_))
+    long = np.sqrt(step[:, 0] * step[:, 0] + step[:, 1] * step[:, 1])
+    a, b = step[:-1] / long[:-1, None], step[1:] / long[1:, None]
+    cross = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    dot = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+    turns = (cross > _STRAIGHT) | (dot < 0.0)
+    back = cross <= _STRAIGHT
+    # Of the two forms of the tangent of half the turn the one that does not cancel.
+    wide = dot < 0.0
+    slant = np.where(wide, 1.0 - dot, cross) / np.where(wide, np.where(back, 1.0, cross), 1.0 + dot)
+    half = 0.5 * np.minimum(long[:-1], long[1:])
+    radius = np.where(back, 0.0, half / np.where(turns & ~back, slant, 1.0))[turns]
+    return Corners(np.flatnonzero(turns) + 1, radius, (radius == 0.0) | (radius < robot.turn_radius))
+
+
+def course_with_corners(path: Path, resolution: float, robot: Robot) -> CellCourse:
+    """A path of cells as it is, its corners driven as :func:`corners_of_path` says.
+
+    A robot is at its fastest on an arc at one of the two ends, half-way to the neighbouring nodes; speeds are
+    monotone between nodes. So the curvature of a corner counts at its node and at both neighbours.
+    """
+    plain, corners = course_of_path(path, resolution), corners_of_path(path, resolution, robot)
+    kappa, stop = np.zeros(len(plain)), np.zeros(len(plain), dtype=np.bool_)
+    stop[corners.node[corners.stop]] = True
+    arcs = ~corners.stop
+    node, bend = corners.node[arcs], 1.0 / corners.radius[arcs]
+    for k in (-1, 0, 1):
+        np.maximum.at(kappa, node + k, bend)
+    cells = path.cells.astype(np.int64)
+    return CellCourse(plain.s, plain.xy, plain.heading, kappa, stop, resolution, cells=cells)
+
+
 def places(way: Path | Course) -> Points | None:
-    """Where a profile's nodes are: told for a course; those of a path of cells are its cells."""
-    return way.xy if isinstance(way, Course) else None
+    """Where a profile's nodes are; None: at the cells of a path."""
+    return way.xy if isinstance(way, Course) and not isinstance(way, CellCourse) else None
 
 
 def course_of(curve: Curve, spacing: float) -> Course:

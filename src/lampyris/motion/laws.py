@@ -16,7 +16,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import physical, settings
 from lampyris.motion.bounds import Constant, Optimum, constant_profile, optimum_profile
-from lampyris.motion.course import Course
+from lampyris.motion.course import Course, course_with_corners
 from lampyris.motion.dissertation import DissertationLaw, path_profile
 from lampyris.motion.on_course import course_profile
 from lampyris.motion.physical import PhysicalLaw, physical_profile
@@ -209,6 +209,29 @@ def profile(
         previous=previous,
         on_infeasible=on_infeasible,
     )
+
+
+def profile_on_cells(
+    path: Path, scene: Scene, *, law: SpeedLaw = "physical", movers: Movers | None = None, v0: float = 0.0
+) -> Profile:
+    """A speed for every cell of a planned path; its corners are rounded, or stops.
+
+    What :func:`lampyris.profile` and ``lampyris plan`` do unless they are asked for a curve: see
+    :func:`lampyris.motion.course.corners_of_path`. Laws in velocity units have a rule for corners of their
+    own, and know no limits of the robot.
+
+    Parameters
+    ----------
+    path, scene, law, movers, v0 : as for :func:`profile`.
+
+    Raises
+    ------
+    UsageError, SettingError : as :func:`profile`.
+    """
+    way: Path | Course = path
+    if _found(law)[0].units == "m/s":
+        way = course_with_corners(path, scene.grid.resolution, scene.robot)
+    return profile(way, scene, law=law, movers=movers, v0=v0)
 
 
 def named(law: str) -> Law:

@@ -29,7 +29,7 @@ from lampyris.motion.cap import Around, Cap
 from lampyris.motion.checked import number
 from lampyris.motion.clearance import wall_distance
 from lampyris.motion.cloud import CloudModel, cloud_cap
-from lampyris.motion.course import Course, course_of_path, places
+from lampyris.motion.course import CellCourse, Course, course_of_path, places
 from lampyris.motion.moving import MovingObstacles, moving_cap
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.rings import as_cells
@@ -161,7 +161,8 @@ def _limit(g: Ground) -> list[Cap]:
 
 
 def _curvature(g: Ground) -> list[Cap]:
-    if not g.law.curvature or g.course.curve is None:
+    bends = g.course.curve is not None or bool(g.course.curvature.any())
+    if not g.law.curvature or not bends:
         return []
     return [Cap("curvature", caps.curvature(g.course.curvature, lat_max=g.scene.robot.lat_max))]
 
@@ -250,7 +251,8 @@ def ground_of(
     """What the rules look at, from a path of cells or a course."""
     around = Around(as_cells(obstacles), movers)
     if isinstance(way, Course):
-        return Ground(way, scene, law, around, None)
+        cells = way.cells if isinstance(way, CellCourse) else None
+        return Ground(way, scene, law, around, cells)
     course = course_of_path(way, scene.grid.resolution)
     return Ground(course, scene, law, around, way.cells.astype(np.int64))
 
@@ -270,7 +272,8 @@ def physical_profile(
 
     On a course every rule holds at and between the nodes. On a path of cells the clearance and the moving
     obstacles' cells are those of the nodes alone, corners have no curvature, and no stops; what drives there
-    goes from cell to cell, tick by tick. A node that a cell of an obstacle covers has no clearance and is
+    goes from cell to cell, tick by tick. (As a course, :func:`lampyris.motion.course.course_with_corners`, it
+    has both.) A node that a cell of an obstacle covers has no clearance and is
     passed at creep speed: not to drive there is the planner's part, not the profile's. The edge of the map is
     not a wall.
 
@@ -291,7 +294,7 @@ def physical_profile(
         d_max=robot.d_max,
         v0=v0,
         on_infeasible=on_infeasible,
-        stop=course.stop if course.curve is not None else None,
+        stop=course.stop,
         jerk_max=robot.jerk_max,
     )
     return Profile(

@@ -23,6 +23,16 @@ rounded. ``none``: the lines as they are; their corners have no curvature."""
 
 DRAWINGS = ("taut", "arcs", "none")
 
+
+def default_drawing(planned: bool) -> Drawing:
+    """How a way is drawn unless somebody says otherwise.
+
+    What was planned is a path of cells, whose lines nobody asked for: ``taut``. Points that somebody gave are
+    a way of their own: ``arcs``.
+    """
+    return "taut" if planned else "arcs"
+
+
 _SAME = 1e-9
 """Squared cells: what is forgiven to a clearance."""
 

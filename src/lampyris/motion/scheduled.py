@@ -9,9 +9,10 @@ from lampyris.errors import SettingError
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.motion.course import Course, course_of_path
+from lampyris.motion.course import Course, corners_of_path, course_of_path
 from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.physical import PhysicalLaw, physical_profile
@@ -44,12 +45,13 @@ def scheduled_profile(
 
     Raises
     ------
-    SettingError : ``NO_PATH``, ``TICK``, ``PROFILE_BLOCKED``, and what ``through_tracks`` names.
+    SettingError : ``NO_PATH``, ``TICK``, ``TURN_RADIUS``, ``PROFILE_BLOCKED``, and what
+        ``through_tracks`` names.
     """
     if plan.path is None:
         raise SettingError("NO_PATH", plan.sentence, where="plan", allowed="a plan with a path")
     tracks = tracks_from_recorded(scene.traffic, tick_seconds, scene.grid.resolution)
-    course = divided(plan.path, scene.grid.resolution)
+    course = divided(plan.path, scene.grid.resolution, scene.robot)
     still = physical_profile(course, scene, PhysicalLaw() if law is None else law)
     v_cap = np.min([v for _, v in still.caps], axis=0)
     begin = 0 if plan.schedule is None else int(plan.schedule[0])
@@ -64,13 +66,31 @@ def scheduled_profile(
     )
 
 
-def divided(path: Path, resolution: float) -> Course:
-    """A path of cells as a course whose every step is divided evenly."""
-    whole = course_of_path(path, resolution)
+def divided(path: Path, resolution: float, robot: Robot) -> Course:
+    """A path of cells as a course whose every step is divided evenly; its corners have their curvature.
+
+    Raises
+    ------
+    SettingError : ``TURN_RADIUS``: a corner in which the robot would have to stop and turn on the spot.
+    """
+    whole, corners = course_of_path(path, resolution), corners_of_path(path, resolution, robot)
+    if corners.stop.any():
+        k = int(corners.stop.argmax())
+        x, y = path.cells[corners.node[k]].tolist()
+        raise SettingError(
+            "TURN_RADIUS",
+            f"{robot.turn_radius:g} m; the path turns within {float(corners.radius[k]):.6g} m at ({x}, {y})",
+            where="robot.turn_radius",
+            allowed="corners that the robot can drive, for a plan's schedule in seconds",
+            todo="leave tick_seconds out: the robot then stops in such a corner",
+        )
     n = len(whole)
     at = np.arange((n - 1) * _PARTS + 1) / _PARTS
     nodes = np.arange(n)
     s = elementary.interp(at, nodes, whole.s)
     xy = np.stack([elementary.interp(at, nodes, whole.xy[:, k]) for k in (0, 1)], axis=-1)
     heading = whole.heading[np.minimum(np.arange(len(at)) // _PARTS, n - 1)]
-    return Course(s, xy, heading, np.zeros(len(at)), np.zeros(len(at), dtype=np.bool_), resolution)
+    kappa = np.zeros(len(at))
+    for k in range(-(_PARTS // 2), _PARTS // 2 + 1):
+        np.maximum.at(kappa, _PARTS * corners.node + k, 1.0 / corners.radius)
+    return Course(s, xy, heading, kappa, np.zeros(len(at), dtype=np.bool_), resolution)

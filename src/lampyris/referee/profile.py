@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
@@ -40,6 +41,8 @@ def check_profile(
     v0: float = 0.0,
     creep: float = CREEP,
     slowest: float | None = None,
+    corners: bool = False,
+    stops: bool = False,
 ) -> Violation | None:
     """Whether a profile keeps its law at every node and between nodes.
 
@@ -61,6 +64,10 @@ def check_profile(
         keep it.
     creep : share of v_max that no wall takes away.
     slowest : m/s, what no rule of the law goes below; None: creep. Nothing is asked of a rival's.
+    corners : whether the corners of a path of cells must be slow enough for ``lat_max``, rule ``curvature``
+        (see :func:`corner_bounds`); nothing is asked of a rival's, or of the dissertation's law.
+    stops : whether the robot must stand at corners that its turning circle does not fit in, rule ``turn``;
+        nothing is asked of the dissertation's law.
     """
     if profile.law != "dissertation" and profile.law not in LAWS:
         return Violation("law", "profile", f"no rules are known here for a law called {profile.law!r}")
@@ -73,9 +80,20 @@ def check_profile(
         return check_dissertation(profile, way, scene, v0)
     robot = scene.robot
     caps = [rule(profile, placed, scene, creep) for rule in LAWS[profile.law]]
+    jerky = profile.law in JERKY
+    if profile.xy is None and (corners or stops):
+        bound, halt = corner_bounds(placed, scene)
+        if corners and not jerky:
+            caps.append(("curvature", bound))
+        found = first(
+            "turn",
+            halt & (profile.v > 0.0) if stops else np.zeros(len(halt), dtype=np.bool_),
+            lambda k: f"{float(profile.v[k])!r} m/s in a corner tighter than {robot.turn_radius:g} m",
+        )
+        if found is not None:
+            return found
     # The caps are square roots of distances that were measured by other means.
     told = [(name, cap * (1 + ROUNDING)) for name, cap in caps]
-    jerky = profile.law in JERKY
     found = check_motion(
         profile.s,
         profile.v,
@@ -106,6 +124,38 @@ def clearance_bound(profile: Profile, places: Points, scene: Scene, creep: float
     room = np.maximum(away - robot.radius, 0.0)
     top = np.maximum(creep * robot.v_max, np.sqrt(2 * robot.d_max * room))
     return "clearance", np.where(np.isinf(away), np.inf, top)
+
+
+def corner_bounds(places: Points, scene: Scene) -> tuple[Floats, NDArray[np.bool_]]:
+    """What the corners of a path of cells allow: m/s at each node, and whether the robot must stand there.
+
+    A corner may be rounded by an arc that begins and ends at most half the shorter of its two steps away from
+    the node. On it the robot is no faster than at the faster of the nodes before, at and after the corner, so
+    the bound ``sqrt(lat_max radius)`` is one of all three. Where the arc is tighter than the turning circle,
+    or there is none because the path turns back, the robot stands; there the bound is silent.
+
+    Parameters
+    ----------
+    places : cells, float64 (n, 2); the second node of a wait is where the first is.
+    """
+    robot, n = scene.robot, len(places)
+    bound, halt = np.full(n, np.inf), np.zeros(n, dtype=np.bool_)
+    fresh = [k for k in range(n) if k == 0 or (places[k] != places[k - 1]).any()]
+    for before, at, after in zip(fresh, fresh[1:], fresh[2:], strict=False):
+        (ax, ay), (bx, by) = (places[at] - places[before]).tolist(), (places[after] - places[at]).tolist()
+        cross, dot = ax * by - ay * bx, ax * bx + ay * by
+        if cross == 0.0 and dot > 0.0:
+            continue
+        turn = math.atan2(abs(cross), dot)
+        half = 0.5 * min(math.hypot(ax, ay), math.hypot(bx, by)) * scene.grid.resolution
+        radius = 0.0 if cross == 0.0 else half / math.tan(turn / 2)
+        if radius <= 0.0 or radius < robot.turn_radius * (1 - ROUNDING):
+            halt[at] = True
+        elif radius >= robot.turn_radius * (1 + ROUNDING):
+            top = math.sqrt(robot.lat_max * radius)
+            for k in (before, at, after):
+                bound[k] = min(bound[k], top)
+    return bound, halt
 
 
 LAWS: Mapping[str, tuple[LawCap, ...]] = MappingProxyType(

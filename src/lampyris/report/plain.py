@@ -19,7 +19,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.report.metrics import CauseShare, drive_shares
+from lampyris.report.metrics import CauseShare, drive_shares, path_metrics
 
 STEP_WORDS = ("straight", "diagonal", "knight")
 
@@ -57,9 +57,21 @@ def plan_record(
             "replanned_at": [list(c) for c in plan.gates_met],
         },
         "jumps": [jump_record(j) for j in plan.jumps],
+        "corners": corners_record(plan, scene, profile),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),
     }
+
+
+def corners_record(plan: Plan, scene: Scene, profile: Profile | None) -> dict[str, int] | None:
+    """How the corners of a path of cells are driven; None where its speeds are not in m/s at its cells.
+
+    ``turns`` of the path; ``stops``: in so many the robot stands still to turn, in the others it is taken to
+    round the corner within half a step.
+    """
+    if plan.path is None or profile is None or not profile.metric or profile.xy is not None:
+        return None
+    return {"turns": int(path_metrics(plan.path, scene.grid)["turns"]), "stops": profile.cause.count("turn")}
 
 
 def trace_record(trace: Trace) -> dict[str, Any]:

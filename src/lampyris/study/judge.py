@@ -168,7 +168,10 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: World, published: floa
         ours = law if isinstance(law, PhysicalLaw) else PhysicalLaw()
         creep = getattr(law, "creep", ours.creep) if ours.clearance else 1.0
         slowest = None if ours == PhysicalLaw(creep=ours.creep) else LEAST
-        _demand(referee.check_profile(profile, plan.path, place.scene, creep=creep, slowest=slowest))
+        found = referee.check_profile(
+            profile, plan.path, place.scene, creep=creep, slowest=slowest, corners=ours.curvature, stops=True
+        )
+        _demand(found)
     return plan_metrics(plan, place.scene, known(place), profile, published)
 
 

@@ -285,7 +285,7 @@ def _plan(task: _Task) -> Ran:
     clock.look()
     if plan.path is None:
         return Ran(plan)
-    return Ran(plan, laws.profile(plan.path, scene, law=task.law))
+    return Ran(plan, laws.profile_on_cells(plan.path, scene, law=task.law))
 
 
 def _simulate(task: _Task) -> Ran:

@@ -1,0 +1,49 @@
+"""``plan`` keeps the limits of the robot that it accepts, or names those that have no effect."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+
+def said(*words: str) -> tuple[dict[str, Any], str]:
+    """What a call answers in JSON, and its remarks."""
+    done = run(*words, "--json", "--no-timing")
+    found = json.loads(done.stdout)
+    assert isinstance(found, dict)
+    return found, done.stderr
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    call = [sys.executable, "-c", "from lampyris.cli import main; main()", *words]
+    done = subprocess.run(call, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def test_plan_keeps_turn_radius_and_lat_max() -> None:
+    usual, quiet = said("plan", "env-1")
+    assert usual["corners"] == {"turns": 21, "stops": 0}
+    assert quiet == ""
+    asked, _ = said("plan", "env-1", "--turn-radius", "5", "--lat-max", "0.01")
+    assert asked["cells"] == usual["cells"]
+    assert asked["corners"] == {"turns": 21, "stops": 21}
+    assert asked["speed"]["duration"] > usual["speed"]["duration"] + 21
+    slow, _ = said("plan", "env-1", "--lat-max", "0.01")
+    assert slow["speed"]["duration"] > 5 * usual["speed"]["duration"]
+    assert (
+        "0 rounded within half a step, 21 stops to turn" in run("plan", "env-1", "--turn-radius", "5").stdout
+    )
+
+
+def test_limits_without_effect_are_named() -> None:
+    found, err = said("plan", "guide", "--preset", "dissertation", "--turn-radius", "5")
+    assert "turn_radius without effect: the law dissertation speaks of velocity units" in err
+    assert found["corners"] is None
+    crowd = ("--obstacles", "0")
+    _, err = said("simulate", "guide", "--lat-max", "0.5", "--turn-radius", "5", *crowd)
+    assert "lat_max, turn_radius without effect: a simulation goes from cell to cell" in err
+    _, err = said("simulate", "guide", *crowd)
+    assert "without effect" not in err

@@ -1,0 +1,124 @@
+"""Corners of a path of cells: rounded within half a step, or stops; limits have their effect."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lampyris
+from lampyris import api, referee
+from lampyris.errors import InternalFault, SettingError, UsageError
+from lampyris.model.grid import Grid
+from lampyris.model.path import Path, path_of
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.motion import laws
+from lampyris.motion.course import corners_of_path, course_with_corners
+
+LAWS = ("physical", "constant", "optimum", "blind", "uncertainty")
+
+
+def bent(*, resolution: float = 1.0, **limits: float) -> tuple[Path, Scene]:
+    """A path with a right angle, half a right angle and nothing near it."""
+    scene = Scene(
+        Grid(np.zeros((21, 21), bool), resolution=resolution), (0, 0), (15, 10), robot=Robot(**limits)
+    )
+    cells = [(k, 0) for k in range(6)] + [(5, k) for k in range(1, 6)] + [(5 + k, 5 + k) for k in range(1, 6)]
+    return path_of(np.array([*cells, *((k, 10) for k in range(11, 16))]), scene.moves), scene
+
+
+def test_arcs_fit_within_half_a_step() -> None:
+    path, scene = bent(resolution=0.5)
+    found = corners_of_path(path, 0.5, scene.robot)
+    assert found.node.tolist() == [5, 10, 15]
+    want = [0.25, 0.25 / math.tan(math.pi / 8), 0.25 / math.tan(math.pi / 8)]
+    assert found.radius.tolist() == pytest.approx(want, rel=1e-14)
+    assert found.stop.tolist() == [False, False, False]
+    assert corners_of_path(path, 0.5, Robot(turn_radius=0.3)).stop.tolist() == [True, False, False]
+    back = path_of(np.array([(0, 0), (1, 0), (0, 0)]), scene.moves)
+    assert corners_of_path(back, 0.5, scene.robot).stop.tolist() == [True]
+    course = course_with_corners(path, 0.5, scene.robot)
+    assert np.flatnonzero(course.curvature).tolist() == [4, 5, 6, 9, 10, 11, 14, 15, 16]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_lateral_limit_slows_a_plan_down(law: str) -> None:
+    path, scene = bent()
+    times = []
+    for limit in (4.0, 1.0, 0.25, 0.01):
+        there = replace(scene, robot=Robot(lat_max=limit))
+        made = api.profile(path, there, law)
+        for k, radius in ((5, 0.5), (10, 0.5 / math.tan(math.pi / 8))):
+            # An arc begins half-way to the neighbouring nodes: the robot is no faster than at these.
+            fastest = np.square(made.v[k - 1 : k + 2]).max()
+            assert fastest <= limit * radius * (1 + 1e-12)
+        times.append(made.duration)
+    assert times == sorted(times)
+    assert times[0] < times[-1]
+    if law == "physical":
+        assert "curvature" in made.cause
+
+
+@pytest.mark.parametrize("law", [*LAWS, "rpp"])
+def test_a_turning_circle_makes_tight_corners_stops(law: str) -> None:
+    path, scene = bent()
+    scene = replace(scene, robot=Robot(turn_radius=1.0))
+    made = api.profile(path, scene, law)
+    assert np.flatnonzero(made.v == 0.0).tolist() == [0, 5, 20]
+    assert made.cause[5] == "turn"
+    every = api.profile(path, replace(scene, robot=Robot(turn_radius=5.0)), law)
+    assert np.flatnonzero(every.v == 0.0).tolist() == [0, 5, 10, 15, 20]
+
+
+def test_corners_next_to_each_other_may_all_be_stops() -> None:
+    stairs = [(k // 2 + k % 2, k // 2) for k in range(12)]
+    scene = Scene(Grid(np.zeros((9, 9), bool)), (0, 0), (6, 5), robot=Robot(turn_radius=2.0))
+    made = api.profile(path_of(np.array(stairs), scene.moves), scene)
+    assert (made.v == 0.0).all()
+    assert made.cause.count("turn") == 10
+    assert (np.diff(made.t) > 0).all()
+
+
+def test_a_law_may_leave_bends_aside_but_not_the_turning_circle() -> None:
+    path, scene = bent(lat_max=0.01, turn_radius=1.0)
+    made = api.profile(path, scene, law_settings={"curvature": False})
+    assert "curvature" not in made.cause
+    assert made.cause[5] == "turn"
+
+
+def test_the_referee_sees_corners_taken_too_fast() -> None:
+    path, scene = bent(lat_max=0.1)
+    bare = laws.profile(path, scene)
+    assert referee.check_profile(bare, path, scene) is None
+    found = referee.check_profile(bare, path, scene, corners=True)
+    assert found is not None
+    assert found.rule == "curvature"
+    tight = replace(scene, robot=Robot(turn_radius=1.0))
+    found = referee.check_profile(bare, path, tight, stops=True)
+    assert found is not None
+    assert (found.rule, found.where) == ("turn", "node 5")
+    with pytest.raises(InternalFault):
+        referee.demand(found)
+
+
+def test_what_has_no_effect_is_refused() -> None:
+    path, scene = bent()
+    with pytest.raises(UsageError, match="spacing"):
+        api.profile(path, scene, spacing=0.1)
+    course = api.course(path, scene)
+    for given in ({"smooth": "taut"}, {"spacing": 0.1}):
+        with pytest.raises(UsageError, match="OPTIONS"):
+            api.profile(course, scene, **given)  # type: ignore[arg-type]
+    plan = lampyris.plan(Scene(scene.grid, (0, 0), (9, 3), robot=Robot(turn_radius=9.0)), "sipp")
+    with pytest.raises(SettingError, match="TURN_RADIUS"):
+        api.profile(plan, replace(scene, robot=Robot(turn_radius=9.0)), tick_seconds=1.0)
+
+
+def test_a_schedule_in_seconds_minds_the_lateral_limit() -> None:
+    scene = Scene(Grid(np.zeros((12, 12), bool)), (0, 0), (9, 3))
+    plan = lampyris.plan(scene, "sipp")
+    usual = api.profile(plan, scene, tick_seconds=1.0).duration
+    assert api.profile(plan, replace(scene, robot=Robot(lat_max=0.01)), tick_seconds=1.0).duration > usual
