@@ -21,8 +21,6 @@ from lampyris.selfcheck.twins.watching import memory
 Content: TypeAlias = bytes | Callable[[], bytes]
 """A file's bytes; a function where they are large, so that they are made only when asked for."""
 
-USAGE = "usage"
-"""In place of a code: the words of the call are wrong, and how to call it is shown."""
 PLAN_ENDS = ("--start", "0,0", "--goal", "0,0")
 
 

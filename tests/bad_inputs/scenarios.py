@@ -280,8 +280,8 @@ NUMBERS = [
         "on the line",
         ("plan", "guide", "--a-max", "nan"),
         code="ROBOT_LIMIT",
-        exit=3,
-        says=("a_max: nan",),
+        exit=2,
+        says=("--a-max: nan",),
     ),
     *(
         Case(
@@ -289,8 +289,8 @@ NUMBERS = [
             f"{key} {value}",
             ("plan", "guide", "--planner", "gso", "--set", f"{key}={value}"),
             code=key.upper(),
-            exit=3,
-            says=(f"gso: {key} {value}", "to"),
+            exit=2,
+            says=(f"--set {key}: {value}", "to"),
         )
         for key, value in (("swarm", "0"), ("iterations", "-1"), ("iterations", "1000000000"), ("rho", "1.5"))
     ),
@@ -312,8 +312,8 @@ NUMBERS = [
             f"on the line, {value}",
             ("plan", "guide", "--seed", value),
             code="SEED",
-            exit=3,
-            says=(f"seed {value}", "9223372036854775807"),
+            exit=2,
+            says=(f"--seed: {value}", "9223372036854775807"),
         )
         for value in ("-1", str(2**70))
     ),

@@ -159,8 +159,8 @@ MORE = [
         (*_MAP, *_ENDS, "--set-law", "creep=2"),
         {"room.txt": _ROOM},
         "LAW_SETTING",
-        3,
-        ("physical.creep", "1e-06 to 1"),
+        2,
+        ("--set-law creep: 2", "1e-06 to 1"),
     ),
     Case(
         99,
@@ -168,8 +168,8 @@ MORE = [
         (*_MAP, *_ENDS, "--v0", "9"),
         {"room.txt": _ROOM},
         "PROFILE_INFEASIBLE",
-        3,
-        ("v0", "9 m/s"),
+        2,
+        ("--v0: 9 m/s",),
     ),
     Case(
         99,
@@ -177,21 +177,19 @@ MORE = [
         (*_MAP, *_ENDS, "--spacing", "-1"),
         {"room.txt": _ROOM},
         "SPACING",
-        3,
-        ("spacing", "metres"),
+        2,
+        ("--spacing: -1.0", "metres"),
     ),
-    Case(99, "jerk", ("drive", "guide", "--jerk-max", "0"), {}, "ROBOT_LIMIT", 3, ("robot.jerk_max", "0.0")),
-    Case(
-        99, "lateral", ("plan", "guide", "--lat-max", "-1"), {}, "ROBOT_LIMIT", 3, ("robot.lat_max", "-1.0")
-    ),
+    Case(99, "jerk", ("drive", "guide", "--jerk-max", "0"), {}, "ROBOT_LIMIT", 2, ("--jerk-max: 0.0",)),
+    Case(99, "lateral", ("plan", "guide", "--lat-max", "-1"), {}, "ROBOT_LIMIT", 2, ("--lat-max: -1.0",)),
     Case(
         99,
         "turning circle",
         ("simulate", "guide", "--turn-radius", "inf"),
         {},
         "ROBOT_LIMIT",
-        3,
-        ("robot.turn_radius",),
+        2,
+        ("--turn-radius: inf",),
     ),
     Case(
         99,
@@ -199,8 +197,8 @@ MORE = [
         ("drive", "guide", "--period", "0"),
         {},
         "DRIVE_SETTING",
-        3,
-        ("--period", "1e-06 to 1e6"),
+        2,
+        ("--period: 0.0", "1e-06 to 1e6"),
     ),
 ]
 

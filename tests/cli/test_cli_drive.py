@@ -150,10 +150,10 @@ def test_the_table_of_a_scenario_is_that_of_the_simulation() -> None:
         (("--know", "tarcks"), 2, "DRIVE_SETTING.*--know: 'tarcks'.*did you mean tracks"),
         (("--tracking", "perfct"), 2, "DRIVE_SETTING.*did you mean perfect"),
         (("--on-hit", "x"), 2, "DRIVE_SETTING.*--on-hit: 'x'; allowed: end, go-on"),
-        (("--period", "0"), 3, "DRIVE_SETTING.*--period"),
-        (("--delay", "-1"), 3, "DRIVE_SETTING.*--delay"),
-        (("--time-limit", "nan"), 3, "DRIVE_SETTING.*--time-limit"),
-        (("--obstacle-speed", "0"), 3, "DRIVE_SETTING.*--obstacle-speed"),
+        (("--period", "0"), 2, "DRIVE_SETTING.*--period"),
+        (("--delay", "-1"), 2, "DRIVE_SETTING.*--delay"),
+        (("--time-limit", "nan"), 2, "DRIVE_SETTING.*--time-limit"),
+        (("--obstacle-speed", "0"), 2, "DRIVE_SETTING.*--obstacle-speed"),
         (("--law", "fast"), 2, "LAW"),
         (("--set-law", "blind.rech=1"), 2, "LAW_SETTING.*did you mean reach"),
         (("--film", "a.mp4"), 2, "SUFFIX|.webp"),
@@ -161,7 +161,7 @@ def test_the_table_of_a_scenario_is_that_of_the_simulation() -> None:
         (("--chart", "a.png", "--csv", "a.png"), 2, "OPTIONS.*two outputs"),
         (("--save-scenario", "a.txt"), 2, "SCENARIO_ENDING"),
         (("--mobility", "patrl"), 2, "MOBILITY.*did you mean patrol"),
-        (("--obstacles", "900"), 3, "fit"),
+        (("--obstacles", "900"), 2, "--obstacles: .*fit"),
     ],
 )  # fmt: skip
 def test_mistakes_are_named_before_anything_is_done(words: tuple[str, ...], exit: int, says: str) -> None:

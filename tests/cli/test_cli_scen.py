@@ -104,7 +104,7 @@ def test_planners_that_need_not_be_optimal_are_told_by_their_ratio(tmp_path: Pat
         (("b.scen",), 3, "FILE_MISSING"),
         (("a.map.scen", "--planner", "astra"), 2, "did you mean astar?"),
         (("a.map.scen", "--moves", "ocktile"), 2, "did you mean octile?"),
-        (("a.map.scen", "--limit", "0"), 3, "limit 0"),
+        (("a.map.scen", "--limit", "0"), 2, "--limit: 0"),
         (("a.map.scen", "--set", "rho=1"), 2, "astar has no setting"),
         (("a.map.scen", "--max-cells", "11"), 5, "MAP_TOO_LARGE"),
         (("a.map.scen", "--map", "guide"), 3, "SCEN_SIZE"),

@@ -12,6 +12,7 @@ import os
 import stat
 import struct
 import sys
+import tempfile
 import threading
 import time
 from collections import OrderedDict
@@ -46,14 +47,38 @@ KEPT: Final = 64
 
 
 def default_spool() -> Path:
-    """Where uploads are kept if nobody says: they outlive the server, as do the drafts that name them."""
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Application Support"
-    else:
-        base = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+    """Where uploads are kept if nobody says: they outlive the server, as do the drafts that name them.
+
+    A user without a home folder (a container under a number that no user has) gets a folder of their own
+    among the system's temporary files.
+    """
+    given = {"win32": "LOCALAPPDATA", "darwin": ""}.get(sys.platform, "XDG_DATA_HOME")
+    if given and os.environ.get(given):
+        return Path(os.environ[given]) / "lampyris" / "maps"
+    below = {"win32": "AppData/Local", "darwin": "Library/Application Support"}.get(
+        sys.platform, ".local/share"
+    )
+    try:
+        base = Path.home() / below
+    except RuntimeError:
+        return temporary_spool()
     return base / "lampyris" / "maps"
+
+
+def temporary_spool() -> Path:
+    """A folder for uploads where there is no home folder; it is this user's alone.
+
+    Raises
+    ------
+    FileError : somebody else made a folder or a file of that name.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    folder = Path(tempfile.gettempdir()) / f"lampyris-{user}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    info = folder.lstat()
+    if not stat.S_ISDIR(info.st_mode) or (hasattr(os, "getuid") and info.st_uid != user):
+        raise FileError("FILE_WRITE", "it is another user's", where=str(folder), todo="set XDG_DATA_HOME")
+    return folder / "maps"
 
 
 class Library:

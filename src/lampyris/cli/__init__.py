@@ -1,7 +1,8 @@
 """The command line: one function for each verb.
 
-Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived (a valid answer), 5 limit, 6 internal
-fault, 130 interrupted.
+Exit codes: 0 done, 2 usage (a bad value on the command line, too), 3 bad input (a bad value in a file, or a
+file that cannot be read or written), 4 no path or not arrived (a valid answer), 5 limit, 6 internal fault,
+130 interrupted.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ import gc
 import os
 import sys
 import warnings
-from typing import Any, NoReturn, TextIO
+from typing import Any
 
+from lampyris.cli.streams import Diagnostics, Pipe, demand_streams, to_nowhere
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.halting import interrupts
 
@@ -30,11 +32,12 @@ class Interrupted(SystemExit):
 
 def main() -> None:
     """Run the command line; every way out has its exit code, and none is a traceback."""
+    demand_streams()
     if sys.stdout is None:
         print("error[FILE_WRITE]: standard output is closed", file=sys.stderr)
         sys.exit(BAD_INPUT)
-    stdout = sys.stdout
-    sys.stdout = _Pipe(stdout)
+    stdout, stderr = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = Pipe(stdout), Diagnostics(stderr)
     often, show = gc.get_threshold(), warnings.showwarning
     warnings.showwarning = _note
     gc.set_threshold(SELDOM)
@@ -50,8 +53,9 @@ def main() -> None:
         try:
             # Here, where a reader that has left can still be told from a fault; not at the interpreter's end.
             sys.stdout.flush()
+            sys.stderr.flush()
         finally:
-            sys.stdout = stdout
+            sys.stdout, sys.stderr = stdout, stderr
 
 
 def _leave() -> None:
@@ -83,73 +87,58 @@ def _note(
 
 def _run() -> None:
     try:
-        from lampyris.cli.app import app
+        from lampyris.cli import app  # noqa: F401
 
         with interrupts():
-            app(standalone_mode=True)
+            code = _call()
+        sys.exit(code)
     except SystemExit as done:
         if done.code == INTERRUPTED and not isinstance(done, Interrupted):
             print("interrupted", file=sys.stderr)  # typer has said nothing
         raise
     except LampyrisError as error:
-        print(error, *getattr(error, "__notes__", ()), sep="\n", file=sys.stderr)
-        sys.exit(error.exit_code)
+        _fail(error, *getattr(error, "__notes__", ()), code=error.exit_code)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)
     except OSError as error:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise
-        _to_nowhere(sys.stdout)
+        to_nowhere(sys.stdout)
         name = error.filename if isinstance(error.filename, str) else ""
-        print(FileError("FILE_WRITE", error.strerror or str(error), where=name), file=sys.stderr)
-        sys.exit(BAD_INPUT)
+        _fail(FileError("FILE_WRITE", error.strerror or str(error), where=name), code=BAD_INPUT)
     except MemoryError as error:
         what = str(error) or "memory ran out"
-        print(LimitError("MEMORY", what, todo="take a smaller map, or allow more memory"), file=sys.stderr)
-        sys.exit(LimitError.exit_code)
+        told = LimitError("MEMORY", what, todo="take a smaller map, or allow more memory")
+        _fail(told, code=LimitError.exit_code)
     except Exception as error:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise
-        print(
+        _fail(
             f"error[INTERNAL]: {type(error).__name__}: {error}; a fault of lampyris, please report it; "
             "LAMPYRIS_DEBUG=1 shows where",
-            file=sys.stderr,
+            code=INTERNAL_FAULT,
         )
-        sys.exit(INTERNAL_FAULT)
 
 
-class _Pipe:
-    """Standard output whose reader may leave (`| head`): then the work is done, exit code 0.
+def _call() -> int:
+    """Run the verb; the exit code. What is wrong with the words of the call is said in our own style."""
+    from lampyris.cli import option_errors
+    from lampyris.cli.app import app
 
-    Caught where it happens, because typer and rich each turn a broken pipe into exit code 1 on the way up.
-    """
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def write(self, text: str) -> int:
-        """Write, or leave."""
-        try:
-            return self._stream.write(text)
-        except BrokenPipeError:
-            self._leave()
-
-    def flush(self) -> None:
-        """Flush, or leave."""
-        try:
-            self._stream.flush()
-        except BrokenPipeError:
-            self._leave()
-
-    def _leave(self) -> NoReturn:
-        _to_nowhere(self._stream)
-        sys.exit(0)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
+    try:
+        code = app(prog_name="lampyris", standalone_mode=False)
+    except option_errors.ClickException as problem:
+        if type(problem).__name__ == "NoArgsIsHelpError":
+            print(problem.format_message(), file=sys.stderr)
+            return 2
+        raise option_errors.usage_error(problem) from None
+    except option_errors.Abort:
+        raise KeyboardInterrupt from None
+    return code if isinstance(code, int) else 0
 
 
-def _to_nowhere(stream: TextIO) -> None:
-    """Let what is still to be written vanish: Python would complain again when it flushes at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+def _fail(*words: object, code: int) -> None:
+    """Say what is wrong and end."""
+    print(*words, sep="\n", file=sys.stderr)
+    sys.exit(code)

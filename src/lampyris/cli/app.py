@@ -20,6 +20,7 @@ from lampyris.cli import (
     study_verb,
     warm_verb,
 )
+from lampyris.cli.option_errors import Command
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -93,7 +94,7 @@ def _root(
     pass
 
 
-@app.command()
+@app.command(cls=Command)
 def plan(
     map_: Map,
     start: Start = None,
@@ -146,7 +147,7 @@ def plan(
     raise typer.Exit(verbs.plan(request, out, time_limit))
 
 
-@app.command()
+@app.command(cls=Command)
 def simulate(
     map_: Map,
     start: Start = None,
@@ -208,7 +209,7 @@ def simulate(
     raise typer.Exit(verbs.simulate(request, traffic, ticks, patience, out, plan_limit))
 
 
-@app.command()
+@app.command(cls=Command)
 def run(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario file (.yaml or .json).")],
     allow_outside: AllowOutside = False,
@@ -238,7 +239,7 @@ def run(
     raise typer.Exit(verbs.run(scenario, allow_outside, max_cells, out))
 
 
-@app.command()
+@app.command(cls=Command)
 def schema() -> None:
     """Print the JSON Schema of scenario files."""
     from lampyris.cli import verbs
@@ -246,7 +247,7 @@ def schema() -> None:
     raise typer.Exit(verbs.schema())
 
 
-@app.command()
+@app.command(cls=Command)
 def planners(
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help="Say all there is of this one.")
@@ -259,12 +260,12 @@ def planners(
     raise typer.Exit(verbs.planners(name, json_))
 
 
-app.command()(scen_verb.scen)
-app.command()(speed_verb.speed)
-app.command()(speed_verb.laws)
-app.command()(drive_verb.drive)
-app.command()(compare_verb.compare)
-app.command()(reproduce_verb.reproduce)
-app.command()(app_verb.app)
-app.command()(warm_verb.warm)
-app.command()(selfcheck_verb.selfcheck)
+app.command(cls=Command)(scen_verb.scen)
+app.command(cls=Command)(speed_verb.speed)
+app.command(cls=Command)(speed_verb.laws)
+app.command(cls=Command)(drive_verb.drive)
+app.command(cls=Command)(compare_verb.compare)
+app.command(cls=Command)(reproduce_verb.reproduce)
+app.command(cls=Command)(app_verb.app)
+app.command(cls=Command)(warm_verb.warm)
+app.command(cls=Command)(selfcheck_verb.selfcheck)

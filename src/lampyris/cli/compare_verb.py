@@ -79,12 +79,12 @@ def compare(
             "--live", help="Obstacles wait for the robot; else everyone meets the very same tracks."
         ),
     ] = False,
-    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", help="When to stop.")] = None,
+    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", min=1, help="When to stop.")] = None,
     seeds: Annotated[
         int, typer.Option("--seeds", metavar="N", help="How many worlds: means of N runs each.")
     ] = 1,
     seed: Seed = 0,
-    workers: Annotated[int, typer.Option("--workers", metavar="N", help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Processes.")] = 1,
     resolution: Resolution = None,
     radius: Radius = 0.0,
     v_max: VMax = 1.0,

@@ -174,10 +174,9 @@ def _entries(option: str, text: str, make: Callable[[str, list[str]], Who]) -> t
         name, *settings = word.split(":")
         try:
             one = make(name, settings)
-        except UsageError as fault:
-            raise UsageError(
-                fault.code, fault.what, where=option, allowed=fault.allowed, todo=fault.todo
-            ) from None
+        except (UsageError, SettingError) as fault:
+            what = f"{word}: {fault.what}" if isinstance(fault, SettingError) else fault.what
+            raise UsageError(fault.code, what, where=option, allowed=fault.allowed, todo=fault.todo) from None
         if any(one.name == other.name and one.settings == other.settings for other in made):
             raise UsageError("OPTIONS", f"{word} twice", where=option, allowed="each once")
         made.append(one)

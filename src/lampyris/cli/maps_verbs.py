@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from lampyris.cli.option_errors import Command
+from lampyris.cli.options import MOST_CELLS
 from lampyris.errors import FileError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
@@ -61,7 +63,10 @@ Colour = Annotated[
     ),
 ]
 MaxCells = Annotated[
-    int | None, typer.Option("--max-cells", metavar="N", help="Refuse larger maps (default and most: 2^24).")
+    int | None,
+    typer.Option(
+        "--max-cells", metavar="N", min=1, max=MOST_CELLS, help="Refuse larger maps (default and most: 2^24)."
+    ),
 ]
 AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="A ROS map's picture may be in any folder.")
@@ -80,7 +85,7 @@ def _maps(context: typer.Context, json_: Json = False) -> None:
     context.obj = json_
 
 
-@app.command()
+@app.command(cls=Command)
 def show(
     context: typer.Context,
     name: Annotated[
@@ -197,7 +202,7 @@ def _print_facts(record: dict[str, Any]) -> None:
     Console(highlight=False, soft_wrap=False).print(table)
 
 
-@app.command()
+@app.command(cls=Command)
 def recipes(context: typer.Context, json_: Json = False) -> None:
     """List the recipes and their settings, with defaults and ranges."""
     from lampyris.cli import show as tables
@@ -225,7 +230,7 @@ def recipes(context: typer.Context, json_: Json = False) -> None:
     )
 
 
-@app.command()
+@app.command(cls=Command)
 def make(
     context: typer.Context,
     recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="See `lampyris maps recipes`.")],
@@ -267,7 +272,7 @@ def make(
     _say(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))
 
 
-@app.command()
+@app.command(cls=Command)
 def convert(
     context: typer.Context,
     source: Annotated[str, typer.Argument(metavar="IN", help="A map file, or the name of a bundled map.")],

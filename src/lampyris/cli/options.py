@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+MOST_CELLS = 2**24
+"""As :data:`lampyris.maps.make.MAX_CELLS`, which `--help` has no time to import."""
+
 Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
 Start = Annotated[
     str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")
@@ -78,7 +81,10 @@ AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
 ]
 MaxCells = Annotated[
-    int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells (default 2^24).")
+    int | None,
+    typer.Option(
+        "--max-cells", metavar="N", min=1, max=MOST_CELLS, help="Refuse maps of more cells (default 2^24)."
+    ),
 ]
 LatMax = Annotated[
     float, typer.Option("--lat-max", metavar="M/S2", help="Greatest lateral acceleration in a bend.")

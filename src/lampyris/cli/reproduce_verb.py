@@ -18,7 +18,7 @@ def reproduce(
         Path, typer.Option("--out", metavar="DIR", help="Folder of the page and its tables.")
     ] = Path("reproduction"),
     workers: Annotated[
-        int | None, typer.Option("--workers", metavar="N", help="Processes (default: one a core).")
+        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes (default: one a core).")
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Fewer paths and seeds: the same page in a minute or so.")

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from lampyris.cli.options import MOST_CELLS
+
 if TYPE_CHECKING:
     from lampyris.scen import Answer, Answers, Benchmark
 
@@ -52,7 +54,8 @@ def scen(
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each query.")
     ] = None,
     max_cells: Annotated[
-        int | None, typer.Option("--max-cells", metavar="N", help="Refuse maps of more cells.")
+        int | None,
+        typer.Option("--max-cells", metavar="N", min=1, max=MOST_CELLS, help="Refuse maps of more cells."),
     ] = None,
     no_timing: Annotated[
         bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from lampyris.cli.option_errors import Command
 from lampyris.cli.options import AllowOutside, Force, Json, MaxCells
 
 
@@ -69,7 +70,7 @@ Reference = Annotated[
 ]
 
 
-@app.command()
+@app.command(cls=Command)
 def run(
     study: Annotated[
         str,
@@ -80,7 +81,7 @@ def run(
         typer.Option("--store", metavar="FILE", help="Where results are kept (default: NAME.study.db here)."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", metavar="N", help="Processes (default: one a core).")
+        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes (default: one a core).")
     ] = None,
     dask: Annotated[
         str | None,
@@ -131,7 +132,7 @@ def run(
     raise typer.Exit(work.run(asked, out))
 
 
-@app.command("list")
+@app.command("list", cls=Command)
 def list_(json_: Json = False) -> None:
     """List the studies that come ready."""
     from lampyris.cli import study_kept as kept
@@ -139,7 +140,7 @@ def list_(json_: Json = False) -> None:
     raise typer.Exit(kept.list_ready(json_))
 
 
-@app.command()
+@app.command(cls=Command)
 def write(
     ready: Annotated[str, typer.Argument(metavar="READY", help="A name that `lampyris study list` lists.")],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy (.yaml).")],
@@ -151,7 +152,7 @@ def write(
     raise typer.Exit(kept.write(ready, file, force))
 
 
-@app.command()
+@app.command(cls=Command)
 def show(store: Store, json_: Json = False) -> None:
     """Say what a store holds: the study, how far it is, and its results so far."""
     from lampyris.cli import study_kept as kept
@@ -159,7 +160,7 @@ def show(store: Store, json_: Json = False) -> None:
     raise typer.Exit(kept.show(store, json_))
 
 
-@app.command()
+@app.command(cls=Command)
 def export(
     store: Store,
     csv: CsvOut = None,
@@ -177,7 +178,7 @@ def export(
     raise typer.Exit(kept.export(store, out))
 
 
-@app.command()
+@app.command(cls=Command)
 def report(
     store: Store,
     page: Annotated[
@@ -199,7 +200,7 @@ def report(
     raise typer.Exit(kept.export(store, out))
 
 
-@app.command()
+@app.command(cls=Command)
 def repair(
     store: Store,
     out: Annotated[
@@ -223,7 +224,7 @@ def repair(
     raise typer.Exit(kept.repair(store, out, study, data, json_))
 
 
-@app.command()
+@app.command(cls=Command)
 def schema() -> None:
     """Print the JSON Schema of study files."""
     from lampyris.cli import study_kept as kept

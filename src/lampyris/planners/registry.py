@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any
 
-from lampyris.errors import SettingError, UsageError, did_you_mean
+from lampyris.errors import InputError, SettingError, UsageError, did_you_mean
 from lampyris.planners.base import Planner, Traits
 
 GROUP = "lampyris.planners"
+
+
+class PlannerLeftOut(RuntimeWarning):
+    """An installed planner that cannot be used was left out of a list."""
+
+    for_people = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +40,30 @@ def _entries() -> Mapping[str, EntryPoint]:
 
 
 def names() -> tuple[str, ...]:
-    """The names of all planners, sorted."""
+    """The names of all planners that are registered, sorted; a guest among them may fail to load."""
     return tuple(_entries())
+
+
+def demand_name(name: str) -> None:
+    """See that a planner of that name is registered, without loading it.
+
+    Raises
+    ------
+    UsageError : nobody has registered that name.
+    """
+    _entry(name)
+
+
+def _entry(name: str) -> EntryPoint:
+    try:
+        return _entries()[name]
+    except (KeyError, TypeError):
+        raise UsageError(
+            "PLANNER",
+            f"no planner is called {name!r}",
+            allowed=", ".join(names()),
+            todo=did_you_mean(name, names()),
+        ) from None
 
 
 def planner_class(name: str) -> type[Planner]:
@@ -43,18 +72,32 @@ def planner_class(name: str) -> type[Planner]:
     Raises
     ------
     UsageError : nobody has registered that name.
+    InputError : PLANNER_BROKEN: its package fails to import, or does not hold a planner.
     """
+    entry = _entry(name)
     try:
-        entry = _entries()[name]
-    except (KeyError, TypeError):
-        raise UsageError(
-            "PLANNER",
-            f"no planner is called {name!r}",
-            allowed=", ".join(names()),
-            todo=did_you_mean(name, names()),
-        ) from None
-    loaded: type[Planner] = entry.load()
-    return loaded
+        loaded = entry.load()
+    except (Exception, SystemExit) as fault:
+        if not origin_of(name):
+            raise
+        raise _broken(entry, f"its import fails: {type(fault).__name__}: {fault}") from fault
+    lacks = [word for word in ("name", "summary", "source", "traits", "open") if not hasattr(loaded, word)]
+    if not isinstance(loaded, type) or not is_dataclass(loaded) or lacks:
+        what = f"it has no {', '.join(lacks)}" if lacks else "it is no dataclass"
+        raise _broken(entry, f"{entry.value} is no planner: {what}")
+    kind: type[Planner] = loaded
+    return kind
+
+
+def _broken(entry: EntryPoint, what: str) -> InputError:
+    """The error for a guest that cannot be used; it names the package that has to be repaired."""
+    package = origin_of(entry.name) or "lampyris"
+    return InputError(
+        "PLANNER_BROKEN",
+        what,
+        where=f"planner {entry.name} of the installed package {package}",
+        todo="repair or uninstall that package",
+    )
 
 
 @cache
@@ -65,8 +108,7 @@ def origin_of(name: str) -> str:
     ------
     UsageError : nobody has registered that name.
     """
-    planner_class(name)
-    dist = _entries()[name].dist
+    dist = _entry(name).dist
     if dist is None or dist.name == "lampyris":
         return ""
     return f"{dist.name} {dist.version}"
@@ -103,9 +145,16 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
 
 
 def table() -> Mapping[str, PlannerInfo]:
-    """Every planner with its traits, settings and source, by name."""
+    """Every planner with its traits, settings and source, by name.
+
+    A guest that cannot be used is left out, with a :class:`PlannerLeftOut` that says why.
+    """
     rows = {}
     for name in names():
-        kind = planner_class(name)
+        try:
+            kind = planner_class(name)
+        except InputError as fault:
+            warnings.warn(PlannerLeftOut(str(fault)), stacklevel=2)
+            continue
         rows[name] = PlannerInfo(name, kind.summary, kind.source, kind.traits, settings_of(kind))
     return MappingProxyType(rows)

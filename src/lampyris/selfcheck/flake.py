@@ -69,6 +69,13 @@ def checkout() -> Path:
             allowed="a source checkout, with its development tools",
             todo="clone the project and run `make test` in it first",
         )
+    if find_spec("pytest") is None:
+        raise UsageError(
+            "CHECKOUT",
+            "the package pytest is not installed",
+            allowed="a source checkout, with its development tools",
+            todo="run `make test` in the checkout first: it installs them",
+        )
     return root
 
 

@@ -107,7 +107,7 @@ def planners_of(given: Any, tried: Tried) -> Made[Who]:
         if one == "all" or isinstance(one, form.AllTable):
             left_out = [] if one == "all" else one.all.except_
             for j, name in enumerate(left_out):
-                tried((*way, "all", "except", j), registry.planner_class, name)
+                tried((*way, "all", "except", j), registry.demand_name, name)
             entries += [_Entry(way, name) for name in registry.names() if name not in left_out]
         else:
             entries.append(_entry(one, way))

@@ -1,0 +1,206 @@
+"""Errors as the command line tells them: which option is wrong, as it was typed, and with which exit code.
+
+The library names settings (``robot.v_max``, ``ad-gso: nt 0``, ``seed -1``) and knows nothing of options.
+Here the options of the verb that runs are asked which of them gave that setting. A bad value on the command
+line is a :class:`lampyris.errors.UsageError` (exit code 2) whoever finds it; a bad value in a file stays what
+it is (exit code 3). Limits keep their exit code 5 and get the option's name.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import typer
+from typer.core import TyperCommand
+
+from lampyris.errors import (
+    FileError,
+    InputError,
+    InternalFault,
+    LampyrisError,
+    LimitError,
+    UsageError,
+    did_you_mean,
+)
+
+BadParameter: Any = typer.BadParameter
+ClickUsageError: Any = typer.BadParameter.__mro__[1]
+"""Of click, or of the copy of click within newer releases of Typer."""
+ClickException: Any = typer.BadParameter.__mro__[2]
+Abort: Any = typer.Abort
+
+ALIASES: Mapping[str, str] = {
+    "TRAFFIC_COUNT": "obstacles",
+    "TRAFFIC_RATE": "rate",
+    "TRAFFIC_RADIUS": "obstacle_radius",
+    "OBSTACLE_ROOM": "obstacles",
+    "MAP_SIZE": "size",
+    "MAP_TOO_LARGE": "size",
+}
+"""Codes of errors about settings that an option has another name for."""
+
+_FIRST = re.compile(r"([a-z][a-z0-9_.]*)[ :]")
+_NO_SETTING = re.compile(r"has no setting '([^']*)'")
+_SIDES = ("width", "height")
+"""Of ``--size``, whose value is both."""
+_QUOTED = re.compile(r"(.*) is not (?:a valid|in the range)")
+_FILES = frozenset(("path", "file"))
+"""Kinds of parameters that name a file: what is wrong with its content is not wrong with the option."""
+_READ = frozenset(("map_", "scenario", "study", "source", "ready"))
+"""Parameters that are text and name a file or a ready map or study."""
+
+
+class Command(TyperCommand):
+    """A verb whose errors name its options."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the verb."""
+        # Typer has its own click in new releases and the installed one in old ones: no type names both.
+        try:
+            return super().invoke(ctx)
+        except (InputError, UsageError, LimitError) as error:
+            named = as_typed(error, ctx)
+            if named is error:
+                raise
+            raise named from error
+
+
+def as_typed(error: LampyrisError, ctx: Any) -> LampyrisError:
+    """The error with the option that it is about; the same error if it is about none.
+
+    Parameters
+    ----------
+    error : as the library raised it.
+    ctx : click's context of the verb.
+    """
+    if isinstance(error, FileError | InternalFault):
+        return error
+    if error.where.startswith("-"):
+        option, what = error.where, _value_of(error.what)
+    else:
+        found = _option_of(error, _options_given(ctx))
+        if found is None:
+            return error
+        option, what = found
+    kind = UsageError if isinstance(error, InputError) else type(error)
+    named = kind(error.code, what, where=option, allowed=error.allowed, todo=error.todo)
+    for note in getattr(error, "__notes__", ()):
+        named.add_note(note)
+    return named
+
+
+def _options_given(ctx: Any) -> dict[str, str]:
+    """Setting -> option as typed, of all that the command line gave a value; ``--set`` by its keys."""
+    given: dict[str, str] = {}
+    for parameter in ctx.command.params:
+        source = ctx.get_parameter_source(parameter.name)
+        if source is None or source.name != "COMMANDLINE":
+            continue
+        if parameter.name in _READ or parameter.type.name in _FILES:
+            continue
+        shown = spelled(parameter)
+        value = ctx.params.get(parameter.name)
+        if parameter.metavar == "KEY=VALUE" and isinstance(value, list | tuple):
+            for word in value:
+                key = str(word).partition("=")[0].strip().replace("-", "_")
+                given[key] = f"{shown} {key}"
+                given.setdefault("", shown)
+            continue
+        for name in (parameter.name, *parameter.opts):
+            given[name.strip("-_").replace("-", "_")] = shown
+    return given
+
+
+def spelled(parameter: Any) -> str:
+    """An option as it was typed, or its long form; an argument by the name that ``--help`` shows."""
+    if parameter.param_type_name == "argument":
+        return str(parameter.metavar or parameter.name).strip("[]")
+    options = [*parameter.opts, *parameter.secondary_opts]
+    typed = {word.partition("=")[0] for word in sys.argv[1:]}
+    return str(next((o for o in options if o in typed), max(options, key=len)))
+
+
+def _option_of(error: LampyrisError, given: Mapping[str, str]) -> tuple[str, str] | None:
+    """The option that an error is about, and what is wrong with its value."""
+    missing = _NO_SETTING.search(error.what)
+    if missing is not None:
+        option = given.get(missing[1], given.get(""))
+        return None if option is None else (option.partition(" ")[0], error.what)
+    for name, place, what in _settings_named(error):
+        if name and name in given:
+            return f"{given[name]}: {place}" if place else given[name], what
+    return None
+
+
+def _settings_named(error: LampyrisError) -> Iterator[tuple[str, str, str]]:
+    """The settings that an error may be about: name, what else it says of the place, what is wrong."""
+    where = error.where.replace("-", "_")
+    while where:
+        yield where, "", error.what
+        where = where.partition(".")[2]
+    if error.what.startswith("obstacle ") and error.code == "RADIUS":
+        yield "obstacle_radius", "", error.what
+    # A planner's name or a law's is no place: "ad-gso: nt 0" is about --set nt.
+    place = error.where if "/" in error.where or "." in error.where else ""
+    if error.code in ALIASES:
+        yield ALIASES[error.code], place, _value_of(error.what)
+        return
+    first = _FIRST.match(error.what)
+    if first is not None:
+        yield first[1], place, error.what[first.end() :].lstrip()
+    if "obstacles" in error.what:
+        yield "obstacles", place, error.what
+    yield error.code.lower(), place, error.what
+
+
+def _value_of(what: str) -> str:
+    """The value alone where an error says the setting's name and its value: ``seconds nan``."""
+    name, _, value = what.partition(" ")
+    return value if value and " " not in value and name.isidentifier() and name not in _SIDES else what
+
+
+def usage_error(problem: Any) -> UsageError:
+    """What click says of the words of a call, in our style."""
+    ctx = problem.ctx
+    todo = f"`{ctx.command_path} --help` shows the options" if ctx is not None else ""
+    message = problem.format_message().rstrip(".")
+    parameter = getattr(problem, "param", None)
+    if isinstance(problem, BadParameter) and parameter is not None:
+        where, allowed = spelled(parameter), allowed_by(parameter.type)
+        if type(problem).__name__ == "MissingParameter":
+            return UsageError("MISSING", "nothing is given", where=where, todo=todo)
+        quoted = _QUOTED.match(problem.message)
+        what = quoted[1] if quoted is not None and allowed else problem.message.rstrip(".")
+        return UsageError("TYPE", what, where=where, allowed=allowed)
+    option = getattr(problem, "option_name", "")
+    if type(problem).__name__ == "NoSuchOption" or message.startswith("No such option"):
+        known = [] if ctx is None else [o[2:] for p in ctx.command.params for o in p.opts if o[:2] == "--"]
+        near = did_you_mean(option.lstrip("-"), known).replace("mean ", "mean --")
+        return UsageError("OPTION", "there is no such option", where=option, todo=near or todo)
+    if message.startswith("No such command"):
+        verbs = [] if ctx is None else ctx.command.list_commands(ctx)
+        word = message.partition("'")[2].rpartition("'")[0]
+        return UsageError(
+            "VERB", f"there is no verb {word!r}", allowed=", ".join(verbs), todo=did_you_mean(word, verbs)
+        )
+    if option:
+        what = message.partition("' ")[2] or message
+        return UsageError("OPTION", what, where=option, todo=todo)
+    return UsageError("USAGE", message, todo=todo)
+
+
+def allowed_by(kind: Any) -> str:
+    """What a parameter's type takes, in words."""
+    whole = "a whole number"
+    words = {"int": whole, "integer": whole, "float": "a number", "boolean": "true or false"}
+    base = kind.name.partition(" ")[0]
+    text = words.get(base, "")
+    low, high = getattr(kind, "min", None), getattr(kind, "max", None)
+    if low is not None and high is not None:
+        return f"{text}, {low} to {high}"
+    if low is not None:
+        return f"{text}, {low} or more"
+    return f"{text}, at most {high}" if high is not None else text

@@ -1,0 +1,171 @@
+"""A bad value on the command line is exit code 2 whoever finds it, and the message names the option."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from bad_inputs.case import inside, run, warm
+from lampyris.cli.app import app
+from lampyris.cli.options import MOST_CELLS
+from lampyris.maps.make import MAX_CELLS
+
+MAIN = "from lampyris.cli import main; main()"
+TREE: Any = typer.main.get_command(app)
+CALLS: dict[str, tuple[str, ...]] = {
+    "plan": ("guide",),
+    "simulate": ("guide",),
+    "speed": ("guide",),
+    "drive": ("guide",),
+    "compare": ("guide", "--obstacles", "2", "--live"),
+    "scen": ("q.scen",),
+    "run": ("s.yaml",),
+    "selfcheck": ("grids",),
+    "reproduce": ("--quick", "--out", "new"),
+    "app": ("--no-browser",),
+}
+"""A valid call of each verb that has options with numbers."""
+NEEDS = {
+    ("speed", "--tick"): ("--track", "t.csv"),
+    ("speed", "--obstacle-radius"): ("--track", "t.csv"),
+}
+"""What an option has to stand beside."""
+
+
+def numeric() -> list[tuple[str, str, str]]:
+    """Every option that takes a number: verb, option, and a value that is out of range everywhere."""
+    bad = {"float": "nan", "int": "-1", "integer": "-1"}
+    return [
+        (verb, parameter.opts[0], bad[kind])
+        for verb, command in TREE.commands.items()
+        for parameter in command.params
+        if (kind := parameter.type.name.partition(" ")[0]) in bad
+    ]
+
+
+def prepare(folder: Path) -> None:
+    (folder / "t.csv").write_text("x,y\n0,0\n")
+    (folder / "s.yaml").write_text("version: 1\nmap: {bundled: guide}\n")
+    (folder / "q.map").write_text("type octile\nheight 2\nwidth 2\nmap\n..\n..\n")
+    (folder / "q.scen").write_text("version 1\n0\tq.map\t2\t2\t0\t0\t1\t0\t1.0\n")
+
+
+@pytest.mark.parametrize(("verb", "option", "value"), numeric())
+def test_a_number_out_of_range_is_exit_2_and_names_the_option(
+    tmp_path: Path, verb: str, option: str, value: str
+) -> None:
+    warm()
+    prepare(tmp_path)
+    with inside(tmp_path):
+        done = run(verb, *CALLS[verb], *NEEDS.get((verb, option), ()), option, value)
+        text = run(verb, *CALLS[verb], *NEEDS.get((verb, option), ()), option, "x")
+    assert done.exit == 2, (done.exit, done.err)
+    assert f"]: {option}: {value}" in done.err, done.err
+    assert (text.exit, done.out, text.out) == (2, "", "")
+    assert f"error[TYPE]: {option}: 'x'; allowed: " in text.err
+    for outcome in (done, text):
+        assert len(outcome.err.splitlines()) == 1, outcome.err
+
+
+def test_every_verb_with_numbers_is_tried() -> None:
+    assert {verb for verb, *_ in numeric()} == set(CALLS)
+    assert len(numeric()) > 90
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("plan", "guide", "--set", "nt=0"), "error[NT]: --set nt: 0; allowed: "),
+        (("plan", "guide", "--set", "nq=1"), "error[SETTING]: --set: ad-gso has no setting 'nq'"),
+        (("plan", "guide", "--set-law", "blind.reach=-1"), "error[LAW_SETTING]: --set-law blind.reach: "),
+        (("maps", "make", "maze", "-o", "m.txt", "--set", "loops=3"), "error[RECIPE]: --set loops: 3.0"),
+        (("maps", "make", "maze", "-o", "m.txt", "--seed", "-1"), "error[SEED]: --seed: -1"),
+        (("compare", "guide", "--planners", "gso:swarm=0"), "error[SWARM]: --planners: gso:swarm=0: "),
+        (("plan", "guide", "--start-m", "99,99"), "error[START_OUTSIDE]: --start-m: "),
+        (("run", "s.yaml", "--max-cells", "0"), "error[TYPE]: --max-cells: 0"),
+        (("plan", "guide", "--nope"), "error[OPTION]: --nope: there is no such option"),
+        (("plan", "guide", "--planer", "x"), "did you mean --planner?"),
+        (("plan", "guide", "--csv"), "error[OPTION]: --csv: requires an argument"),
+        (("plan", "guide", "x"), "error[USAGE]: Got unexpected extra argument"),
+        (("study", "nope.yaml", "--workers", "0"), "error[TYPE]: --workers: 0"),
+    ],
+)
+def test_one_style_for_all_that_is_wrong_with_the_words(
+    tmp_path: Path, words: tuple[str, ...], says: str
+) -> None:
+    warm()
+    prepare(tmp_path)
+    with inside(tmp_path):
+        done = run(*words)
+    assert (done.exit, done.out) == (2, ""), done.err
+    assert says in done.err
+    assert len(done.err.splitlines()) == 1
+
+
+def test_a_bad_value_in_a_file_stays_exit_3(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text("version: 1\nmap: {bundled: guide}\nseed: -1\nrobot: {v_max: -1}\n")
+    with inside(tmp_path):
+        done = run("run", "s.yaml", "--max-cells", "1000")
+    assert done.exit == 3
+    assert "s.yaml:3:7: /seed: -1" in done.err
+
+
+def test_the_most_cells_of_an_option_are_those_of_a_map() -> None:
+    assert MOST_CELLS == MAX_CELLS
+
+
+def test_a_limit_keeps_exit_5_and_names_the_option() -> None:
+    done = run("simulate", "guide", "--obstacles", "100000")
+    assert done.exit == 5
+    assert done.err.startswith("error[LIMIT]: --obstacles: ")
+
+
+@pytest.mark.parametrize(
+    ("shell", "code"),
+    [
+        ("plan env-1 2>&-", 0),
+        ("plan nope 2>&-", 3),
+        ("plan nope 2>/dev/full", 3),
+        ("plan env-1 --seed x 2>/dev/full", 2),
+        ("plan env-1 --json 2>&- 0<&-", 0),
+        ("plan env-1 >&-", 3),
+        ("plan env-1 >&- 2>&-", 3),
+        ("plan env-1 >/dev/full", 3),
+        ("--help >/dev/full", 3),
+        ("plan --help >&-", 3),
+    ],
+)
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full")
+def test_streams_that_are_closed_or_full(tmp_path: Path, shell: str, code: int) -> None:
+    call = f'"{sys.executable}" -c "{MAIN}" {shell}'
+    done = subprocess.run(["sh", "-c", call], capture_output=True, cwd=tmp_path, check=False, timeout=120)
+    assert done.returncode == code, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_written_to_standard_error_lands_in_no_file(tmp_path: Path) -> None:
+    """With descriptor 2 closed, the next file that is opened would get its number."""
+    call = f'"{sys.executable}" -c "{MAIN}" plan guide --csv p.csv --picture p.png --zones no.csv 2>&-'
+    done = subprocess.run(["sh", "-c", call], capture_output=True, cwd=tmp_path, check=False, timeout=120)
+    assert done.returncode == 3
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_the_terminal_cannot_show_is_shown_otherwise(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", MAIN, "plan", "guide", "--csv", b"\xff\xc3\xa9.csv"],
+        capture_output=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    assert list(os.listdir(os.fsencode(tmp_path))) == [b"\xff\xc3\xa9.csv"]
