@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,12 +11,14 @@ import numpy as np
 import pytest
 
 from lampyris.errors import InternalFault, UsageError
+from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path, path_of
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.referee import certify, check_profile
+from lampyris.referee.caps import _bend
 from lampyris.referee.profile import wall_distance_of_points
 
 RESOLUTION = 0.5
@@ -112,3 +116,46 @@ def test_distances_of_points_to_walls() -> None:
             ]
             want = min(away, default=np.inf)
             assert one == (pytest.approx(want) if want <= beyond else np.inf)
+
+
+def calls_made_by(work: Callable[[], object]) -> int:
+    """How many functions are called: what is done place by place, or piece by piece, calls more."""
+    made = [0]
+
+    def seen(frame: object, event: str, arg: object) -> None:
+        made[0] += event in ("call", "c_call")
+
+    sys.setprofile(seen)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return made[0]
+
+
+def test_curvature_at_a_place_does_not_look_at_all_pieces() -> None:
+    """`speed --path` took quadratic time on a zigzag: each piece was held against every node."""
+    made = []
+    for n in (50, 500):
+        x = np.arange(n, dtype=np.float64)
+        heading = np.tile((1.0, 0.0), (n, 1))
+        curve = Curve(np.stack((x, x * 0), axis=1), heading, np.ones(n), np.arange(n) % 3 / 4, (n, 0), 1.0)
+        s = np.linspace(0.0, n, 4 * n + 1)
+        made.append(calls_made_by(lambda s=s, curve=curve: _bend(curve, s)))
+        piece = np.minimum(s.astype(int), n - 1)
+        border = s == np.round(s)
+        assert np.array_equal(_bend(curve, s), np.where(border, 0.0, piece % 3 / 4))
+    assert made[0] == made[1]
+
+
+def test_distance_to_walls_takes_few_calls_for_many_places_and_far_reaches() -> None:
+    """It looked at all cells within reach of each place: 10 m/s on cells of 5 cm were millions a node."""
+    rng = np.random.default_rng(4)
+    grid = Grid(rng.random((300, 300)) < 1e-4)
+    places = rng.uniform(0, 299, (2000, 2))
+    few, many = (
+        calls_made_by(lambda n=n: wall_distance_of_points(grid, places[:n], 8.0)) for n in (200, 2000)
+    )
+    far = calls_made_by(lambda: wall_distance_of_points(grid, places, 256.0))
+    assert many == few
+    assert far < 4 * many

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.typing import Floats, Points
 
-_BLOCK = 64
-"""Points, and lines, that are looked at together."""
+_PAIRS = 8_192
+"""Pairs of a disc and a line that are looked at together: what stays in the processor's cache."""
 
 
 def length_of(points: Points) -> float:
@@ -22,7 +20,9 @@ def deviation(a: Points, b: Points, step: float) -> float:
     """The greatest distance of either polyline from the other, in the unit of their points.
 
     Looked at are the corners of both and points no farther apart than ``step`` between them, so it may be
-    more by at most half of that. 100,000 points against as many: some 2 s.
+    more by at most half of that. Points are gathered in discs, two of which lie in a larger one; a line that
+    is too far from a disc to be the nearest of any point in it is not looked at below. Near linear along
+    ways, and the number of points to 1.5 where all lines cross each other.
 
     Parameters
     ----------
@@ -49,37 +49,80 @@ def _dense(points: Points, step: float) -> Points:
     return np.concatenate((made, points[-1:]))
 
 
-def _boxes(low: Points, high: Points) -> tuple[NDArray[np.int64], Points, Points]:
-    begin = np.arange(0, len(low), _BLOCK)
-    return begin, np.minimum.reduceat(low, begin), np.maximum.reduceat(high, begin)
+class _Discs:
+    """Discs around points by level: single points first, the disc around all of them last.
+
+    Disc k of a level is around discs 2 k and 2 k + 1 of the level before.
+    """
+
+    def __init__(self, points: Points) -> None:
+        low = high = points[_along_curve(points)]
+        self.centre, self.radius = [low], [np.zeros(len(low))]
+        while len(low) > 1:
+            pairs = np.arange(0, len(low), 2)
+            low, high = np.minimum.reduceat(low, pairs), np.maximum.reduceat(high, pairs)
+            half = 0.5 * (high - low)
+            self.centre.append(low + half)
+            # Rounding must not leave a point outside.
+            self.radius.append(
+                np.sqrt((half * half).sum(axis=1)) * (1.0 + 1e-12) + 1e-12 * np.abs(high).max()
+            )
+
+
+def _along_curve(xy: Points) -> NDArray[np.int64]:
+    """Numbers of the places in the order of a Z-order curve: neighbours in the list lie near each other."""
+    least = xy.min(axis=0)
+    width = max(float((xy.max(axis=0) - least).max()), 1e-300)
+    at = np.minimum((xy - least) * (65_536.0 / width), 65_535.0).astype(np.uint64)
+    for shift, mask in ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555)):
+        at = (at | (at << np.uint64(shift))) & np.uint64(mask)
+    return np.argsort(at[:, 0] | (at[:, 1] << np.uint64(1)), kind="stable")
 
 
 def _farthest(points: Points, line: Points) -> float:
-    """The greatest distance of the points from the polyline.
-
-    Blocks of points are held against those blocks of lines whose boxes may hold the nearest.
-    """
+    """The greatest distance of the points from the polyline."""
     begin, end = (line[:-1], line[1:]) if len(line) > 1 else (line, line)
-    first, low, high = _boxes(np.minimum(begin, end), np.maximum(begin, end))
-    worst = 0.0
-    for k in range(0, len(points), _BLOCK):
-        some = points[k : k + _BLOCK]
-        under, over = some.min(axis=0), some.max(axis=0)
-        apart = np.maximum(np.maximum(low - over, under - high), 0.0)
-        across = np.maximum(high, over) - np.minimum(low, under)
-        least = (apart * apart).sum(axis=1)
-        near = np.flatnonzero(least <= (across * across).sum(axis=1).min())
-        which = (first[near][:, None] + np.arange(_BLOCK)).ravel()
-        which = which[which < len(begin)]
-        worst = max(worst, float(_squares(some, begin[which], end[which]).min(axis=1).max()))
-    return math.sqrt(worst)
+    discs, worst = _Discs(points), 0.0
+    # A level, numbers of discs, rising, and for each a line that may be the nearest of one of its points.
+    todo = [(len(discs.radius) - 1, np.zeros(len(begin), dtype=np.int64), np.arange(len(begin)))]
+    while todo:
+        level, disc, lines = todo.pop()
+        starts = np.flatnonzero(np.diff(disc, prepend=-1))
+        sizes = np.diff(np.append(starts, len(disc)))
+        away = np.sqrt(_squares(discs.centre[level][disc], begin[lines], end[lines]))
+        least, radius = np.minimum.reduceat(away, starts), discs.radius[level][disc[starts]]
+        # Some point is at least so far away; discs all of whose points stay below that do not matter.
+        worst = max(worst, float((least - radius).max()))
+        if level == 0:
+            continue
+        most = np.where(least + radius > worst, least + 2.0 * radius, -1.0)
+        kept = away <= np.repeat(most, sizes)
+        disc, lines = disc[kept], lines[kept]
+        for part in _parted(disc):
+            below = np.concatenate((2 * disc[part], 2 * disc[part] + 1))
+            there = below < len(discs.radius[level - 1])
+            both = np.tile(lines[part], 2)[there]
+            order = np.argsort(below[there], kind="stable")
+            todo.append((level - 1, below[there][order], both[order]))
+    return worst
 
 
-def _squares(points: Points, begin: Points, end: Points) -> NDArray[np.float64]:
-    """Squared distance of each point from each line, (n, m)."""
-    d, q = end - begin, points[:, None, :] - begin
-    size = (d * d).sum(axis=1)
-    share = np.clip((q * d).sum(axis=2) / np.where(size > 0.0, size, 1.0), 0.0, 1.0)
-    e = q - share[:, :, None] * d
-    out: NDArray[np.float64] = (e * e).sum(axis=2)
+def _parted(disc: NDArray[np.int64]) -> list[slice]:
+    """A rising list cut between two discs where it is longer than is looked at together."""
+    if len(disc) <= _PAIRS or disc[0] == disc[-1]:
+        return [slice(None)] if len(disc) else []
+    cut = int(np.searchsorted(disc, disc[len(disc) // 2], side="left"))
+    cut = cut or int(np.searchsorted(disc, disc[0], side="right"))
+    return [slice(cut, None), slice(cut)]
+
+
+def _squares(points: Points, begin: Points, end: Points) -> Floats:
+    """Squared distance of each point from its line, (m,); all arguments (m, 2)."""
+    # Column by column: sums over an axis of two are slow.
+    dx, dy = (end - begin).T
+    qx, qy = (points - begin).T
+    size = dx * dx + dy * dy
+    share = np.clip((qx * dx + qy * dy) / np.where(size > 0.0, size, 1.0), 0.0, 1.0)
+    ex, ey = qx - share * dx, qy - share * dy
+    out: Floats = ex * ex + ey * ey
     return out

@@ -70,17 +70,16 @@ def _fine(profile: Profile, parts: int) -> tuple[Floats, Floats]:
 
 
 def _bend(curve: Curve, s: Floats) -> Floats:
-    """Greatest curvature that touches each place, 1/m; a place within rounding of a border touches both."""
-    out = np.zeros(len(s))
+    """Curvature at each place, 1/m; 0 where it is within rounding of a border of two pieces."""
+    if len(curve.lengths) == 0:
+        return np.zeros(len(s))
     give = ROUNDING * max(1.0, curve.length)
-    begin = 0.0
-    for length, kappa in zip(curve.lengths.tolist(), np.abs(curve.curvature).tolist(), strict=True):
-        if kappa > 0.0:
-            # Within: what lies outside by rounding is not asked of, what lies inside is.
-            inside = (s >= begin + give) & (s <= begin + length - give)
-            out[inside] = np.maximum(out[inside], kappa)
-        begin += length
-    return out
+    ends = np.cumsum(curve.lengths)
+    begins = np.append(0.0, ends[:-1])
+    piece = np.maximum(np.searchsorted(begins, s, side="right") - 1, 0)
+    # What lies outside by rounding is not asked of; what lies inside is.
+    inside = (s >= begins[piece] + give) & (s <= begins[piece] + curve.lengths[piece] - give)
+    return np.where(inside, np.abs(curve.curvature)[piece], 0.0)
 
 
 def _zone(scene: Scene, xy: Points) -> Floats:

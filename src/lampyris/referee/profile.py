@@ -18,13 +18,16 @@ from lampyris.referee.dissertation import check_dissertation
 from lampyris.referee.motion import check_motion, first, rest_to_rest
 from lampyris.referee.shapes import wall_distance
 from lampyris.referee.verdict import Violation
-from lampyris.typing import Floats, Points
+from lampyris.typing import BoolGrid, Floats, Points
 
 ROUNDING = 1e-9
 """Share of a bound that lengths along a way and distances to walls may be off by."""
 
 CREEP = 0.1
 """Share of v_max that no clearance takes away, unless the law was told another."""
+
+_TOGETHER = 4_096
+"""Places whose walls are looked up at once."""
 
 Bound: TypeAlias = tuple[str, Floats]
 """The name of a rule and the greatest speed it allows at each node, m/s (n,); infinity where it is silent."""
@@ -185,18 +188,64 @@ What of a limit they break, :mod:`lampyris.motion.compare` tells.
 
 
 def wall_distance_of_points(grid: Grid, places: Points, beyond: float) -> Floats:
-    """Metres from points (cells, (n, 2)) to the nearest wall's square; infinity if beyond ``beyond``."""
+    """Metres from points (cells, (n, 2)) to the nearest wall's square; infinity if beyond ``beyond``.
+
+    From coarse to fine: squares of 2^k cells that hold a wall are halved until they are single cells, and
+    those that lie farther from a point than another one's farthest corner are dropped. So the work grows with
+    the logarithm of ``beyond``, not with its square.
+    """
     out = np.full(len(places), np.inf)
     reach = min(beyond / grid.resolution, float(grid.width + grid.height)) + 1.0
-    for k, (x, y) in enumerate(places.tolist()):
-        x0, y0 = max(0, math.floor(x - reach)), max(0, math.floor(y - reach))
-        part = grid.blocked[y0 : math.ceil(y + reach) + 1, x0 : math.ceil(x + reach) + 1]
-        rows, columns = np.nonzero(part)
-        if len(rows):
-            gx = np.maximum(np.abs(columns + x0 - x) - 0.5, 0.0)
-            gy = np.maximum(np.abs(rows + y0 - y) - 0.5, 0.0)
-            out[k] = math.sqrt(float((gx * gx + gy * gy).min())) * grid.resolution
+    for k in range(0, len(places), _TOGETHER):
+        some = places[k : k + _TOGETHER]
+        x0, y0 = (max(0, math.floor(v - reach)) for v in some.min(axis=0).tolist())
+        x1, y1 = (max(0, math.ceil(v + reach) + 1) for v in some.max(axis=0).tolist())
+        levels = _halved(grid.blocked[y0:y1, x0:x1], reach)
+        out[k : k + _TOGETHER] = _nearest(levels, some - (x0, y0), reach) * grid.resolution
     return np.where(out <= beyond, out, np.inf)
+
+
+def _halved(walls: BoolGrid, reach: float) -> list[BoolGrid]:
+    """Whether squares of 2^k cells hold a wall, for k from 0 until a square is as wide as ``reach``."""
+    levels = [walls]
+    while min(reach, max(levels[-1].shape) * 2.0 ** (len(levels) - 1)) > 2.0 ** (len(levels) - 1):
+        last = levels[-1]
+        padded = np.zeros((-(-last.shape[0] // 2) * 2, -(-last.shape[1] // 2) * 2), dtype=np.bool_)
+        padded[: last.shape[0], : last.shape[1]] = last
+        levels.append(padded[0::2, 0::2] | padded[1::2, 0::2] | padded[0::2, 1::2] | padded[1::2, 1::2])
+    return levels
+
+
+def _nearest(levels: list[BoolGrid], places: Points, reach: float) -> Floats:
+    """Cells from each place to the nearest wall; whatever is beyond ``reach`` may be infinity."""
+    best = np.full(len(places), np.inf)
+    size = 2.0 ** (len(levels) - 1)
+    # At the coarsest level all squares within reach are among the three by three around the place.
+    near = np.floor((places + 0.5) / size).astype(np.int64)
+    near = np.clip(near, 0, np.array(levels[-1].shape[::-1]) - 1)
+    who = np.repeat(np.arange(len(places)), 9)
+    column = (near[:, :1] + np.tile((-1, 0, 1), 3)).ravel()
+    row = (near[:, 1:] + np.repeat((-1, 0, 1), 3)).ravel()
+    for k in range(len(levels) - 1, -1, -1):
+        wall = levels[k]
+        inside = (column >= 0) & (row >= 0) & (column < wall.shape[1]) & (row < wall.shape[0])
+        inside[inside] = wall[row[inside], column[inside]]
+        who, column, row = who[inside], column[inside], row[inside]
+        if len(who) == 0:
+            break
+        half = 0.5 * 2.0**k
+        gx = np.abs(2.0 * half * column + (half - 0.5) - places[who, 0])
+        gy = np.abs(2.0 * half * row + (half - 0.5) - places[who, 1])
+        least = np.hypot(np.maximum(gx - half, 0.0), np.maximum(gy - half, 0.0))
+        if k == 0:
+            np.minimum.at(best, who, least)
+            break
+        np.minimum.at(best, who, np.hypot(gx + half, gy + half))
+        kept = (least <= best[who] + ROUNDING) & (least <= reach)
+        who = np.repeat(who[kept], 4)
+        column = (2 * column[kept, None] + (0, 1, 0, 1)).ravel()
+        row = (2 * row[kept, None] + (0, 0, 1, 1)).ravel()
+    return best
 
 
 def _places(profile: Profile, way: Path | None, scene: Scene) -> Points | Violation:
