@@ -18,9 +18,13 @@ from lampyris.study.design import Study
 from lampyris.study.file import load_study
 from lampyris.study.row import Row
 from lampyris.study.run import run
+from lampyris.study.runs import runs_of
+from lampyris.study.summary import summarise
+from lampyris.study.summary_tabs import START, tabs
 
 SIZES = {"density": 3024, "dissertation": 4500, "laws": 1080, "movingai": 2000, "sensitivity": 6300}
-SIZES["line-up"] = 900 * len(registry.names())
+SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")
+SIZES["line-up"] = 900 * (len(registry.names()) + len(SWARMS))
 
 
 @pytest.fixture
@@ -77,6 +81,8 @@ def test_what_they_ask() -> None:
     same = [job for job in compared.jobs() if job.labels["planner"].startswith(told)]
     assert len(same) == 2700
     assert all(job.key in keys for job in same), "the same worlds: the same runs"
+    without = [w.name for w in everyone.planners if w.settings.get("seeded") is False]
+    assert sorted(without) == sorted(SWARMS) == sorted(w.name for w in everyone.planners if w.starts_exact)
     density = load_study("density")
     assert {c.tracks for c in density.crowds} == {"replayed"}
     assert {c.kind for c in density.crowds} == {"random-walk", "patrol", "crossing"}
@@ -129,3 +135,24 @@ def test_gamma_decides_nothing_and_rho_something() -> None:
         ways.setdefault(str(job.labels["planner"]), []).append(rows[job.key].metrics["length_cells"])
     assert ways["ad-gso gamma=0.3"] == ways["ad-gso nt=10"]
     assert ways["ad-gso rho=1.0"] != ways["ad-gso nt=10"]
+
+
+def test_every_table_says_which_swarms_start_from_the_exact_shortest_path() -> None:
+    study = load_study("line-up")
+    some = tuple(w for w in study.planners if w.name in ("astar", "pso", "pso-apf"))
+    small = replace(study, worlds=study.worlds[:2], planners=some, crowds=study.crowds[:1], seeds=(0, 1))
+    rows: dict[str, Row] = {}
+    run(small, lambda some: rows.update({row.key: row for row in some}))
+    records = [
+        (k, row.ending, row.error, row.metrics)
+        for k, job in enumerate(small.jobs())
+        for row in (rows[job.key],)
+    ]
+    summary = summarise(runs_of(small, records))
+    assert summary.start_exact == ("pso", "pso-apf")
+    made = tabs(summary)
+    assert {tab.name.partition("-")[0] for tab in made} >= {"endings", "way", "time", "work", "ranks"}
+    for tab in made:
+        assert tab.note.endswith(f"pso and pso-apf start {START}."), tab.name
+    nobody = tabs(summarise(runs_of(replace(small, planners=some[:1]), records[:4])))
+    assert not any("start" in tab.note for tab in nobody)

@@ -23,7 +23,7 @@ from lampyris.sim.mobility import MOBILITIES
 from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import Crowd, Ground, Study, Who, World
 from lampyris.study.row import Row
-from lampyris.study.summary_tabs import places_of
+from lampyris.study.summary_tabs import START, places_of
 from lampyris.study.who import law_who, planner_who
 
 PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
@@ -341,6 +341,9 @@ def _tab(
         )
     elif any(line.planner.name in ANY_ANGLE for line in lines):
         notes.append("in ticks any-angle planners are driven by the walk by cells along their lines")
+    exact = dict.fromkeys(line.planner.called for line in lines if line.planner.starts_exact)
+    if exact:
+        notes.append(f"{', '.join(exact)}: the swarm starts {START}")
     if gone:
         notes.append(f"no room for {', '.join(gone)}: --json, or a wider terminal")
     return Tab(

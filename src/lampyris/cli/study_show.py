@@ -235,7 +235,7 @@ def summary(told: Summary) -> None:
     """The heart of a summary: a table for each crowd."""
     from lampyris.study.crowd_words import crowd_words
     from lampyris.study.measures import ALL
-    from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample
+    from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample, starts
 
     console, lines = console_for_tables(), False
     for crowd in told.crowds:
@@ -256,7 +256,7 @@ def summary(told: Summary) -> None:
             texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) if n in e.own else DASH for n in names)
             rows.append((e.entrant, e.runs, *texts))
         tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)), console)
-    foot = f"{sample(told)} n: the runs behind a mean, where some have no value."
+    foot = f"{sample(told)} n: the runs behind a mean, where some have no value. {starts(told)}".rstrip()
     console.print(Text(f"{ANY_ANGLE} {foot}" if lines else foot, style="dim"))
 
 

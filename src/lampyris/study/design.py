@@ -47,6 +47,11 @@ class Who:
         """What a table calls it."""
         return self.label or self.name
 
+    @property
+    def starts_exact(self) -> bool:
+        """Whether it is a swarm planner of ours that starts from the exact shortest path."""
+        return not self.origin and self.settings.get("seeded") is True
+
 
 @dataclass(frozen=True, slots=True)
 class Crowd:

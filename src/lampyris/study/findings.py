@@ -106,6 +106,7 @@ class Summary:
     common : of each crowd, the worlds (queries and seeds) in which all found a way; ``left_out`` names those
         that never did in that crowd, who would leave none.
     seed : of the bootstrap.
+    start_exact : the entrants whose swarm starts from the exact shortest path.
     """
 
     name: str
@@ -127,6 +128,7 @@ class Summary:
     orders: tuple[Order, ...]
     within: tuple[Within, ...]
     seed: int = 0
+    start_exact: tuple[str, ...] = ()
 
     @property
     def unit_many(self) -> str:

@@ -68,7 +68,14 @@ def summarise(runs: Runs, *, reference: str | None = None, timing: bool = False)
         pairs=_pairs(runs, base, crowds),
         orders=_orders(runs, crowds),
         within=_within(runs, crowds),
+        start_exact=_start_exact(runs),
     )
+
+
+def _start_exact(runs: Runs) -> tuple[str, ...]:
+    """The entrants whose swarm starts from the exact shortest path."""
+    planners = (p for p in runs.study.planners for _ in runs.study.laws)
+    return tuple(name for name, p in zip(runs.entrants, planners, strict=True) if p.starts_exact)
 
 
 def _entrant(entrants: tuple[str, ...], name: str | None) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from lampyris.report.tab import DASH, Tab, Value
 from lampyris.study import compare
@@ -16,6 +17,8 @@ ANY_ANGLE = (
     "length and turns are of its lines."
 )
 """What stands beneath a table of costs in which such a planner is."""
+START = "from the exact shortest path (setting `seeded`): its cost does not tell what a swarm finds alone"
+"""Where a swarm starts that is not told otherwise."""
 
 
 def tabs(summary: Summary) -> tuple[Tab, ...]:
@@ -46,7 +49,19 @@ def crowd_tabs(summary: Summary, k: int, crowd: str) -> tuple[Tab, ...]:
         title = f"The same over the worlds that all solved{others}"
         tab = _measure_tab(summary, f"common-{k + 1}", title, some, few, True, summary.left_out[k])
         out += [] if tab is None else [tab]
-    return tuple(out)
+    return _with_starts(summary, out)
+
+
+def starts(summary: Summary) -> str:
+    """Who starts from the exact shortest path, which stands beneath every table; empty: nobody."""
+    some = summary.start_exact
+    who = f"{', '.join(some[:-1])} and {some[-1]} start" if some[1:] else f"{some[0]} starts" if some else ""
+    return f"{who} {START}." if who else ""
+
+
+def _with_starts(summary: Summary, some: Sequence[Tab]) -> tuple[Tab, ...]:
+    said = starts(summary)
+    return tuple(replace(tab, note=f"{tab.note} {said}".strip()) if said else tab for tab in some)
 
 
 def _any_angle(some: Sequence[Entry]) -> bool:
@@ -195,7 +210,7 @@ def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
         )
         title = f"{ALL[name].title.capitalize()}: differences from {summary.reference}"
         out.append(Tab(f"pairs-{name.replace('_', '-')}", title, header, rows, note, _align(header)))
-    return tuple(out)
+    return _with_starts(summary, out)
 
 
 def _pair_row(pair: Pair, measure: Measure, crowds: bool, places: int) -> tuple[Value, ...]:
@@ -228,7 +243,7 @@ def order_tabs(summary: Summary) -> tuple[Tab, ...]:
         ).rstrip()
         title = f"Average ranks by {ALL[name].title}"
         out.append(Tab(f"ranks-{name.replace('_', '-')}", title, header, tuple(rows), note, _align(header)))
-    return tuple(out)
+    return _with_starts(summary, out)
 
 
 def _left_units(some: Sequence[Order], summary: Summary) -> str:
@@ -262,4 +277,4 @@ def map_tabs(summary: Summary) -> tuple[Tab, ...]:
         lines = f" {ANY_ANGLE}" if _any_angle(some) else ""
         note = f"{sample(summary)} Of each map its own queries. n: runs behind a mean, where some have none."
         out.append(Tab(f"maps-{k + 1}", title, header, rows, note + lines, "ll" + "r" * (len(header) - 2)))
-    return tuple(out)
+    return _with_starts(summary, out)
