@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.trace import Outcome
+from lampyris.referee.apart import bodies_violation
 from lampyris.referee.meetings import (
     DUST,
     ROUNDING,
@@ -45,7 +46,8 @@ def check_drive(drive: Drive) -> Violation | None:
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
     :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``, ``body speed``,
     ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
-    contact``, ``told contact``; ``outcome``, ``moments``, ``numbers``.
+    contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.apart`);
+    ``outcome``, ``moments``, ``numbers``.
 
     Contact is an overlap of more than 1e-9 m. A jerk limit is not judged: a stretch has one acceleration, so
     that the jerk between two is not defined.
@@ -63,6 +65,7 @@ def check_drive(drive: Drive) -> Violation | None:
         or _walls(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
+        or bodies_violation(drive.tracks, drive.bodies, drive.scene.grid.resolution, drive.duration)
         or _end(drive)
         or _moments(drive)
         or _numbers(drive)

@@ -29,6 +29,7 @@ SEEN: Mapping[str, str] = MappingProxyType(
         "into a body": "contact",
         "body radius forgotten": "contact",
         "body too fast": "body speed",
+        "two bodies overlap": "bodies",
     }
 )
 """What a watcher who looks every few milliseconds can see as well, in its word."""
@@ -49,6 +50,7 @@ RULES: Mapping[str, str] = MappingProxyType(
         "into a body": "collision",
         "body radius forgotten": "collision",
         "body too fast": "body speed",
+        "two bodies overlap": "bodies apart",
         "wrong arrival": "outcome",
         "untold arrival": "outcome",
         "untold hit": "untold contact",
@@ -239,6 +241,28 @@ def body_too_fast(drive: Drive, rng: np.random.Generator) -> Drive | None:
     return None
 
 
+def two_bodies_overlap(drive: Drive, rng: np.random.Generator) -> Drive | None:
+    """A body goes beside another one, nearer than both radii, and clear of the robot."""
+    avoid = [k for k, body in enumerate(drive.bodies) if body.kind in ("random-walk", "patrol", "crossing")]
+    times = np.linspace(0.0, drive.duration, 2000)
+    robot, cell = drive.at(times)[0], drive.scene.grid.resolution
+    for k in rng.permutation(avoid).tolist():
+        for j in rng.permutation(avoid).tolist():
+            one, other = drive.tracks[k], drive.tracks[j]
+            if j == k or drive.duration - other.t[0] < 0.5:
+                continue
+            beside = 0.5 * (one.radius + other.radius) / cell
+            for shift in ((beside, 0.0), (-beside, 0.0), (0.0, beside), (0.0, -beside)):
+                moved = Track(other.t, other.xy + shift, one.radius, other.top_speed)
+                gap = np.hypot(*(robot - moved.at(times)).T) * cell - one.radius - drive.scene.robot.radius
+                if gap[times >= moved.t[0]].min() > 0.05:
+                    tracks = list(drive.tracks)
+                    tracks[k] = moved
+                    told = tuple(m for m in drive.moments if m.body != k)
+                    return replace(drive, tracks=tuple(tracks), moments=told)
+    return None
+
+
 def wrong_arrival(drive: Drive, rng: np.random.Generator) -> Drive | None:
     """It is told to have arrived, and has not; after a collision the contact would be told first."""
     if drive.arrived or drive.outcome is Outcome.COLLISION or not drive.curves:
@@ -265,7 +289,7 @@ FAULTS: Mapping[str, Fault] = MappingProxyType(
             *(speed, acceleration, braking, sideways, late_brake, teleport, clock_runs_back),
             *(begins_elsewhere, robot_through_a_wall, robot_without_size_in_a_wall),
             *(robot_radius_forgotten, into_a_body, body_radius_forgotten, body_too_fast),
-            *(wrong_arrival, untold_arrival, untold_hit),
+            *(two_bodies_overlap, wrong_arrival, untold_arrival, untold_hit),
         )
     }
 )

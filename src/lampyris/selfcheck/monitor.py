@@ -164,6 +164,8 @@ def _watched(drive: Drive) -> list[str]:
         found.append("speed")
     if seen.longest_jump > robot.v_max * (1 + 1e-6) + 1e-9:
         found.append("jump")
+    if seen.apart < -1e-6:
+        found.append("bodies")
     fast = np.array([pace - drive.tracks[k].top_speed for k, pace in seen.body_speed.items()])
     if (fast > 1e-6).any():
         found.append("body speed")

@@ -63,7 +63,7 @@ KINDS = {
     "edits": Kind("the loop, with walls that come and go", 150, 8_000, 40_000, 50, least={"arrived": 0.5}),
     "drive": Kind(
         "drives in continuous time with settings at their worst: never nearer than both radii while moving, "
-        "by laws that promise it",
+        "by laws that promise it; obstacles keep clear of each other",
         32,
         1_500,
         6_000,
@@ -282,6 +282,8 @@ def _drive(ask: Ask, number: int, tally: Tally) -> None:
         seen = watch(run, every=0.02)
         if seen.gap < -1e-6 and run.outcome is not Outcome.COLLISION:
             tally.fail(number, f"seen {-seen.gap!r} m deep in a body at {seen.gap_when!r} s", **data)
+        if seen.apart < -1e-6:
+            tally.fail(number, f"seen two obstacles {-seen.apart!r} m deep in each other", **data)
         if seen.wall < run.scene.robot.radius - 1e-6:
             tally.fail(number, f"seen {seen.wall!r} m from a wall", **data)
 

@@ -11,11 +11,17 @@ is already on a step halts as soon as the robot is so near that they might touch
 next tick it goes on if the robot has gone, or else back. So none of them runs into a robot that stands, and
 nobody stands in its way only because it stands there too. Those that do not yield step as if there were no
 robot.
+
+No two obstacles meet between ticks either (:mod:`lampyris.sim.apart`): a step is made only if the whole of
+it is clear of what the others do in the same tick, and whoever would meet one that has halted halts, too.
+Recorded obstacles wait for nobody; all others keep off everything that their discs ever pass over. Only two
+recorded ones may come nearer to each other than their radii: their tracks are given, cell by cell.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,12 +30,13 @@ from lampyris.errors import SettingError
 from lampyris.model.movers import Track
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
+from lampyris.sim.apart import Motions, beside_lanes
 from lampyris.sim.going import Going
 from lampyris.sim.sources import NO_LEGS, Roster
 from lampyris.sim.space import Shape, Space, Step, robot_shape
 from lampyris.sim.traffic import Crowd, Shuttle, open_traffic
 from lampyris.sim.world import World
-from lampyris.typing import BoolGrid, Floats
+from lampyris.typing import BoolGrid, Floats, Points
 
 DIAGONAL = math.sqrt(2.0) * (1.0 + 1e-12)
 """How much faster than a straight step a diagonal one is; and a rounding, so that no leg is above it."""
@@ -43,41 +50,77 @@ class RoadWorld(World):
     road : where the robot may come to before the tick is over and it has braked, whatever it does (cells).
     soon : as many of these points as its present speed takes it to within the tick.
     late : bodies that have not finished their last step.
+    motions : where every body is and where it goes in this tick.
+
+    Parameters
+    ----------
+    radius : of the robot, cells.
+    resolution : metres a cell.
     """
 
-    def __init__(self, space: Space, robot_shape: Shape, robot: int, radius: float) -> None:
+    def __init__(
+        self, space: Space, robot_shape: Shape, robot: int, radius: float, resolution: float
+    ) -> None:
+        self.motions = Motions()
         super().__init__(space, robot_shape, robot)
         self._radius = radius  # of the robot, cells
+        self._resolution = resolution
         self._apart = 0.0
         self.road: list[tuple[float, float]] = []
         self.soon: list[tuple[float, float]] = []
-        self.radii: list[float] = []  # of the bodies, cells
         self.late: set[int] = set()
 
     def put_on_road(self, road: list[tuple[float, float]], soon: int, apart: float) -> None:
         """The robot may come to any of these points, each no farther than ``apart`` cells from the next."""
         self.road, self.soon, self._apart = road, road[:soon], apart
 
+    def disc(self, radius: float) -> float:
+        """The radius of a body's disc, cells. A small body of the tick model fills its cell."""
+        return max(radius / self._resolution, 0.5)
+
+    def add(self, shape: Shape, number: int) -> int:
+        """A new body on a cell; its index."""
+        x, y = self.space.cell(number)
+        self.motions.add(float(x), float(y), self.disc(shape.radius))
+        return super().add(shape, number)
+
+    def move(self, body: int, step: Step) -> None:
+        """Make a legal step."""
+        super().move(body, step)
+        self.motions.to[body] = self._centre(step[0])
+
+    def _centre(self, number: int) -> tuple[float, float]:
+        x, y = self.space.cell(number)
+        return float(x), float(y)
+
+    def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
+        """Where bodies of that radius (metres) would meet a recorded one; None: there is none."""
+        if not tracks:
+            return None
+        return beside_lanes(self.space, tracks, self.disc(radius), self._resolution)
+
     def may_step(self, body: int, step: Step, yields: bool) -> bool:
-        """As in the tick model; and off the robot's road, for one that yields."""
-        if yields and (body in self.late or self.meets(body, step)):
+        """As in the tick model; clear of all other bodies on the whole of it; off the road, if it yields."""
+        if body in self.late or (yields and self.meets(body, step)):
             return False
-        return super().may_step(body, step, yields)
+        return super().may_step(body, step, yields) and self.motions.clear(body, self._centre(step[0]))
 
     def options(self, body: int) -> list[Step]:
         """Every step a yielding obstacle may make now, staying left out."""
         if body in self.late:
             return []
         found = super().options(body)
-        if not self.soon or not self.shapes[body].small:
+        if not self.shapes[body].small:
             return found  # a large one has been asked by may_step
-        return [s for s in found if not self.meets(body, s)]
+        clear, centre = self.motions.clear, self._centre
+        return [s for s in found if clear(body, centre(s[0])) and not self.meets(body, s)]
 
     def room(self, shape: Shape) -> BoolGrid:
         """Where a body of that shape could be put now without meeting anybody, the robot on its road too."""
         self.robot_cover = self._cover()
         mask = super().room(shape)
         self.robot_cover = frozenset()
+        self.motions.room(mask, self.disc(shape.radius))  # it is there from the beginning of the tick on
         return mask
 
     def meets(self, body: int, step: Step) -> bool:
@@ -90,7 +133,7 @@ class RoadWorld(World):
         x, y = self.space.cell(self.where[body])
         dx, dy = step[1], step[2]
         length = dx * dx + dy * dy
-        far = self._radius + self.radii[body] + 0.5 * self._apart
+        far = self._radius + self.motions.radii[body] + 0.5 * self._apart
         squared = far * far
         for qx, qy in self.soon:
             ax, ay = qx - x, qy - y
@@ -152,7 +195,9 @@ class CrowdMotion:
             )
         space = Space(scene.grid)
         radius = scene.robot.radius / scene.grid.resolution
-        world = RoadWorld(space, robot_shape(scene, space), space.number(scene.start), radius)
+        world = RoadWorld(
+            space, robot_shape(scene, space), space.number(scene.start), radius, scene.grid.resolution
+        )
         crowd = open_traffic(scene, world, self.seed)
         world.robot_cover = frozenset()  # from here on it is on its road
         return RunningCrowd(scene, roster, crowd, world, float(speed))
@@ -197,7 +242,8 @@ class RunningCrowd:
             reach = (radius + self.scene.robot.radius) / self.resolution
             self._reach = np.append(self._reach, reach)
             self._yields = np.append(self._yields, one.yields)
-            self.world.radii.append(radius / self.resolution)
+            if one.kind == "recorded":
+                self.world.motions.fixed.add(len(self._came) - 1)
 
     def _whole(self, spec: Recorded) -> Track:
         t = np.arange(len(spec.track), dtype=np.float64) * self.tick
@@ -223,7 +269,8 @@ class RunningCrowd:
         """Everybody goes on from ``t`` to ``end``, which is no later than the tick's end."""
         speed = self._go
         halting = self._halting(t, end, going)
-        if halting:
+        if halting or self.world.late:
+            halting = self._settle(halting, end - t)
             speed = speed.copy()
             speed[halting] = 0.0
         for body in sorted(self._halted.symmetric_difference(halting)):
@@ -237,6 +284,15 @@ class RunningCrowd:
         if end >= self._now * self.tick:
             self._arrive(end)
         return legs
+
+    def _settle(self, halting: list[int], seconds: float) -> list[int]:
+        """Those that halt for the robot, and those that halt because they would meet one who is late."""
+        motions = self.world.motions
+        motions.begin(_pairs(self._at))
+        motions.to = _pairs(self._at + self._go * seconds)
+        for body in halting:
+            motions.to[body] = motions.at[body]
+        return sorted(motions.settle(self.world.late.union(halting)).union(halting))
 
     def _arrive(self, t: float) -> None:
         """The tick is over: who was not halted is in the middle of its cell."""
@@ -267,34 +323,47 @@ class RunningCrowd:
         """A tick begins: who is late goes on or back, everybody else chooses a step."""
         self._now += 1
         self._see(t, going)
-        self._bring_back(t, going)
+        self.world.motions.begin(_pairs(self._at))
+        still = self._bring_back(t, going)
         where = self.world.where
         before = list(where)
         self.crowd.advance(self._now)
-        self.world.late.clear()
+        self.world.late = still
         for body, number in enumerate(before):
             if where[body] != number:
                 self._came[body] = number
         # One that appears is there from the beginning of the tick on: that is when its place was free.
         self._admit(t)
-        cell = self.world.space.cell
-        to = np.array([cell(n) for n in where], dtype=np.float64).reshape(-1, 2)
+        to = np.array(self.world.motions.to).reshape(-1, 2)
+        for body in self.world.motions.fixed:  # bits: each sets its own row
+            to[body] = self.world.space.cell(where[body])
         self._go = (to - self._at) / self.tick
 
-    def _bring_back(self, t: float, going: Going) -> None:
-        """Those that are late finish their step, or go back if that is towards a robot that is near."""
+    def _bring_back(self, t: float, going: Going) -> set[int]:
+        """Those that are late finish their step, or go back if that is towards a robot that is near.
+
+        Whoever can do neither without meeting somebody stays where it is: these are returned.
+        """
         world, cell = self.world, self.world.space.cell
         qx, qy = going.route.at(going.at(t)[0])
+        still: set[int] = set()
         for body in sorted(world.late):
             number, came = world.where[body], self._came[body]
             (x1, y1), (x0, y0) = cell(number), cell(came)
             ax, ay = self._at[body].tolist()
             near = self._reach[body] + 1.5
             towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
-            if not towards or (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) > near * near:
-                continue
+            met = towards and (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) <= near * near
+            met = met and bool(self._yields[body])
+            ahead, home = (float(x1), float(y1)), (float(x0), float(y0))
+            on = world.motions.clear(body, ahead)
             back: Step = (came, x0 - x1, y0 - y1)
-            if came == number or not World.may_step(world, body, back, False):
+            may = (met or not on) and came != number and World.may_step(world, body, back, False)
+            if not (may and world.motions.clear(body, home)):
+                if on:
+                    world.motions.to[body] = ahead
+                else:
+                    still.add(body)
                 continue
             world.move(body, back)
             self._came[body] = number
@@ -303,6 +372,7 @@ class RunningCrowd:
                     # It may have turned round at the end of its route meanwhile: asked is where it came from.
                     before = driver.at - 1
                     driver.at = before if before >= 0 and driver.route[before] == came else driver.at + 1
+        return still
 
     def _see(self, t: float, going: Going) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
@@ -321,3 +391,8 @@ class RunningCrowd:
         points = [(x, y)] + [route.at(s + ahead * k / steps) for k in range(1, steps + 1)]
         soon = 1 if ahead <= 0.0 else 1 + min(math.ceil(steps * v * self.tick / ahead), steps)
         self.world.put_on_road(points, soon, ahead / steps / self.resolution)
+
+
+def _pairs(places: Points) -> list[tuple[float, float]]:
+    """Rows of an array (n, 2) as pairs."""
+    return [(x, y) for x, y in places.tolist()]

@@ -44,6 +44,8 @@ class Placing:
         radii = dict.fromkeys(s.radius for _, s in recorded)
         shapes = {r: body_shape(scene, world.space, r, None) for r in radii}
         tracks = [(k, s, shapes[s.radius]) for k, s in recorded]
+        self._recorded = [s for _, s in recorded]
+        self._world = world
         self.lanes = check_tracks(world.space, tracks, self.trial.robot_cover)
         self._kept_clear = kept_clear | self.lanes
 
@@ -54,7 +56,8 @@ class Placing:
     def shape(self, radius: float) -> Shape:
         """The shape of obstacles of that radius (one for all of a kind: it remembers steps)."""
         if radius not in self._shapes:
-            self._shapes[radius] = body_shape(self.scene, self.space, radius, self._kept_clear)
+            bars = self._world.lane_bars(self._recorded, radius)
+            self._shapes[radius] = body_shape(self.scene, self.space, radius, self._kept_clear, bars)
         return self._shapes[radius]
 
     def hold(self, k: int, shape: Shape, number: int) -> None:

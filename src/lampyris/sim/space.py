@@ -80,6 +80,8 @@ class Shape:
     offsets : its footprint.
     steps : the steps it knows.
     corner_cutting : whether a diagonal may pass a cell that is not free.
+    radius : metres.
+    bars_are_walls : whether a diagonal may not pass a cell that is barred either.
     """
 
     def __init__(
@@ -90,10 +92,14 @@ class Shape:
         offsets: tuple[Cell, ...],
         steps: tuple[Cell, ...],
         corner_cutting: bool,
+        radius: float = 0.0,
+        bars_are_walls: bool = False,
     ) -> None:
         self.space = space
         self.offsets = offsets
         self.corner_cutting = corner_cutting
+        self.radius = radius
+        self._bars_are_walls = bars_are_walls
         self.small = offsets == ((0, 0),)
         self._known, self._barred = steps, barred
         self._cover: dict[int, tuple[int, ...]] = {}
@@ -133,7 +139,7 @@ class Shape:
         return steps
 
     def _clear(self, number: int, dx: int, dy: int) -> bool:
-        stride, freed = self.space.stride, self._freed
+        stride, freed = self.space.stride, self._opened if self._bars_are_walls else self._freed
         if dx * dy in (2, -2):
             return all(freed[number + sy * stride + sx] for sx, sy in passed(dx, dy))
         if dx and dy and not self.corner_cutting:
@@ -168,15 +174,25 @@ def robot_shape(scene: Scene, space: Space) -> Shape:
     )
 
 
-def body_shape(scene: Scene, space: Space, radius: float, kept_clear: BoolGrid | None) -> Shape:
+def body_shape(
+    scene: Scene,
+    space: Space,
+    radius: float,
+    kept_clear: BoolGrid | None,
+    lane_bars: BoolGrid | None = None,
+) -> Shape:
     """The shape of obstacles of that radius: eight neighbours, the scene's corner rule (a disc never cuts a
     corner).
 
     Parameters
     ----------
     kept_clear : cells that its footprint must never cover.
+    lane_bars : cells where its centre must never be; it cuts no corners at them. None: nowhere.
     """
     offsets = footprint(radius, scene.grid.resolution)
     barred = None if kept_clear is None else dilated(kept_clear, offsets)
     cutting = scene.moves.corner_cutting and radius <= 0
-    return Shape(space, free_cells(scene.grid, radius), barred, offsets, EIGHT, cutting)
+    strict = lane_bars is not None
+    if lane_bars is not None:
+        barred, cutting = lane_bars if barred is None else barred | lane_bars, False
+    return Shape(space, free_cells(scene.grid, radius), barred, offsets, EIGHT, cutting, radius, strict)

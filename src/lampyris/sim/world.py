@@ -12,10 +12,11 @@ crossing needs its own test among them. The robot moves last and is tested for a
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from lampyris.model.traffic import Recorded
 from lampyris.sim.space import Shape, Space, Step, passed
 from lampyris.typing import BoolGrid
 
@@ -63,6 +64,12 @@ class World:
         for c in shape.cover(number):
             self.taken[c] = body
         return body
+
+    def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
+        """Where bodies of that radius (metres) may not be beside recorded tracks, besides on them; bool,
+        (height, width), or None. In ticks: nowhere.
+        """
+        return None
 
     # ---- obstacles --------------------
 

@@ -28,6 +28,8 @@ class Seen:
     top: float = 0.0
     longest_jump: float = 0.0
     """Greatest speed between two looks, m/s."""
+    apart: float = math.inf
+    """Least metres between the rims of two obstacles that are to keep apart."""
     body_speed: dict[int, float] = field(default_factory=dict)
 
 
@@ -58,10 +60,26 @@ def watch(drive: Drive, every: float = 0.002, wall_reach: float = 2.0) -> Seen:
             if i and t - times[1] >= track.t[0]:
                 pace = math.dist(bodies[k][i - 1], bodies[k][i]) / step
                 seen.body_speed[k] = max(seen.body_speed.get(k, 0.0), pace)
+        if i % 5 == 0:
+            seen.apart = min(seen.apart, _apart(drive, [one[i] for one in bodies], t))
         if blocked and i % 5 == 0:
             seen.wall = min(seen.wall, _wall(x / grid.resolution, y / grid.resolution, blocked, wall_reach))
     seen.wall *= grid.resolution
     return seen
+
+
+def _apart(drive: Drive, places: list[list[float]], t: float) -> float:
+    """Least metres between two obstacles at one time, one of which is of a kind that avoids the other."""
+    keeps = ("random-walk", "patrol", "crossing")
+    best = math.inf
+    there = [k for k, track in enumerate(drive.tracks) if t >= track.t[0]]
+    for n, j in enumerate(there):
+        for k in there[:n]:
+            words = {drive.bodies[j].kind, drive.bodies[k].kind}
+            if words & set(keeps) and words <= {*keeps, "recorded"}:
+                reach = drive.tracks[j].radius + drive.tracks[k].radius
+                best = min(best, math.dist(places[j], places[k]) - reach)
+    return best
 
 
 def _wall(x: float, y: float, blocked: set[tuple[int, int]], reach: float) -> float:
