@@ -232,7 +232,7 @@ def test_pictures_are_drawn_and_nothing_is_overwritten() -> None:
 def test_same_call_same_bytes() -> None:
     words = ("speed", "guide", "--radius", "0.2", "--law", "blind", "--json", "--no-timing")
     assert run(*words).out == run(*words).out
-    assert json.loads(run(*words[:-1]).out)["timing"].keys() == {"way_s", "laws_s"}
+    assert json.loads(run(*words[:-1]).out)["timing"].keys() == {"way_s", "laws_s", "loading_s"}
 
 
 def test_without_a_path_there_is_no_speed() -> None:

@@ -33,7 +33,7 @@ def test_an_empty_room():
     assert trace.path is not None
     assert trace.path.steps == (5, 0)
     assert trace.cost == 5.0
-    assert set(trace.timing) == {"total_s", "planning_s"}
+    assert set(trace.timing) == {"total_s", "planning_s", "loading_s"}
     assert 0 <= trace.timing["planning_s"] <= trace.timing["total_s"]
 
 

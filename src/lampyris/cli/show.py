@@ -83,9 +83,10 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
         rows.append(("held by", _causes(profile.cause)))
     seconds = found.timing.get("total_s")
     if seconds is not None:
-        rows.append(
-            ("time", f"{1000 * seconds:.1f} ms, of which planning {1000 * found.timing['plan_s']:.1f} ms")
-        )
+        loaded = found.timing.get("loading_s", 0.0)
+        once = f", loading compiled code {1000 * loaded:.1f} ms" if loaded >= 1e-4 else ""
+        planning = f"planning {1000 * found.timing['plan_s']:.1f} ms"
+        rows.append(("time", f"{1000 * seconds:.1f} ms, of which {planning}{once}"))
     console.print(_facts("", rows))
     if explain:
         _explain(console, found, profile)

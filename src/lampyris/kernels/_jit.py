@@ -59,6 +59,7 @@ from lampyris.kernels._helpers import highest as highest
 from lampyris.kernels._helpers import lowest as lowest
 from lampyris.kernels._helpers import stopped as stopped
 from lampyris.kernels._helpers import u64 as u64
+from lampyris.kernels.loading import loading
 
 PLAIN_NS = 300_000_000
 """Work in plain form, all kernels together, before numba is imported.
@@ -243,11 +244,12 @@ class Kernel:
         """The compiled form; compiling happens at its first call and is kept on disk."""
         made = self._compiled
         if made is None:
-            keeping = _keeping
-            made = self._compiled = _compile(self)
-            if keeping and not _keeping:
-                # Another thread had everything forgotten meanwhile; this would try to keep it.
+            with loading():
+                keeping = _keeping
                 made = self._compiled = _compile(self)
+                if keeping and not _keeping:
+                    # Another thread had everything forgotten meanwhile; this would try to keep it.
+                    made = self._compiled = _compile(self)
         return made
 
     def forget(self) -> None:
@@ -296,6 +298,22 @@ def prefer_compiled() -> None:
     """From here on compile every kernel at its first call, for timings of compiled code."""
     global PLAIN_NS, OWN_NS
     PLAIN_NS = OWN_NS = -1
+
+
+@contextmanager
+def compiled_only() -> Iterator[None]:
+    """Run every kernel in its compiled form meanwhile, for times that are compared with one another.
+
+    Otherwise the first of those compared would run in plain form, up to a hundred times slower, until what
+    may be spent on it is. Loading and compiling are told apart: see :mod:`.loading`.
+    """
+    global PLAIN_NS, OWN_NS
+    before = PLAIN_NS, OWN_NS
+    PLAIN_NS = OWN_NS = -1
+    try:
+        yield
+    finally:
+        PLAIN_NS, OWN_NS = before
 
 
 @contextmanager
@@ -359,7 +377,9 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     if keep:
         twin.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
-        return numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
+        made = numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
+        _time_loading(made)
+        return made
     except RuntimeError as error:
         # What numba says when neither NUMBA_CACHE_DIR, nor the folder of the source, nor the user's own
         # folder for caches can be written to.
@@ -367,6 +387,18 @@ def _compile(k: Kernel) -> Callable[..., Any]:
             raise
         keep_nothing("compiled code cannot be kept on disk", "no folder for it can be written to")
         return _compile(k)
+
+
+def _time_loading(dispatcher: Any) -> None:
+    """Have the clocks of :mod:`.loading` stand still while it compiles, or reads what is kept on disk: at its
+    first call with arguments of new types, before it runs."""
+    compile_ = dispatcher.compile
+
+    def timed(types: Any) -> Any:
+        with loading():
+            return compile_(types)
+
+    dispatcher.compile = timed
 
 
 def _twin(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:

@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from lampyris.kernels.loading import loading
+
 
 @cache
 def listen(tell: Callable[[bool], None]) -> None:
@@ -51,7 +53,7 @@ def uncollected() -> Iterator[None]:
 
 def load() -> None:
     """Import numba now, rather than within a call that has a time limit; it takes a third of a second."""
-    with uncollected():
+    with loading(), uncollected():
         import numba  # noqa: F401
 
 

@@ -67,7 +67,9 @@ class Drive:
     replans, expansions : of the planner.
     error : greatest distance between where the robot was and where it was commanded to be, metres.
     detail : why it ended so, in words.
-    timing : seconds; the only part that differs from run to run.
+    timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
+        time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
+        of ``total_s`` and of no other.
     """
 
     scene: Scene

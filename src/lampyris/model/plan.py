@@ -96,7 +96,8 @@ class Plan:
         where there is a schedule.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
         between their centres can be driven. ``path`` is a walk by single steps along these lines. Else None.
-    timing : seconds by stage; the only part that differs from run to run.
+    timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
+        compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.
     """
 

@@ -83,7 +83,9 @@ class Trace:
     path : the way really driven, waits left out; None when the robot never could start.
     detail : why it ended so, in words.
     last_tick : the tick at which it would have ended in any case; None: not known.
-    timing : seconds; the only part that differs from run to run.
+    timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
+        time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
+        of ``total_s`` and of no other.
     edits : the cells that really turned, by the scene's edits; no edit without a cell.
     """
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.kernels import loading
 from lampyris.kernels.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
@@ -158,10 +158,10 @@ class JumpSearch:
         self._node = np.empty(n, dtype=np.int32)
         self._state = np.zeros(5, dtype=np.int64)
         self._room(min(n, FIRST_NODES + n // 8))
-        began = time.perf_counter()
+        began = loading.wall()
         self._free = free
         self.packed = PackedMap(free, sides)
-        self._pack_s = time.perf_counter() - began
+        self._pack_s = loading.wall() - began
 
     def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
         """Take a new ground of the same shape; False, and nothing done, if it has terrain.
@@ -170,7 +170,7 @@ class JumpSearch:
         """
         if terrain is not None:
             return False
-        began = time.perf_counter()
+        began = loading.wall()
         changed = free != self._free
         self._free, before = free, self._free
         if np.count_nonzero(changed) > sum(free.shape):
@@ -180,7 +180,7 @@ class JumpSearch:
                 y, x = np.nonzero(changed & (before if blocked else free))
                 if len(x):
                     self.packed.edit(x, y, blocked=blocked)
-        self._pack_s += time.perf_counter() - began
+        self._pack_s += loading.wall() - began
         return True
 
     def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
@@ -197,10 +197,10 @@ class JumpSearch:
 
     def _shut(self, cells: list[Cell], blocked: bool) -> None:
         if cells:
-            began = time.perf_counter()
+            began = loading.wall()
             x, y = np.array(cells, dtype=np.int64).T
             self.packed.edit(x, y, blocked=blocked)
-            self._pack_s += time.perf_counter() - began
+            self._pack_s += loading.wall() - began
 
     def _room(self, nodes: int) -> None:
         """Make room for so many jump points."""

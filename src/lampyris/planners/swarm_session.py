@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
+from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
@@ -192,10 +192,10 @@ class SwarmSession(Copied):
         ------
         SceneError : the robot, or a cell of the map said to have changed, is outside the map.
         """
-        began = time.perf_counter()
+        began = loading.wall()
         occupied = self._memory.begin(change or Change(), budget)
         made = self._search() if occupied is None else occupied
-        return replace(made, timing={"search_s": time.perf_counter() - began})
+        return replace(made, timing={"search_s": loading.wall() - began})
 
     def _search(self) -> Plan:
         memory, planner = self._memory, self._planner

@@ -22,6 +22,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lampyris.errors import SettingError
+from lampyris.kernels import loading
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.plan import Status
@@ -111,7 +112,7 @@ class DriveSimulation:
         sources: Sequence[Source] = (), feed: Feed | None = None, budget: Budget | None = None,
         **settings: object,
     ) -> None:  # fmt: skip
-        began = time.perf_counter()
+        began, loaded = time.perf_counter(), loading.seconds()
         if scene.edits:
             allowed = "a map that stays as it is; simulations in ticks know edits"
             raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
@@ -143,6 +144,7 @@ class DriveSimulation:
         limit = 60.0 + 10.0 * self.leg.seconds
         self.time_limit = limit if one.time_limit is None else one.time_limit
         self._total = time.perf_counter() - began
+        self._loading = loading.seconds() - loaded
 
     @property
     def xy(self) -> tuple[float, float]:
@@ -195,7 +197,7 @@ class DriveSimulation:
         """One period. Does nothing once there is an outcome."""
         if self.outcome is not None:
             return
-        began = time.perf_counter()
+        began, loaded = time.perf_counter(), loading.seconds()
         self._steps += 1
         end = self._steps * self.settings.decision_period
         self._listen()
@@ -210,6 +212,7 @@ class DriveSimulation:
             self._contacts(going)
             self._go(going)
         self._total += time.perf_counter() - began
+        self._loading += loading.seconds() - loaded
 
     def _listen(self) -> None:
         """Hear what the robot is told, and what a fault of that leads to."""
@@ -389,7 +392,7 @@ class DriveSimulation:
             expansions=guide.expansions,
             error=self.train.error,
             detail=self.detail,
-            timing={"total_s": self._total, "planning_s": guide.seconds},
+            timing={"total_s": self._total, "planning_s": guide.seconds, "loading_s": self._loading},
         )
 
 

@@ -1,0 +1,57 @@
+"""Clocks that stand still while machine code is loaded or compiled.
+
+Importing numba takes a third of a second, a kernel that is compiled for the first time on a machine a second
+or more, one that an earlier run left on disk about 5 ms. Each happens once, within whatever call needs it
+first. So that the first plan of a process and the second take the same time, times of planning are
+differences of :func:`wall` or :func:`cpu`, and :func:`seconds` says what was left out.
+
+Each thread has clocks of its own: what another one loads is not left out of this one's times.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class _Loaded(threading.local):
+    """What this thread has spent."""
+
+    depth = 0
+    wall = 0.0
+    cpu = 0.0
+
+
+_loaded = _Loaded()
+
+
+def wall() -> float:
+    """Seconds as of ``time.perf_counter``, without what this thread has spent on loading and compiling."""
+    return time.perf_counter() - _loaded.wall
+
+
+def cpu() -> float:
+    """Seconds as of ``time.thread_time``, without what this thread has spent on loading and compiling."""
+    return time.thread_time() - _loaded.cpu
+
+
+def seconds() -> float:
+    """Seconds that this thread has spent on loading and compiling."""
+    return _loaded.wall
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """Have both clocks stand still meanwhile. A kernel that needs another loads it within."""
+    here = _loaded
+    here.depth += 1
+    wall, cpu = time.perf_counter(), time.thread_time()
+    try:
+        yield
+    finally:
+        here.depth -= 1
+        if not here.depth:
+            here.wall += time.perf_counter() - wall
+            here.cpu += time.thread_time() - cpu

@@ -1,0 +1,147 @@
+"""Loading and compiling machine code is in no time of planning (issue 24, C18)."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris.kernels import _jit, loading
+from lampyris.kernels._jit import Kernel
+
+COMPILING = 650.0
+"""Seconds that compiling takes by the clock of these tests."""
+RUNNING = 0.0013
+
+
+class Clock:
+    """Time that passes when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    thread_time = perf_counter
+
+
+class Dispatcher:
+    """What numba makes of a kernel: compiles at its first call."""
+
+    def __init__(self, clock: Clock, inner: Dispatcher | None = None) -> None:
+        self.clock, self.inner, self.ready = clock, inner, False
+
+    def compile(self, types: Any) -> None:
+        if self.inner is not None:
+            self.inner.compile(types)
+        self.clock.now += COMPILING
+        self.ready = True
+
+    def __call__(self, *given: Any) -> None:
+        if not self.ready:
+            self.compile(None)
+        self.clock.now += RUNNING
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made = Clock()
+    monkeypatch.setattr(loading, "time", made)
+    monkeypatch.setattr(loading, "_loaded", loading._Loaded())
+    return made
+
+
+def kernel_of(make: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Kernel:
+    """A kernel whose machine code is made by ``make``."""
+
+    def nothing(numbers: Any) -> None: ...
+
+    monkeypatch.setattr(_jit, "KERNELS", [])
+
+    def compiled(k: Kernel) -> Any:
+        made = make()
+        _jit._time_loading(made)
+        return made
+
+    monkeypatch.setattr(_jit, "_compile", compiled)
+    return Kernel(nothing, ())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_the_first_call_takes_as_long_as_the_second(
+    nested: bool, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def make() -> Dispatcher:
+        inner = Dispatcher(clock)
+        _jit._time_loading(inner)
+        return Dispatcher(clock, inner if nested else None)
+
+    kernel = kernel_of(make, monkeypatch)
+    taken = []
+    with _jit.compiled_only():
+        for _ in range(2):
+            for now in (loading.wall, loading.cpu):
+                began = now()
+                kernel(np.zeros(3))
+                taken.append(now() - began)
+    assert taken == pytest.approx([RUNNING] * 4)
+    assert loading.seconds() == COMPILING * (2 if nested else 1)
+    assert clock.now == pytest.approx(loading.seconds() + 4 * RUNNING)
+
+
+def test_what_is_compared_runs_in_compiled_form_from_its_first_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[str] = []
+
+    def plain(numbers: Any) -> None:
+        ran.append("plain")
+
+    monkeypatch.setattr(_jit, "KERNELS", [])
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    kernel = Kernel(plain, ())  # type: ignore[arg-type]
+    kernel(np.zeros(3))
+    monkeypatch.setattr(_jit, "_compile", lambda k: lambda *given: ran.append("compiled"))
+    with _jit.compiled_only():
+        kernel(np.zeros(3))
+    assert ran == ["plain", "compiled"]
+
+
+CODE = """
+import json, sys
+import lampyris
+from lampyris.app.work import answer
+from lampyris.kernels import _jit
+
+_jit.prefer_compiled()  # so that the first plan of a process compiles, however small its map is
+question = {"verb": "plan", "scenario": {"version": 1, "map": "guide", "planner": "dstar-lite"}}
+told = []
+for _ in range(2):
+    *_, last = answer(question, lambda: None)
+    plan = json.loads(last[5:])
+    told.append([plan["timing"], plan["seconds"], plan["loading_seconds"]])
+print(json.dumps(told))
+"""
+
+
+def test_a_plan_that_compiles_says_how_long_that_took_and_plans_no_longer(tmp_path: Path) -> None:
+    """Really compiled, in a process and a folder of its own."""
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    env.pop("NUMBA_DISABLE_JIT", None)
+    done = subprocess.run([sys.executable, "-c", CODE], env=env, capture_output=True, text=True, check=True)
+    (first, seconds, loaded), (second, again, none) = json.loads(done.stdout)
+    assert first["loading_s"] > 0
+    assert loaded >= first["loading_s"]
+    assert (second["loading_s"], none) == (0, 0)
+    parts = sum(first[part] for part in ("plan_s", "assess_s", "referee_s"))
+    assert first["total_s"] == pytest.approx(parts + first["loading_s"])
+    # 1.5 s are compiled here, and 2 ms planned.
+    assert first["plan_s"] < first["loading_s"]
+    assert seconds < loaded
+    assert again >= second["plan_s"]
