@@ -34,6 +34,9 @@ MODULES = frozenset({"numpy", "math", "time", "datetime", "os", "uuid", "glob", 
 MODULES |= {f"numpy.{part}" for part in ("random", "linalg", "fft")}
 """Under another name, or handed on, what is read of them could not be told."""
 
+CLOCKS = frozenset(f"lampyris.kernels.loading.{clock}" for clock in ("wall", "cpu", "seconds"))
+"""Our own clocks."""
+
 POWERS = frozenset({"operator.pow", "operator.ipow"})
 PRODUCTS = frozenset({"operator.matmul", "operator.imatmul"})
 _POWER = ("pow rounds as the system likes", "x * x, or whole numbers")
@@ -63,7 +66,7 @@ def banned(name: str) -> Told | None:
         return "random", name, "not seeded by us", _SEEDED
     if name in CHANCE:
         return "random", name, "another each time", _SEEDED
-    if name.startswith(("time.", "datetime.")):
+    if name.startswith(("time.", "datetime.")) or name in CLOCKS:
         return "time", name, "another each time", "count steps; or say that nothing is decided by it"
     return None
 

@@ -108,6 +108,8 @@ BAD = {
     "time": [
         "import time\nif time.monotonic() > end: stop()",
         "\nfrom time import perf_counter; t = perf_counter()",
+        "\nfrom lampyris.kernels import loading; t = loading.wall()",
+        "\nfrom lampyris.kernels.loading import cpu; t = cpu()",
         "import datetime\nt = datetime.datetime.now()",
         "import time as t\nclock = t.monotonic",
         "import time as t\ndef f(clock=t.monotonic): ...\n\n",
