@@ -33,7 +33,7 @@ from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.refine import refined
-from lampyris.motion.roomy import DRAWINGS, Drawing, default_drawing, drawn
+from lampyris.motion.roomy import DRAWINGS, Drawing, default_drawing, drawn, wanted_of
 from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners import registry
 from lampyris.planners._limits import within
@@ -128,7 +128,8 @@ def course(
 
     Parameters
     ----------
-    way : a path, a plan that found one, or any polyline: float64 (n, 2), cells.
+    way : a path, a plan that found one, or any polyline: float64 (n, 2), cells. The curve of a plan keeps the
+        clearance that its attributes asked for, and is not drawn straight where they shape it.
     scene : the map and the robot's radius and turning circle.
     smooth : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the way's own
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
@@ -158,7 +159,8 @@ def course(
             allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
         )
     points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else way
-    curve, lines = drawn(points, scene.grid, scene.robot, drawing)
+    wanted = wanted_of(way, resolution) if isinstance(way, Plan) else None
+    curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
     referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
     return refined(course_of(curve, float(step)), scene)
 

@@ -150,3 +150,33 @@ def test_settings_out_of_range_are_refused(setting, value) -> None:
     with pytest.raises(SettingError) as refused:
         AdGso(**{setting: value})
     assert refused.value.code == setting.upper()
+
+
+def test_what_is_weakened_is_said_with_the_reason() -> None:
+    narrow = np.zeros((15, 25), dtype=bool)
+    narrow[:, 12] = True
+    narrow[7, 12] = False
+    scene = Scene(Grid(narrow), (2, 7), (22, 7))
+    plan = api.plan(scene, keep_away=3)
+    assert plan.notes == ("keep_away 3 was weakened to 0 cells: no path to the goal keeps more",)
+    assert plan.attributes == {"keep_away": 0, "crowding": 0.0, "warmth": 0.0, "window": 3}
+    longer = "the best path under it would be longer than max_extra allows"
+    narrow[:, 12] = False
+    narrow[3:, 12] = True
+    scene = Scene(Grid(narrow), (2, 14), (22, 14))
+    plan = api.plan(scene, keep_away=2, max_extra=0.0)
+    assert plan.notes == (f"keep_away 2 was weakened to {plan.attributes['keep_away']} cells: {longer}",)
+    assert api.plan(scene, keep_away=1, max_extra=None).notes == ()
+    plan = api.plan(Scene(load_map("env-1").grid, *_ends("env-1")), crowding=4.0, max_extra=0.0)
+    assert plan.attributes["crowding"] < 4.0
+    assert plan.notes == (f"crowding 4 was weakened to {plan.attributes['crowding']:g}: {longer}",)
+    assert api.plan(scene).notes == ()
+    assert api.plan(scene).attributes == {}
+
+
+def test_attributes_that_add_up_to_more_than_a_cell_can_cost_are_said() -> None:
+    terrain = np.full((9, 9), 252, dtype=np.uint8)
+    scene = Scene(Grid(np.eye(9, dtype=bool)[::-1] & (np.arange(9) > 3), terrain=terrain), (0, 0), (8, 8))
+    plan = api.plan(scene, crowding=1.0, window=1, max_extra=None)
+    assert len(plan.notes) == 1
+    assert plan.notes[0].endswith("cells cost 5 times plain ground, the most there is, in place of more")

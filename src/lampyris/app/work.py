@@ -63,7 +63,11 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     if scenario.scene.traffic and scenario.drive is None:
         with suppress(LampyrisError):  # the run says why
             record["bodies"] = [{**body_record(body), "at": list(cell)} for body, cell in standing(scenario)]
-    record["notes"] = [*scenario.notes, *without_effect(replace(scenario, simulated=False, drive=None))]
+    record["notes"] = [
+        *scenario.notes,
+        *found.notes,
+        *without_effect(replace(scenario, simulated=False, drive=None)),
+    ]
     record["seconds"] = loading.wall() - began
     record["loading_seconds"] = loading.seconds() - loaded
     yield json_frame("Z", record)

@@ -58,6 +58,7 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
             ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
             ("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"),
         ]
+    rows += [("note", note) for note in found.notes]
     waiting = ""
     if found.schedule is not None:
         ticks = found.schedule.tolist()

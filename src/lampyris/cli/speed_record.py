@@ -33,6 +33,7 @@ def record_of(answer: Answer, timing: bool) -> dict[str, Any]:
             "deviation_m": answer.deviation_m,
             "arcs": 0 if curve is None else int(np.count_nonzero(curve.curvature)),
             "stops": int(np.count_nonzero(course.stop)),
+            "notes": list(answer.notes),
         },
         "law": answer.entry.law,
         "laws": [entry_record(e) for e in answer.entries],

@@ -27,6 +27,7 @@ from lampyris.model.traffic import Recorded
 from lampyris.motion import laws
 from lampyris.motion.compare import Entry, compare
 from lampyris.motion.course import Course
+from lampyris.motion.curve import polyline_of
 from lampyris.motion.deviation import deviation, length_of
 from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
@@ -147,6 +148,7 @@ class Answer:
     chosen : which of them is looked at.
     movers : moving obstacles.
     timing : seconds.
+    notes : of the plan that the way is from: what it weakened of what was asked for.
     """
 
     scene: Scene
@@ -159,6 +161,7 @@ class Answer:
     chosen: int
     movers: Movers | None
     timing: dict[str, float]
+    notes: tuple[str, ...] = ()
 
     @property
     def entry(self) -> Entry:
@@ -200,7 +203,10 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
     timing = {"way_s": planned - began, "laws_s": loading.wall() - planned}
     timing["loading_s"] = loading.seconds() - loaded
-    answer = Answer(scene, source, way, smooth, course, entries, refused, chosen, movers, timing)
+    answer = Answer(
+        scene, source, _points(way), smooth, course, entries, refused, chosen, movers, timing,
+        way.notes if isinstance(way, Plan) else (),
+    )  # fmt: skip
     _write(answer, out)
     if out.json:
         verbs.print_json(record_of(answer, out.timing))
@@ -210,17 +216,15 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     return 0
 
 
-def _way(asked: Asked) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
+def _way(asked: Asked) -> tuple[Scene, str, Plan | Points | None, tuple[str, ...]]:
     """The scene, where the way is from (or why there is none), its points in cells, and remarks."""
-    from lampyris.motion.curve import polyline_of
-
     request = asked.request
     if asked.path is None:
         scenario = request.scenario()
         found: Plan = api.plan(scenario.scene, _planner(request), request.seed, record=False)
         if found.path is None:
             return scenario.scene, found.sentence, None, scenario.notes
-        return scenario.scene, request.planner, polyline_of(found.path), scenario.notes
+        return scenario.scene, request.planner, found, (*scenario.notes, *found.notes)
     document = request.load()
     grid, way = document.grid, read_way(asked.path, asked.units)
     points = way.on(grid)
@@ -229,6 +233,14 @@ def _way(asked: Asked) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
     moves: Any = request.preset_of()[0]
     scene = Scene(grid, start, goal, moves, request.robot(), zones=zones)
     return scene, str(asked.path), points, (*document.notes, *notes, *way.notes)
+
+
+def _points(way: Plan | Points) -> Points:
+    """The points of a way, cells (n, 2)."""
+    if not isinstance(way, Plan):
+        return way
+    assert way.path is not None
+    return polyline_of(way.path)
 
 
 def _off_the_map(movers: Movers | None, grid: Grid) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ search that knows terrain knows them all. The scales are ours.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lampyris.model.grid import MAX_TERRAIN, Grid, frozen
 from lampyris.typing import BoolGrid, ByteGrid, Cell, FloatGrid
@@ -50,6 +51,22 @@ def blend(
     heat : how often obstacles have been seen on each cell of late, 0 to 1, or None.
     warmth : what a cell of heat 1 is worth, as ``crowding``.
     """
+    values = _added(grid, crowding, window, heat, warmth)
+    np.minimum(values, MAX_TERRAIN, out=values)
+    return frozen(values.astype(np.uint8)) if values.any() else None
+
+
+def cut_off(
+    grid: Grid, *, crowding: float, window: int, heat: FloatGrid | None = None, warmth: float = 0.0
+) -> int:
+    """How many cells cost less after :func:`blend` than their attributes add up to: the most there is."""
+    return int(np.count_nonzero(_added(grid, crowding, window, heat, warmth) > MAX_TERRAIN))
+
+
+def _added(
+    grid: Grid, crowding: float, window: int, heat: FloatGrid | None, warmth: float
+) -> NDArray[np.int64]:
+    """Terrain and attributes of each cell, whatever they add up to; 0 where it is blocked."""
     total = np.zeros(grid.blocked.shape, dtype=np.float64)
     if crowding > 0:
         total += 63.0 * crowding * density(grid.blocked, window)
@@ -59,8 +76,7 @@ def blend(
     if grid.terrain is not None:
         values += grid.terrain
     values[grid.blocked] = 0
-    np.minimum(values, MAX_TERRAIN, out=values)
-    return frozen(values.astype(np.uint8)) if values.any() else None
+    return values
 
 
 def kept_away(free: BoolGrid, margin: int, but: tuple[Cell, ...]) -> BoolGrid:

@@ -99,6 +99,10 @@ class Plan:
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
         compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.
+    attributes : what the path minds besides its length, with the values in effect: ``keep_away`` (cells to
+        walls), ``crowding``, ``window`` (cells), ``warmth``; empty: nothing. What makes a curve of the path
+        keeps to them.
+    notes : sentences a person should read, such as which of the attributes were weakened, and why.
     """
 
     status: Status
@@ -117,6 +121,8 @@ class Plan:
     gates_in_map: tuple[Gate, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict)
     detail: str = ""
+    attributes: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     waypoints: Cells | None = None
     schedule: Ticks | None = None
 

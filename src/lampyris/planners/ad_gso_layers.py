@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lampyris.field.attributes import blend, kept_away
+from lampyris.field.attributes import blend, cut_off, kept_away
 from lampyris.field.layers import free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.model.change import Change
+from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.path import path_of, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
@@ -41,7 +42,8 @@ class LayeredSession(Copied):
 
     How much they count for is settled at the first plan, on the map without moving obstacles: if the way is
     longer than the bound allows, all of them are halved, and so on. The margin is taken back cell by cell
-    until there is a way; both are settled anew when the map changes.
+    until there is a way; both are settled anew when the map changes. ``Plan.attributes`` holds what is
+    in effect, ``Plan.notes`` what was weakened, and why.
 
     Parameters
     ----------
@@ -64,6 +66,7 @@ class LayeredSession(Copied):
         self._given: Scene | None = None
         self._inner: AdGsoSession | None = None
         self._settled = False
+        self._closed = False
 
     def drop(self, anywhere: bool) -> str:
         """See :class:`lampyris.planners._limits.Limited`. The planner inside has let go by itself."""
@@ -114,6 +117,7 @@ class LayeredSession(Copied):
         """Find the margin and the strength that leave a way, and one not too long; what that expanded."""
         settings = self._settings
         self._strength, self._margin = 1.0, settings.keep_away
+        self._closed = False
         free, moves, goal = free_space(self._scene), moves_for(self._scene), self._scene.goal
         field = solve(free, moves, goal, stop=self._robot, terrain=self._scene.grid.terrain)
         best = int(field.exact[self._robot[1], self._robot[0]])
@@ -128,6 +132,7 @@ class LayeredSession(Copied):
             spent += int(led.expansions)
             if led.exact[self._robot[1], self._robot[0]] < 0:
                 self._margin -= 1
+                self._closed = True
                 continue
             cells = [self._robot]
             x, y = self._robot
@@ -165,6 +170,33 @@ class LayeredSession(Copied):
             blocked = ~kept_away(~grid.blocked, self._margin, (self._robot, scene.goal))
         return replace(scene, start=self._robot, grid=replace(grid, blocked=blocked, terrain=terrain))
 
+    def _in_effect(self) -> dict[str, float]:
+        """The attributes as they are in effect."""
+        s = self._settings
+        found = {"crowding": s.crowding * self._strength, "warmth": s.warmth * self._strength}
+        return {"keep_away": self._margin, **found, "window": s.window}
+
+    def _weakened(self) -> tuple[str, ...]:
+        """Sentences on what is less in effect than was asked for, and why."""
+        s, now = self._settings, self._in_effect()
+        longer = "the best path under it would be longer than max_extra allows"
+        notes = []
+        if self._margin < s.keep_away:
+            why = "no path to the goal keeps more" if self._closed else longer
+            if self._closed and self._strength < 1.0:
+                why = f"{why}, or {longer}"
+            notes.append(f"keep_away {s.keep_away} was weakened to {self._margin} cells: {why}")
+        for name, asked in (("crowding", s.crowding), ("warmth", s.warmth)):
+            if now[name] < asked:
+                notes.append(f"{name} {asked:g} was weakened to {now[name]:g}: {longer}")
+        cells = cut_off(
+            self._scene.grid, crowding=now["crowding"], window=s.window, heat=self._heat, warmth=now["warmth"]
+        )
+        if cells:
+            most = (TERRAIN_UNIT + MAX_TERRAIN) // TERRAIN_UNIT
+            notes.append(f"{cells} cells cost {most} times plain ground, the most there is, in place of more")
+        return tuple(notes)
+
     # ---- from one map to the other --------------------
 
     def _warm(self, obstacles: frozenset[Cell]) -> None:
@@ -192,6 +224,7 @@ class LayeredSession(Copied):
         return Change(robot=self._robot, obstacles=change.obstacles, terrain=graded, tick=change.tick)
 
     def _in_real_terms(self, plan: Plan) -> Plan:
+        plan = replace(plan, attributes=self._in_effect(), notes=self._weakened())
         if plan.path is None:
             occupied = (Status.START_OCCUPIED, Status.GOAL_OCCUPIED)
             return plan if plan.status in occupied else replace(plan, optimal_exact=None)

@@ -57,6 +57,8 @@ def plan_record(
             "replanned_at": [list(c) for c in plan.gates_met],
         },
         "jumps": [jump_record(j) for j in plan.jumps],
+        "attributes": dict(plan.attributes),
+        "notes": list(plan.notes),
         "corners": corners_record(plan, scene, profile),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),

@@ -25,7 +25,7 @@ from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import Smooth
 from lampyris.motion.refine import refined
-from lampyris.motion.roomy import roomy_curve
+from lampyris.motion.roomy import roomy_curve, wanted_of
 from lampyris.sim.cutting import line_is_clear, square_distances
 from lampyris.sim.feed import Told
 from lampyris.sim.going import Route
@@ -212,16 +212,17 @@ def curve_from(
     if len(points) < 2:
         return standing(scene, (float(points[0, 0]), float(points[0, 1])))
     cells = [c for c in sorted(_cells_within(scene, told, 0.0, more)) if not grid.blocked[c[1], c[0]]]
+    wanted = wanted_of(plan, grid.resolution)
     taken = [*blocked, *_off(points, cells, scene.robot.radius / grid.resolution)]
     if taken:
         shut = grid.blocked.copy()
         for cx, cy in taken:
             shut[cy, cx] = True
         try:
-            return roomy_curve(points, replace(grid, blocked=shut), scene.robot, smooth)
+            return roomy_curve(points, replace(grid, blocked=shut), scene.robot, smooth, wanted=wanted)
         except SettingError:
             pass
-    return roomy_curve(points, grid, scene.robot, smooth)
+    return roomy_curve(points, grid, scene.robot, smooth, wanted=wanted)
 
 
 def _off(points: Points, cells: list[Cell], radius: float) -> list[Cell]:

@@ -1,4 +1,4 @@
-"""``plan`` keeps the limits of the robot that it accepts, or names those that have no effect."""
+"""Settings that a verb accepts have their effect, or it says that they have none, or less."""
 
 from __future__ import annotations
 
@@ -47,3 +47,17 @@ def test_limits_without_effect_are_named() -> None:
     assert "lat_max, turn_radius without effect: a simulation goes from cell to cell" in err
     _, err = said("simulate", "guide", *crowd)
     assert "without effect" not in err
+
+
+def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
+    told = "keep_away 10 was weakened to 0 cells: no path to the goal keeps more"
+    asked = ("env-1", "--set", "keep_away=10", "--set", "choice=exact")
+    found, _ = said("plan", *asked)
+    assert found["notes"] == [told]
+    assert found["attributes"]["keep_away"] == 0
+    assert "keep_away 10 was weakened to 0" in " ".join(run("plan", *asked).stdout.split())
+    found, err = said("speed", *asked, "--laws", "physical")
+    assert found["way"]["notes"] == [told]
+    assert f"note: {told}" in err
+    for verb in ("simulate", "drive"):
+        assert f"note: {told}" in said(verb, *asked, "--obstacles", "0")[1]
