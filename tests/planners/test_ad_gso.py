@@ -67,7 +67,7 @@ def random_case(
 
 @pytest.mark.parametrize("block", range(8))
 def test_the_walk_equals_its_slow_twin(block: int) -> None:
-    kinds = {"found": 0, "hemmed": 0, "inside": 0}
+    kinds = {"found": 0, "hemmed": 0, "inside": 0, "empty rings": 0}
     for seed in range(1000 + 60 * block, 1060 + 60 * block):
         scene, bodies, rng = random_case(seed)
         nt, mvr = int(rng.integers(1, 21)), int(rng.integers(1, 6))
@@ -95,9 +95,12 @@ def test_the_walk_equals_its_slow_twin(block: int) -> None:
             assert made.chosen == want.chosen
             assert list(made.subpath) == want.subpath
             assert made.by_parents == want.by_parents
+            assert made.rings == want.rings
+            kinds["empty rings"] += made.rings > max(c.ring for c in made.candidates)
             kinds["inside"] += not want.by_parents
     assert kinds["found"] > 30
     assert kinds["inside"] > 10
+    assert kinds["empty rings"] > 10
 
 
 def test_plain_and_compiled_forms_are_equal(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,6 +37,14 @@ def test_accepted_cells_and_probabilities(table: str, jump: int) -> None:
     assert abs(sum(got.values()) - 1.0) < 1e-12
 
 
+def test_rings_opened_are_counted_whether_they_hold_anything_or_not() -> None:
+    # Only the goal is accepted from (7,1), in ring 1; ten are never found, so all three are opened.
+    walk = plan(guide()).jumps
+    assert [j.rings for j in walk] == [3, 3, 3, 3]
+    assert [max(c.ring for c in j.candidates) for j in walk][-1] == 1
+    assert plan(guide(), nt=1).jumps[0].rings == 1
+
+
 @pytest.mark.parametrize("free", [(), ((8, 1),)])
 def test_path_iterations_and_cost(free: tuple[tuple[int, int], ...]) -> None:
     found = plan(guide(free=free))

@@ -60,7 +60,7 @@ def sample_plan(scene: Scene) -> Plan:
     for k in range(0, len(cells) - 1, 4):
         way = tuple(cells[k : k + 5])
         others = (Candidate((0, 0), 2, 3.25, 0.25), Candidate(way[-1], 1, 1.5, 0.75))
-        jumps.append(Jump(way[0], 6.0, others, way[-1], way, k == 0))
+        jumps.append(Jump(way[0], 6.0, others, way[-1], way, k == 0, 3))
     path = path_of(np.array(cells), FOUR)
     gates = (Gate(cells[3], "x", 0.5, False), Gate((0, 8), "y", 0.5, True), Gate((0, 5), "xy", 0.5, False))
     return Plan(

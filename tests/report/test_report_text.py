@@ -121,7 +121,7 @@ def test_jump_tables_list_rings_and_mark_the_choice() -> None:
     assert "along the parents" in first.note
     assert "cheapest way" in tables[1].note
     lines = text(first).splitlines()
-    assert lines[0].startswith("Iteration 1: at (1,1), luciferin 6.000; 2 accepted in 2 rings")
+    assert lines[0].startswith("Iteration 1: at (1,1), luciferin 6.000; 2 accepted in 3 rings")
     assert lines[1].split() == ["ring", "accepted", "luciferin", "probability", "chosen"]
     assert len({line.index(mark) for line, mark in zip(lines[2:4], ("1.500", "3.250"), strict=True)}) == 1
     assert jump_tables(replace(plan, jumps=())) == ()

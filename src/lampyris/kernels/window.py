@@ -35,9 +35,9 @@ AT, LENGTH, JUMPS, LOOKED, DRAWN, FIRST, STOP, ALLOWED, GATE_AT, LOGGED = 0, 1, 
 steps of the first sub-path that moved, the jump to pause at, most cells to look at, the gate that stopped
 the walk, numbers in ``log``."""
 
-LOG_HEAD = 5
+LOG_HEAD = 6
 """One jump in ``log``: its cell, the chosen cell, whether by parents, where it begins in ``path``, how many
-accepted cells; then those cells, in the order of the ring table."""
+accepted cells, how many rings were opened; then those cells, in the order of the ring table."""
 
 MARGIN = 2
 TERRAIN_UNIT = 63
@@ -281,6 +281,7 @@ def note(setup, tally, at, chosen, by_parents, rings, ring_dx, ring_dy, ring_at,
     log[first + 2] = by_parents
     log[first + 3] = tally[LENGTH] - 1
     log[first + 4] = put - first - LOG_HEAD
+    log[first + 5] = rings
     tally[LOGGED] = put
 
 

@@ -60,7 +60,10 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Jump:
-    """One AD-GSO iteration: the accepted set, the choice and the sub-path to it (both ends included)."""
+    """One AD-GSO iteration: the accepted set, the choice and the sub-path to it (both ends included).
+
+    ``rings`` : how many rings around ``at`` were opened; the outer ones may hold no accepted cell.
+    """
 
     at: Cell
     luciferin: float
@@ -68,6 +71,7 @@ class Jump:
     chosen: Cell
     subpath: tuple[Cell, ...]
     by_parents: bool
+    rings: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)

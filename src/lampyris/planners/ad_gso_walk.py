@@ -183,7 +183,7 @@ class Walker:
             k += w.LOG_HEAD + log[k + 4]
         ends = [log[k + 3] for k in heads[1:]] + [trip.at(w.LENGTH) - 1]
         for k, end in zip(heads, ends, strict=True) if heads else ():
-            at, chosen, by_parents, begin, count = log[k : k + w.LOG_HEAD]
+            at, chosen, by_parents, begin, count, rings = log[k : k + w.LOG_HEAD]
             cells = log[k + w.LOG_HEAD : k + w.LOG_HEAD + count]
             trip.jumps.append(
                 Jump(
@@ -193,6 +193,7 @@ class Walker:
                     chosen=self.cell(chosen),
                     subpath=tuple(self.cell(c) for c in trip.path[begin : end + 1].tolist()),
                     by_parents=bool(by_parents),
+                    rings=rings,
                 )
             )
 

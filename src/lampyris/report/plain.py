@@ -207,6 +207,7 @@ def jump_record(jump: Jump) -> dict[str, Any]:
     return {
         "at": list(jump.at),
         "luciferin": jump.luciferin,
+        "rings": jump.rings,
         "accepted": [
             {
                 "cell": list(c.cell),

@@ -50,7 +50,7 @@ def _table(number: int, jump: Jump) -> JumpTable:
     how = "along the parents" if jump.by_parents else "the cheapest way inside the accepted cells"
     title = (
         f"Iteration {number}: at {_cell(jump.at)}, luciferin {jump.luciferin:.3f}; "
-        f"{len(rows)} accepted in {max((c.ring for c in candidates), default=0)} rings"
+        f"{len(rows)} accepted in {jump.rings} ring{'' if jump.rings == 1 else 's'}"
     )
     note = f"Sub-path to {_cell(jump.chosen)}, {how}: " + " ".join(map(_cell, jump.subpath))
     return JumpTable(title, rows, chosen, note)

@@ -16,7 +16,7 @@ const MOST_LOOKED = 3000;
 /**
  * An iteration of AD-GSO as plans record it.
  * @typedef {{
- *   at: Cell, luciferin: number, chosen: Cell, subpath: Cell[], by_parents: boolean,
+ *   at: Cell, luciferin: number, chosen: Cell, subpath: Cell[], by_parents: boolean, rings: number,
  *   accepted: Array<{cell: Cell, ring: number, luciferin: number, probability: number}>,
  * }} Jump
  */

@@ -167,14 +167,9 @@ class Steps {
   }
 }
 
-/** The outermost ring with an accepted cell. @param {Jump} jump */
-function lastRing(jump) {
-  return Math.max(1, ...jump.accepted.map((one) => one.ring));
-}
-
 /** @param {Jump} jump @param {number} k @returns {Scene[]} */
 function scenesOf(jump, k) {
-  const last = lastRing(jump);
+  const last = jump.rings;
   /** @type {Scene[]} */
   const scenes = Array.from({ length: last }, (_, ring) => ({ jump: k, ring: ring + 1, act: "ring" }));
   return [...scenes, { jump: k, ring: last, act: "choice" }, { jump: k, ring: last, act: "way" }];
@@ -185,7 +180,7 @@ function wordsOf(scene, jump, enough) {
   if (scene.act === "ring") {
     const here = jump.accepted.filter((one) => one.ring === scene.ring).length;
     const all = jump.accepted.filter((one) => one.ring <= scene.ring).length;
-    const more = scene.ring < lastRing(jump);
+    const more = scene.ring < jump.rings;
     const why = more ? `${all} so far, fewer than ${enough}: the window grows.` : all >= enough ? `${all} in all, enough: the window stops growing.` : `${all} in all; no ring is left that may be opened.`;
     return `Ring ${scene.ring}: ${here} of ${8 * scene.ring} cells are accepted. They are free, have less luciferin than ${jump.luciferin.toFixed(3)}, and can be reached through accepted cells. ${why}`;
   }

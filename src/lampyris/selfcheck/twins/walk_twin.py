@@ -16,6 +16,7 @@ class TwinJump:
     chosen: tuple
     subpath: list
     by_parents: bool
+    rings: int
 
 
 @dataclass
@@ -50,7 +51,7 @@ class TwinWalk:
         return all(c in self.free and c not in closed for c in needed)
 
     def accepted(self, at, closed):
-        """Cells accepted around ``at``, sorted by ring, row, column."""
+        """Cells accepted around ``at``, sorted by ring, row, column; and how many rings were opened."""
         reach = max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
         joined = set()
         for ring in range(1, max(self.mvr, reach) + 1):
@@ -74,7 +75,7 @@ class TwinWalk:
             joined.discard(at)
             if ring >= reach and len(joined) >= self.nt:
                 break
-        return sorted(joined, key=lambda c: (max(abs(c[0] - at[0]), abs(c[1] - at[1])), c[1], c[0]))
+        return sorted(joined, key=lambda c: (max(abs(c[0] - at[0]), abs(c[1] - at[1])), c[1], c[0])), ring
 
     def ways(self, at, accepted, closed):
         """Cost of the cheapest way inside the accepted set to each of its cells."""
@@ -119,13 +120,13 @@ class TwinWalk:
 
     def jump(self, at, closed):
         """One iteration, or None when nothing is accepted."""
-        accepted = self.accepted(at, closed)
+        accepted, rings = self.accepted(at, closed)
         if not accepted:
             return None
         to = self.choose(at, accepted, closed)
         cells = self.chain(at, to, closed)
         if cells is not None:
-            return TwinJump(at, accepted, to, cells, True)
+            return TwinJump(at, accepted, to, cells, True, rings)
         way = self.ways(at, accepted, closed)
         cells = [to]
         while cells[-1] != at:
@@ -135,7 +136,7 @@ class TwinWalk:
                 if back in way and self.legal(back, here, closed) and way[back] + price == way[here]:
                     cells.append(back)
                     break
-        return TwinJump(at, accepted, to, cells[::-1], False)
+        return TwinJump(at, accepted, to, cells[::-1], False, rings)
 
     def walk(self, start, bodies):
         """Every jump to the goal; None when hemmed in at the start."""
