@@ -18,6 +18,7 @@ from lampyris.errors import SettingError, UsageError
 from lampyris.field.layers import free_space
 from lampyris.kernels import loading
 from lampyris.maps.load import load_map
+from lampyris.model.defaults import COURSE_SPACING
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
@@ -135,7 +136,8 @@ def course(
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
         lines; their corners have no curvature that could slow the robot down, and are stops if it has a
         turning circle. None: ``taut`` for a plan or a path of cells, ``arcs`` for points.
-    spacing : metres between two nodes, at most; None: a quarter of a cell. Where the room or a zone changes
+    spacing : metres between two nodes, at most; None: a quarter of a cell
+        (:data:`lampyris.model.defaults.COURSE_SPACING`). Where the room or a zone changes
         quickly they are closer together.
 
     Raises
@@ -149,7 +151,7 @@ def course(
         raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed=", ".join(DRAWINGS))
     _typed("scene", scene, Scene)
     resolution = scene.grid.resolution
-    step = resolution / 4.0 if spacing is None else spacing
+    step = COURSE_SPACING * resolution if spacing is None else spacing
     real = isinstance(step, int | float) and not isinstance(step, bool)
     if not (real and MIN_SPACING * resolution <= step <= 1e6):
         raise SettingError(

@@ -63,6 +63,7 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
+from lampyris.model.defaults import SIMULATION_PATIENCE
 
 app = typer.Typer(
     name="lampyris",
@@ -182,7 +183,11 @@ def simulate(
     ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", help="When to stop.")] = None,
     patience: Annotated[
         int | None,
-        typer.Option("--patience", metavar="N", help="Ticks in a row the robot waits before it gives up."),
+        typer.Option(
+            "--patience",
+            metavar="N",
+            help=f"Ticks in a row the robot waits before it gives up (default {SIMULATION_PATIENCE}).",
+        ),
     ] = None,
     json_: Json = False,
     no_timing: NoTiming = False,

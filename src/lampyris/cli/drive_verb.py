@@ -47,6 +47,7 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
+from lampyris.model.defaults import DRIVE_SPACING
 
 
 def drive(
@@ -131,14 +132,19 @@ def drive(
         typer.Option("--give-up", metavar="S", help="Seconds it stands before it gives up (60)."),
     ] = None,
     on_hit: Annotated[
-        str | None, typer.Option("--on-hit", help="An obstacle runs into the standing robot: end or go-on.")
+        str | None,
+        typer.Option("--on-hit", help="An obstacle runs into the standing robot: end (default) or go-on."),
     ] = None,
     smooth: Annotated[
         str | None, typer.Option("--smooth", help="arcs (default) or none: whether corners are rounded.")
     ] = None,
     spacing: Annotated[
         float | None,
-        typer.Option("--spacing", metavar="M", help="Metres between nodes of the way (a tenth of a cell)."),
+        typer.Option(
+            "--spacing",
+            metavar="M",
+            help=f"Metres between nodes of the way (default {DRIVE_SPACING:g} of a cell).",
+        ),
     ] = None,
     hold: Annotated[
         float | None,

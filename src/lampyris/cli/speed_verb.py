@@ -42,6 +42,7 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
+from lampyris.model.defaults import COURSE_SPACING
 
 DEFAULT = "constant,dissertation,rpp,physical,optimum"
 
@@ -85,7 +86,9 @@ def speed(
     spacing: Annotated[
         float | None,
         typer.Option(
-            "--spacing", metavar="M", help="Metres between nodes, at most (default a quarter cell)."
+            "--spacing",
+            metavar="M",
+            help=f"Metres between nodes, at most (default {COURSE_SPACING:g} of a cell).",
         ),
     ] = None,
     movers: Annotated[

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field
 
 from lampyris.maps.scenario_form import Rule, Table
+from lampyris.model.defaults import DRIVE_SPACING, SIMULATION_PATIENCE
 
 MAX_TICKS = 10**9
 
@@ -21,7 +22,9 @@ class SimulateTable(Table):
     patience: Annotated[
         Annotated[int, Field(ge=0, le=MAX_TICKS)] | None,
         Rule("PATIENCE", f"a whole number, 0 to {MAX_TICKS:,}, or null"),
-    ] = Field(None, description="Ticks in a row the robot waits before it gives up; null: 50.")
+    ] = Field(
+        None, description=f"Ticks in a row the robot waits before it gives up; null: {SIMULATION_PATIENCE}."
+    )
 
 
 Seconds: TypeAlias = Annotated[float, Field(ge=1e-6, le=1e6), Rule("DRIVE_SETTING", "1e-6 to 1e6 seconds")]
@@ -65,5 +68,5 @@ class DriveTable(Table):
     hold: Late = Field(2.0, description="Seconds without trustworthy data after which it gives up.")
     max_age: Seconds = Field(0.5, description="Seconds; older data are not trusted.")
     spacing: Annotated[Seconds | None, Rule("DRIVE_SETTING", "1e-6 to 1e6 metres, or null")] = Field(
-        None, description="Metres between two nodes of the way; null: half a cell."
+        None, description=f"Metres between two nodes of the way; null: {DRIVE_SPACING:g} of a cell."
     )

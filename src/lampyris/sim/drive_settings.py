@@ -54,8 +54,9 @@ class Settings:
     smooth : whether corners of the way are rounded.
     hold : seconds without data that can be trusted after which a standing robot gives up.
     max_age : seconds; older data are not trusted.
-    spacing : metres between two nodes of the way; None: a tenth of a cell. What walls ask for is bounded
-        between nodes, so the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
+    spacing : metres between two nodes of the way; None:
+        :data:`lampyris.model.defaults.DRIVE_SPACING` cells. What walls ask for is bounded between nodes, so
+        the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
 
     Raises
     ------

@@ -7,6 +7,7 @@ from lampyris.field.layers import free_space
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.curve import Curve
+from lampyris.model.defaults import DRIVE_SPACING
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.motion.curve import Smooth
@@ -46,7 +47,7 @@ class Guide:
         budget: Budget | None = None,
     ) -> None:
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
-        self.spacing = 0.125 * scene.grid.resolution if spacing is None else spacing
+        self.spacing = DRIVE_SPACING * scene.grid.resolution if spacing is None else spacing
         self.budget = budget
         self.session = planner.open(scene, stream(seed, 0))
         self.replans = self.expansions = 0

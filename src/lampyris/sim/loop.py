@@ -44,6 +44,7 @@ from lampyris.errors import SettingError
 from lampyris.field.layers import moves_on
 from lampyris.kernels import loading
 from lampyris.model.change import Change
+from lampyris.model.defaults import SIMULATION_PATIENCE
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
@@ -59,7 +60,7 @@ from lampyris.sim.traffic import open_traffic
 from lampyris.sim.world import World
 from lampyris.typing import Cell
 
-PATIENCE = 50
+PATIENCE = SIMULATION_PATIENCE
 """Ticks in a row the robot waits before it gives up.
 
 The dissertation's own would be 1: wait one step, mend, then fail.

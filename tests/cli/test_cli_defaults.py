@@ -1,0 +1,93 @@
+"""A setting has one default, whoever tells it: options, their help, Python, scenario files, their schema."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import fields
+from typing import Any
+
+import click
+import pytest
+import typer
+
+from lampyris import api
+from lampyris.cli.app import app
+from lampyris.maps.scenario_file import RobotTable, ScenarioFile
+from lampyris.maps.scenario_how import DriveTable, SimulateTable
+from lampyris.model.defaults import COURSE_SPACING, DRIVE_SPACING, SIMULATION_PATIENCE
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.sim import loop
+from lampyris.sim.drive_settings import Settings
+from lampyris.sim.guide import Guide
+
+GROUP: Any = typer.main.get_command(app)
+VERBS = ("plan", "simulate", "drive", "speed", "compare")
+
+
+def options(verb: str) -> dict[str, click.Option]:
+    """The options of a verb by the name that Python knows them by."""
+    return {one.opts[0].lstrip("-").replace("-", "_"): one for one in GROUP.commands[verb].params}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_the_robot_of_a_verb_is_the_robot_of_python(verb: str) -> None:
+    robot, given = Robot(), options(verb)
+    named = [f.name for f in fields(Robot) if f.name in given]
+    assert len(named) >= 6
+    for name in named:
+        assert given[name].default == getattr(robot, name), name
+
+
+def test_the_robot_of_a_scenario_is_the_robot_of_python() -> None:
+    robot = Robot()
+    for name, field in RobotTable.model_fields.items():
+        assert field.default == getattr(robot, name), name
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_an_option_that_has_a_default_has_the_same_everywhere(verb: str) -> None:
+    given, first = options(verb), options("plan")
+    python = {"plan": api.plan, "simulate": api.simulate, "drive": api.drive, "speed": api.profile}
+    signature = inspect.signature(python.get(verb, api.plan)).parameters
+    for name in ("planner", "seed", "law", "v0"):
+        if name in given and given[name].default is not None and name in signature:
+            assert given[name].default == signature[name].default, name
+    for name, one in given.items():
+        if name in first and one.default is not None and first[name].default is not None:
+            assert one.default == first[name].default, name
+    for name in ("planner", "seed"):
+        if name in given and given[name].default is not None:
+            assert given[name].default == ScenarioFile.model_fields[name].default, name
+
+
+def test_the_settings_of_a_drive_have_one_default_each() -> None:
+    given, usual = options("drive"), Settings()
+    for f in fields(Settings):
+        value, told = getattr(usual, f.name), given[f.name].help or ""
+        assert DriveTable.model_fields[f.name].default == value, f.name
+        # Not given, the setting's own default is in force; the help has to say it.
+        assert given[f.name].default is None, f.name
+        if isinstance(value, str):
+            said = told.startswith(f"{value} (default)") or f" {value} (default)" in told
+            assert said, f"{f.name}: {told}"
+        elif value is not None:
+            assert told.endswith(f"({value:g})."), f"{f.name}: {told}"
+        else:
+            assert "default" in told, f"{f.name}: {told}"
+
+
+def test_the_spacing_of_a_drive_is_told_once() -> None:
+    scene = Scene(Grid([[False] * 3] * 3, resolution=2.0), (0, 0), (2, 2))
+    planner = api._planner("astar", {})
+    assert Guide(scene, planner, 0, "arcs", None).spacing == 2.0 * DRIVE_SPACING
+    for told in (options("drive")["spacing"].help, DriveTable.model_fields["spacing"].description):
+        assert f"{DRIVE_SPACING:g} of a cell" in (told or "")
+    assert f"{COURSE_SPACING:g} of a cell" in (options("speed")["spacing"].help or "")
+
+
+def test_the_patience_of_a_simulation_is_told_once() -> None:
+    assert loop.PATIENCE == SIMULATION_PATIENCE
+    assert f"(default {SIMULATION_PATIENCE})" in (options("simulate")["patience"].help or "")
+    assert f"null: {SIMULATION_PATIENCE}." in (SimulateTable.model_fields["patience"].description or "")
