@@ -159,7 +159,13 @@ def test_pictures_films_and_tables_are_written_once(tmp_path: Path) -> None:
         assert picture.size[0] > 300
     rows = list(csv.DictReader((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()))
     assert len(rows) == 11
-    assert [k for k in rows[0] if k in ("x_m", "y_m", "yaw", "v", "t")] == ["x_m", "y_m", "yaw", "v", "t"]
+    assert [k for k in rows[0] if k in ("x_m", "y_m", "yaw", "v", "t_transfers")] == [
+        "x_m",
+        "y_m",
+        "yaw",
+        "v",
+        "t_transfers",
+    ]
     assert (float(rows[0]["x_m"]), float(rows[0]["y_m"])) == (0.5, 0.5)
     again = run("plan", "guide", "--picture", tmp_path / "a.png")
     assert again.returncode == 2

@@ -11,7 +11,7 @@ import pytest
 
 import lampyris
 from bad_inputs.case import Outcome, inside, run
-from lampyris.cli import compare_draw
+from lampyris.cli import compare_draw, text
 from lampyris.report.compare_picture import Way
 
 GUIDE = ("guide", "--start", "0,9", "--goal", "7,0")
@@ -47,8 +47,14 @@ def test_the_planners_meet_the_same_world(tmp_path: Path) -> None:
     assert told == record(tmp_path, *GUIDE, "--no-timing")
 
 
+def at_a_terminal(monkeypatch: pytest.MonkeyPatch, width: int) -> None:
+    """As if standard output were a terminal of so many columns, without colour."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr(text, "is_plain", lambda: False)
+
+
 def test_the_table_is_for_people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "120")
+    at_a_terminal(monkeypatch, 120)
     done = compare(tmp_path, *GUIDE, "--planners", "astar, ad-gso:choice=exact:gates=ignore")
     assert (done.exit, done.err) == (0, "")
     lines = done.out.splitlines()
@@ -82,7 +88,7 @@ def test_seeds_are_averaged_and_failures_stay_in_the_count(tmp_path: Path) -> No
 def test_a_narrow_terminal_has_fewer_columns_and_whole_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
 ) -> None:
-    monkeypatch.setenv("COLUMNS", str(width))
+    at_a_terminal(monkeypatch, width)
     done = compare(tmp_path, *ENV_3)
     lines = done.out.splitlines()
     assert all(len(line.rstrip()) <= width for line in lines)
@@ -94,7 +100,7 @@ def test_a_narrow_terminal_has_fewer_columns_and_whole_words(
 
 def test_means_of_counts_have_four_digits_that_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As the tables of studies have them: 3844 expansions, and not 3844.0."""
-    monkeypatch.setenv("COLUMNS", "120")
+    at_a_terminal(monkeypatch, 120)
     words = ("env-3", "--start", "28,7", "--goal", "26,26", "--seeds", "2", "--planners", "astar,ad-gso")
     done, told = compare(tmp_path, *words), record(tmp_path, *words)["rows"]
     most = max(row["expansions"] for row in told)

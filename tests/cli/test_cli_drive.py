@@ -94,7 +94,7 @@ def test_figures_films_and_tables_are_written() -> None:
     with open("a.csv") as file:
         rows = list(csv.DictReader(file))
     for name in ("t", "v", "a", "s"):
-        assert [float(row[name]) for row in rows] == r[name]
+        assert [float(row["t_s" if name == "t" else name]) for row in rows] == r[name]
     assert [row["why"] for row in rows] == r["why"]
     with Image.open("a.webp") as film:
         assert 10 < film.n_frames <= 242

@@ -63,14 +63,14 @@ def test_a_name_is_shown_with_or_without_the_word() -> None:
 
 
 def test_terrain_is_told() -> None:
-    line = next(line for line in run().stdout.splitlines() if line.startswith(" hills-100 "))
+    line = next(line for line in run().stdout.splitlines() if line.startswith("hills-100\t"))
     assert "62%, 5x" in line
     plain = run("hills-100").stdout
     assert "62.2% of the free cells, 1.8 to 5 times as dear as plain ground" in plain
     one = record("hills-100")
     assert one["terrain"] == {"cells": 5623, "lowest": 50, "highest": 252}
     straights, diagonals = one["queries"][0]["weighed"]
-    assert f" {(straights + diagonals * 2**0.5) / 63:.2f} " in plain
+    assert f"\t{(straights + diagonals * 2**0.5) / 63:.2f}\t" in plain
     assert record("guide")["terrain"] is None
 
 

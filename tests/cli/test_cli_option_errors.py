@@ -38,6 +38,9 @@ NEEDS = {
 """What an option has to stand beside."""
 
 
+HUGE, LONGER = "9" * 400, "9" * 5000
+
+
 def numeric() -> list[tuple[str, str, str]]:
     """Every option that takes a number: verb, option, and a value that is out of range everywhere."""
     bad = {"float": "nan", "int": "-1", "integer": "-1"}
@@ -88,6 +91,18 @@ def test_every_verb_with_numbers_is_tried() -> None:
         (("maps", "make", "maze", "-o", "m.txt", "--seed", "-1"), "error[SEED]: --seed: -1"),
         (("compare", "guide", "--planners", "gso:swarm=0"), "error[SWARM]: --planners: gso:swarm=0: "),
         (("plan", "guide", "--start-m", "99,99"), "error[START_OUTSIDE]: --start-m: "),
+        (("plan", "guide", "--set-law", f"creep={HUGE}"), "error[TYPE]: --set-law creep: a number of 400"),
+        (("plan", "guide", "--set-law", f"blind.reach=-{LONGER}"), "error[TYPE]: --set-law blind.reach: "),
+        (("plan", "guide", "--set", f"rho={HUGE}"), "error[RHO]: --set rho: inf"),
+        (("compare", "guide", "--laws", f"physical:creep={HUGE}"), "error[TYPE]: --laws: "),
+        (("speed", "guide", "--laws", HUGE), "error[LAW]: --laws: "),
+        (("plan", "guide", "--seed", HUGE), "error[SEED]: --seed: "),
+        (("plan", "guide", "--seed", LONGER), "error[TYPE]: --seed: "),
+        (("plan", "guide", "--v-max", HUGE), "error[ROBOT_LIMIT]: --v-max: inf"),
+        (
+            ("maps", "make", "maze", "-o", "m.txt", "--set", f"corridor={HUGE}"),
+            "error[RECIPE]: --set corridor: ",
+        ),
         (("run", "s.yaml", "--max-cells", "0"), "error[TYPE]: --max-cells: 0"),
         (("plan", "guide", "--nope"), "error[OPTION]: --nope: there is no such option"),
         (("plan", "guide", "--planer", "x"), "did you mean --planner?"),

@@ -53,7 +53,7 @@ def test_every_disagreement_is_listed_and_strict_says_so(tmp_path: Path) -> None
     assert done.returncode == 0
     assert done.stdout.startswith("1 of 4 disagree\n")
     row = next(line for line in done.stdout.splitlines() if "(0, 2)" in line)
-    for part in (" 5 ", "(3, 1)", " 3.40000 ", " 3.41421 ", "found"):
+    for part in ("5\t", "\t(3, 1)\t", "\t3.40000\t", "\t3.41421\t", "\tfound"):
         assert part in row
     strict = run(path, "--strict")
     assert strict.returncode == 3

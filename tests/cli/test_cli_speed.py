@@ -96,10 +96,11 @@ def test_its_own_csv_is_a_way_again() -> None:
     assert run("speed", *MAP, *ENDS, "--csv", "s.csv").exit == 0
     with open("s.csv") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "why"]
+    assert list(rows[0]) == ["x_m", "y_m", "yaw", "v", "t_s", "s", "a", "cause", "why"]
     r = told(*MAP, *ENDS)
     for name in ("x_m", "y_m", "v", "t", "s", "a"):
-        assert [float(row[name]) for row in rows] == r["speed"][name]
+        column = "t_s" if name == "t" else name
+        assert [float(row[column]) for row in rows] == r["speed"][name]
     assert [row["why"] for row in rows] == r["speed"]["why"]
     yaw = np.unwrap([float(row["yaw"]) for row in rows])
     ahead = np.arctan2(np.diff(r["speed"]["y_m"]), np.diff(r["speed"]["x_m"]))
@@ -201,14 +202,14 @@ def test_the_reasons_are_told_by_stretches_or_by_nodes() -> None:
     assert "what holds physical" in folded
     nodes = [
         k
-        for a, b in re.findall(r"^ +(\d+)(?:-(\d+))? +\d", folded, re.MULTILINE)
+        for a, b in re.findall(r"^(\d+)(?:-(\d+))?\t\d", folded, re.MULTILINE)
         for k in (int(a), int(b or a))
     ]
     assert nodes[0] == 0
     assert nodes[-1] == n - 1
     assert all(b == a + 1 for a, b in zip(nodes[1::2], nodes[2::2], strict=False)), "stretches join"
     every = run("speed", *MAP, *ENDS, "--all").out
-    assert len(re.findall(r"^ +\d+ +\d", every, re.MULTILINE)) == n
+    assert len(re.findall(r"^\d+\t\d", every, re.MULTILINE)) == n
     assert "braking for node" in every
     assert "why" not in run("speed", *MAP, *ENDS).out.split()
 

@@ -148,7 +148,7 @@ def test_outputs_are_checked_before_anything_runs(folder: Path) -> None:
         (("--csv", "small.yaml", "--force"), "OPTIONS"),
         (("--workers", "2", "--dask", "tcp://127.0.0.1:1"), "OPTIONS"),
         (("--dask", "http://127.0.0.1:1"), "CLUSTER_ADDRESS"),
-        (("--workers", "0"), "WORKERS"),
+        (("--workers", "0"), "TYPE"),
     ):
         done = study(folder, "small.yaml", *words)
         assert done.exit in (2, 3), words

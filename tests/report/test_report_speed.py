@@ -305,7 +305,7 @@ def test_csv_of_curves_and_of_drives(tmp_path: Path) -> None:
     table = rows(tmp_path / "d.csv")
     assert tuple(table[0]) == DRIVE_COLUMNS
     for name in ("t", "s", "v", "a"):
-        assert [float(r[name]) for r in table] == getattr(drive, name).tolist()
+        assert [float(r["t_s" if name == "t" else name]) for r in table] == getattr(drive, name).tolist()
     assert table[3]["why"] == "wait for obstacle 0"
     assert float(table[-1]["yaw"]) == pytest.approx(math.pi / 2 + 0.5)
     assert float(table[-1]["x_m"]) == pytest.approx(grid.to_metres((40, 10))[0])

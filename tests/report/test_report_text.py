@@ -65,14 +65,14 @@ def test_plan_csv_has_all_digits(tmp_path: Path) -> None:
         write_plan_csv(tmp_path / "plan.csv", plan, profile, grid)
         table = rows(tmp_path / "plan.csv")
         assert tuple(table[0]) == PLAN_COLUMNS
-        assert PLAN_COLUMNS[:5] == ("x_m", "y_m", "yaw", "v", "t")
+        assert PLAN_COLUMNS[:5] == ("x_m", "y_m", "yaw", "v", "t_s")
         assert len(table) == len(plan.path.cells)
         xy = grid.to_metres(plan.path.cells)
         for k, row in enumerate(table):
             # Exactly equal: repr keeps every bit.
             assert (float(row["x_m"]), float(row["y_m"])) == tuple(xy[k])
             for name in "vtsa":
-                assert float(row[name]) == getattr(profile, name)[k]
+                assert float(row["t_s" if name == "t" else name]) == getattr(profile, name)[k]
             assert row["cause"] == profile.cause[k]
             assert -math.pi <= float(row["yaw"]) <= math.pi
         for a, b in pairwise(table):
@@ -85,7 +85,7 @@ def test_trace_csv_has_a_row_a_tick(tmp_path: Path) -> None:
     write_trace_csv(tmp_path / "run.csv", trace)
     table = rows(tmp_path / "run.csv")
     assert tuple(table[0]) == TRACE_COLUMNS
-    assert [int(r["t"]) for r in table] == list(range(trace.ticks + 1))
+    assert [int(r["tick"]) for r in table] == list(range(trace.ticks + 1))
     assert [[int(r["x"]), int(r["y"])] for r in table] == trace.robot.tolist()
     assert [float(r["v"]) for r in table] == trace.speed.tolist()
     assert [r["event"] for r in table if r["event"]] == ["replan", "wait", "arrive"]

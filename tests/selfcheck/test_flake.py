@@ -166,3 +166,10 @@ def test_nothing_in_the_project_tries_a_test_again() -> None:
 def test_no_plugin_tries_again(pytestconfig: pytest.Config) -> None:
     loaded = {str(name).lower() for name, _ in pytestconfig.pluginmanager.list_name_plugin()}
     assert not [name for name in loaded if re.search(r"rerun|flaky|retry", name)]
+
+
+def test_without_pytest_it_is_left_out_or_refused_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = flake.find_spec
+    monkeypatch.setattr(flake, "find_spec", lambda name: None if name == "pytest" else found(name))
+    with pytest.raises(UsageError, match=r"CHECKOUT.*pytest is not installed.*make test"):
+        flake.checkout()

@@ -124,10 +124,11 @@ def _run() -> None:
 def _call() -> int:
     """Run the verb; the exit code. What is wrong with the words of the call is said in our own style."""
     from lampyris.cli import option_errors
-    from lampyris.cli.app import app
+    from lampyris.cli.app import app, plain_help
 
+    more = {} if sys.stdout.isatty() else plain_help()
     try:
-        code = app(prog_name="lampyris", standalone_mode=False)
+        code = app(prog_name="lampyris", standalone_mode=False, **more)
     except option_errors.ClickException as problem:
         if type(problem).__name__ == "NoArgsIsHelpError":
             print(problem.format_message(), file=sys.stderr)

@@ -80,6 +80,13 @@ app.add_typer(maps_verbs.app, name="maps")
 app.add_typer(study_verb.app, name="study")
 
 
+def plain_help() -> dict[str, int]:
+    """Have ``--help`` without colour, boxes and line breaks; what click's context takes for that."""
+    for each in (app, maps_verbs.app, study_verb.app):
+        each.rich_markup_mode = None
+    return {"terminal_width": 10_000}
+
+
 def _version(value: bool) -> None:
     if value:
         typer.echo(f"lampyris {__version__}")
@@ -194,7 +201,9 @@ def simulate(
     film: Film = None,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="A row a tick: x_m, y_m, yaw, v, t, cause, x, y, event."),
+        typer.Option(
+            "--csv", metavar="FILE", help="A row a tick: x_m, y_m, yaw, v, tick, cause, x, y, event."
+        ),
     ] = None,
     save: Save = None,
     force: Force = False,

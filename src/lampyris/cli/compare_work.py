@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from lampyris.cli import BAD_INPUT, INTERNAL_FAULT, study_show, verbs
+from lampyris.cli import BAD_INPUT, INTERNAL_FAULT, outputs, show, study_show, verbs
 from lampyris.cli.request import Request, about, known, parse_law, parse_settings
 from lampyris.errors import SettingError, UsageError
 from lampyris.maps.map_hash import map_hash
@@ -17,7 +17,6 @@ from lampyris.maps.scenario import Scenario
 from lampyris.model.traffic import RandomWalk
 from lampyris.motion import laws
 from lampyris.report.plain import grid_record
-from lampyris.report.style import suffix_of
 from lampyris.report.tab import Tab
 from lampyris.sim.mobility import MOBILITIES
 from lampyris.study.crowd_words import crowd_words
@@ -143,9 +142,7 @@ class Outputs:
 
     def check(self) -> None:
         """Refuse at once what could not be done at the end."""
-        verbs.check_outputs(self.force, self.picture, self.csv)
-        if self.picture is not None:
-            suffix_of(self.picture, (".png", ".svg"))
+        outputs.check_outputs(self.force, json=self.json, picture=self.picture, csv=self.csv)
 
 
 @dataclass(frozen=True)
@@ -228,7 +225,8 @@ def compare(asked: Asked, out: Outputs) -> int:
         from lampyris.study.export import write_csv
         from lampyris.study.table import table_of
 
-        write_csv(out.csv, table_of(study, rows))
+        with outputs.place(out.csv) as place:
+            write_csv(place, table_of(study, rows))
     if out.picture is not None:
         from lampyris.cli.compare_draw import draw
 
@@ -238,7 +236,8 @@ def compare(asked: Asked, out: Outputs) -> int:
     if out.json:
         verbs.print_json(_record(study, lines, metric, out.timing, time.perf_counter() - began))
     else:
-        _show(study, lines, metric, out)
+        with outputs.text_beside(out.csv):
+            _show(study, lines, metric, out)
     return _exit_code(lines, metric)
 
 
@@ -312,9 +311,7 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
             reasons.setdefault(why, []).append(line.planner.called)
     for why, whose in reasons.items():
         print(f"{', '.join(dict.fromkeys(whose))}: {why}")
-    for file in (out.picture, out.csv):
-        if file is not None:
-            print(f"wrote {file}")
+    show.written(out.picture, out.csv)
 
 
 def _tab(

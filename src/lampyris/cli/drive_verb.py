@@ -163,7 +163,7 @@ def drive(
     csv: Annotated[
         Path | None,
         typer.Option(
-            "--csv", metavar="FILE", help="A row a stretch: t, x_m, y_m, yaw, v, a, s, leg, cause, why."
+            "--csv", metavar="FILE", help="A row a stretch: t_s, x_m, y_m, yaw, v, a, s, leg, cause, why."
         ),
     ] = None,
     save: Save = None,

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from lampyris import scenarios
-from lampyris.cli import speed_show, verbs
+from lampyris.cli import outputs, speed_show, verbs
 from lampyris.cli.request import Request, TrafficRequest, about
 from lampyris.cli.verbs import NO_ANSWER, Outputs
 from lampyris.errors import SettingError, UsageError, did_you_mean
@@ -15,7 +15,6 @@ from lampyris.maps.scenario import Scenario
 from lampyris.model.drive import Drive
 from lampyris.planners.base import Budget
 from lampyris.report.plain import drive_record
-from lampyris.report.style import suffix_of
 from lampyris.sim.drive_settings import Settings
 
 
@@ -23,21 +22,13 @@ def drive(
     request: Request, traffic: TrafficRequest, how: Mapping[str, Any], out: Outputs, limit: float | None
 ) -> int:
     """``lampyris drive``. Returns the exit code."""
-    check(out)
+    out.check()
     budget = verbs.budget_of("--plan-limit", limit)
     settings = _settings(how)
     scenario = request.scenario()
     bodies = traffic.traffic(scenario.scene.grid, request.seed)
     scene = replace(scenario.scene, traffic=bodies)
     return run(replace(scenario, scene=scene, drive=asdict(settings)), out, budget)
-
-
-def check(out: Outputs) -> None:
-    """Refuse at once what could not be done at the end."""
-    out.check()
-    for path, endings in ((out.film, (".webp", ".gif")), (out.chart, (".png", ".svg"))):
-        if path is not None:
-            suffix_of(path, endings)
 
 
 def _settings(how: Mapping[str, Any]) -> Settings:
@@ -75,8 +66,9 @@ def run(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
         record = drive_record(story)
         verbs.print_json(record if out.timing else {**record, "timing": {}})
     else:
-        speed_show.drive(story, name=scenario.name)
-        speed_show.written(out.film, out.chart, out.csv, out.save)
+        with outputs.text_beside(out.csv):
+            speed_show.drive(story, name=scenario.name)
+            speed_show.written(out.film, out.chart, out.csv, out.save)
     return 0 if story.arrived else NO_ANSWER
 
 
@@ -95,4 +87,5 @@ def _write(story: Drive, out: Outputs) -> None:
     if out.csv is not None:
         from lampyris.report.csv_out import write_drive_csv
 
-        write_drive_csv(out.csv, story)
+        with outputs.place(out.csv) as place:
+            write_drive_csv(place, story)

@@ -167,10 +167,7 @@ def _describe(name: str, document: MapDocument, as_json: bool) -> None:
 
 
 def _print_facts(record: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
+    from lampyris.cli import text
     from lampyris.maps.document import plural
 
     width, height, metres = record["width"], record["height"], record["resolution"]
@@ -192,14 +189,7 @@ def _print_facts(record: dict[str, Any]) -> None:
         rows.append(("moving", f"{record['moving_obstacles']:,} obstacles drawn"))
     rows.append(("hash", record["hash"]))
     rows += [("note", note) for note in record["notes"]]
-    table = Table(
-        title=Text(record["file"]), title_justify="left", show_header=False, box=None, pad_edge=False
-    )
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
-    for key, value in rows:
-        table.add_row(key, Text(value))
-    Console(highlight=False, soft_wrap=False).print(table)
+    text.facts(record["file"], rows)
 
 
 @app.command(cls=Command)
@@ -251,7 +241,7 @@ def make(
     json_: Json = False,
 ) -> None:
     """Make a new map from a recipe and a seed."""
-    from lampyris.cli.verbs import check_outputs
+    from lampyris.cli.outputs import check_outputs
     from lampyris.maps.convert import files_of, write_and_compare
     from lampyris.maps.document import MapDocument
     from lampyris.maps.make import make_ground, recipe_named
@@ -295,7 +285,7 @@ def convert(
     --values says what the numbers of IN are, --to-values what those of OUT shall be. A costmap stays one with
     both: --values costmap --to-values costmap.
     """
-    from lampyris.cli.verbs import check_outputs
+    from lampyris.cli.outputs import check_outputs
     from lampyris.maps.convert import convert as convert_map
     from lampyris.maps.convert import files_of
     from lampyris.maps.make import MAX_CELLS

@@ -54,7 +54,9 @@ Layer = Annotated[
 ]
 Csv = Annotated[
     Path | None,
-    typer.Option("--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t, s, a, cause, x, y, why."),
+    typer.Option(
+        "--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t_s, s, a, cause, x, y, why."
+    ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 NoTiming = Annotated[

@@ -8,10 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from rich.console import Console
-from rich.text import Text
-
-from lampyris.cli import INTERRUPTED, Interrupted, study_show, verbs
+from lampyris.cli import INTERRUPTED, Interrupted, study_show, text, verbs
 from lampyris.errors import FileError, UsageError
 from lampyris.processors import processors
 from lampyris.report.tab import Tab, Value
@@ -85,9 +82,9 @@ def _show(made: Report, seconds: float) -> None:
             align="l" + "r" * (len(header) - 1),
         )
     )
-    Console(highlight=False).print(Text(made.conclusion))
+    text.line(made.conclusion)
     runs = sum(made.runs.values())
-    print(f"\n{runs:,} runs, {study_show.clock(seconds)}; the page: {made.page}")
+    print(f"{runs:,} runs, {study_show.clock(seconds)}; the page: {made.page}")
 
 
 def _record(made: Report, quick: bool, seconds: float) -> dict[str, object]:

@@ -221,7 +221,7 @@ def parse_law(name: str, words: Sequence[str]) -> dict[str, Any]:
         key, equals, value = (part.strip() for part in word.partition("="))
         if not equals or not key:
             raise UsageError("SET", f"{word!r}", where="--set-law", allowed="KEY=VALUE")
-        given[key.replace("-", "_")] = _plain_value(value)
+        given[key.replace("-", "_")] = _plain_value(value, f"--set-law {key}")
     try:
         laws.with_settings(name, given)
     except SettingError as unknown:
@@ -233,16 +233,36 @@ def parse_law(name: str, words: Sequence[str]) -> dict[str, Any]:
     return given
 
 
-def _plain_value(text: str) -> Any:
+def _plain_value(text: str, where: str) -> Any:
     words = {"true": True, "false": False, "none": None, "null": None}
     if text.lower() in words:
         return words[text.lower()]
     for kind in (int, float):
         try:
-            return kind(text)
+            return _number(kind, text, where)
         except ValueError:
             continue
     return text
+
+
+def _number(kind: type[Any], text: str, where: str) -> Any:
+    """A number of 64 bits; text that is none is a ValueError.
+
+    Raises
+    ------
+    UsageError : TYPE: a whole number that is too long to be any setting's.
+    """
+    try:
+        value = kind(text)
+        fits = not isinstance(value, int) or abs(value) < 2**64
+    except ValueError:
+        digits = text.lstrip("+-").replace("_", "")
+        if not (kind is int and digits.isascii() and digits.isdigit()):  # Python reads 4,300 digits at most
+            raise
+        fits = False
+    if not fits:
+        raise UsageError("TYPE", f"a number of {len(text):,} characters", where=where, allowed="64 bits")
+    return value
 
 
 def parse_settings(planner: str, words: list[str]) -> dict[str, Any]:
@@ -281,7 +301,7 @@ def _value(planner: str, key: str, text: str, hints: Mapping[str, Any]) -> Any:
     for kind in (int, float):
         if kind in options:
             try:
-                return kind(text)
+                return _number(kind, text, f"--set {key}")
             except ValueError:
                 continue
     if str in options:

@@ -64,13 +64,14 @@ def scen(
 ) -> None:
     """Ask every query of a MovingAI .scen and compare with the published lengths."""
     from lampyris import scen as work
+    from lampyris.cli import outputs
     from lampyris.cli.request import known, parse_settings
-    from lampyris.cli.verbs import _counting, check_outputs, print_json, remarks
+    from lampyris.cli.verbs import _counting, print_json, remarks
     from lampyris.maps.make import MAX_CELLS
     from lampyris.model.moves import MOVES
 
     known("MOVES", "--moves", moves, MOVES)
-    check_outputs(force, csv)
+    outputs.check_outputs(force, json=json_, csv=csv)
     given = parse_settings(planner, settings or [])
     benchmark = work.load(file, map_, max_cells=MAX_CELLS if max_cells is None else max_cells)
     if not json_:
@@ -79,12 +80,14 @@ def scen(
     with _counting(f"{planner} on {benchmark.document.grid.name}", f"of {many}", quiet=json_) as tick:
         made = work.ask(benchmark, planner, moves, seed=seed, limit=limit, progress=tick, **given)
     if csv is not None:
-        _write_csv(csv, made)
+        with outputs.place(csv) as place:
+            _write_csv(place, made)
     if json_:
         record = _record(benchmark, made, given, seed)
         print_json({**record, "timing": {}} if no_timing else record)
     else:
-        _show(benchmark, made, csv)
+        with outputs.text_beside(csv):
+            _show(benchmark, made, csv)
     raise typer.Exit(DISAGREED if strict and made.disagreements else 0)
 
 
@@ -142,25 +145,20 @@ def _write_csv(out: Path, made: Answers) -> None:
 
 def _show(benchmark: Benchmark, made: Answers, csv: Path | None) -> None:
     """The verdict, every disagreement, then the counts."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+    from lampyris.cli import show, text
 
-    console = Console(highlight=False)
     summary, wrong = made.summary, made.disagreements
     verdict = f"{len(wrong)} of {summary['queries']} disagree"
-    console.print(Text(verdict, style=f"bold {'red' if wrong else 'green'}"))
+    text.line(verdict, style=f"bold {'red' if wrong else 'green'}")
     if wrong:
-        table = Table()
-        for name in ("line", "start", "goal", "published", "ours", "status"):
-            table.add_column(name, justify="right" if name in ("line", "published", "ours") else "left")
+        columns = ("line", "start", "goal", "published", "ours", "status")
+        cells = []
         for a in wrong:
             q = a.query
             ours = f"{a.cost:.{max(q.decimals, 5)}f}" if a.status else "-"
-            table.add_row(
-                str(q.line), str(q.start), str(q.goal), f"{q.length:.{q.decimals}f}", ours, a.status.value
-            )
-        console.print(table)
+            ends = (str(q.line), str(q.start), str(q.goal))
+            cells.append((*ends, f"{q.length:.{q.decimals}f}", ours, a.status.value))
+        text.table("", columns, cells, right=("line", "published", "ours"), boxed=True)
     grid = benchmark.document.grid
     rows = [
         ("map", f"{grid.name}, {grid.width} x {grid.height} cells"),
@@ -173,11 +171,5 @@ def _show(benchmark: Benchmark, made: Answers, csv: Path | None) -> None:
         rows.append(("to the published length", told))
     times = f"{made.timing['total_s']:.2f} s, of which planning {made.timing['plan_s']:.2f} s"
     rows += [("expansions", f"{summary['expansions']:,}"), ("time", times)]
-    facts = Table(show_header=False, box=None, pad_edge=False)
-    facts.add_column(style="dim", no_wrap=True)
-    facts.add_column()
-    for key, value in rows:
-        facts.add_row(key, Text(value))
-    console.print(facts)
-    if csv is not None:
-        console.print(Text(f"wrote {csv}"))
+    text.facts("", rows)
+    show.written(csv)

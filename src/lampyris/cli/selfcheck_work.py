@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import lampyris
-from lampyris.cli import verbs
+from lampyris.cli import outputs, verbs
 from lampyris.errors import FileError, InternalFault, UsageError
 from lampyris.selfcheck import registry
 from lampyris.selfcheck.check import SIZES, Ask, Check, Failure, Outcome
@@ -238,6 +238,9 @@ def _demand_places(asked: Asked) -> None:
     for path in (asked.failures, asked.ledger, asked.record):
         if path is None:
             continue
+        if path is not asked.failures:
+            outputs.check_ending("ledger" if path is asked.ledger else "record", path)
+            outputs.demand_place(path, append=True)
         try:
             if path is asked.failures:
                 path.mkdir(parents=True, exist_ok=True)

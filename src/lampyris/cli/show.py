@@ -1,4 +1,4 @@
-"""Rich tables for people."""
+"""Plans, runs, maps and planners for people."""
 
 from __future__ import annotations
 
@@ -6,11 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
+from lampyris.cli import text
+from lampyris.cli.outputs import STDOUT
 from lampyris.maps.library import MapInfo
 from lampyris.maps.recipes.recipe import Recipe
 from lampyris.model.grid import TERRAIN_UNIT
@@ -24,25 +21,11 @@ from lampyris.report.plain import STEP_WORDS, corners_record
 from lampyris.report.tables import COLUMNS, jump_tables
 
 
-def _console() -> Console:
-    return Console(highlight=False, soft_wrap=False)
-
-
-def _facts(title: str, rows: Sequence[tuple[str, str]]) -> Table:
-    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column()
-    for key, value in rows:
-        table.add_row(key, Text(value))
-    return table
-
-
 def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
     """A plan: the verdict first, then the numbers, then (on request) every iteration."""
-    console = _console()
     grid = scene.grid
     style = "green" if found else "red"
-    console.print(Text(found.sentence, style=f"bold {style}"))
+    text.line(found.sentence, style=f"bold {style}")
     rows = [("scenario", name)] if name else []
     rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
@@ -69,10 +52,10 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
         told = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
         rows.append(("any angle", told))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
-    on_path = ", ".join(f"{g.cell}" for g in found.gates_on_path) or "none"
+    on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
     rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
-        rows.append(("replanned at", ", ".join(map(str, found.gates_met))))
+        rows.append(("replanned at", text.some(found.gates_met)))
     if profile is not None:
         mean = f"mean {profile.mean:.4g} {profile.units} ({profile.law} law)"
         rows.append(("speed", f"{mean}; {_duration(profile)} in all{waiting}"))
@@ -88,9 +71,9 @@ def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, n
         once = f", loading compiled code {1000 * loaded:.1f} ms" if loaded >= 1e-4 else ""
         planning = f"planning {1000 * found.timing['plan_s']:.1f} ms"
         rows.append(("time", f"{1000 * seconds:.1f} ms, of which {planning}{once}"))
-    console.print(_facts("", rows))
+    text.facts("", rows)
     if explain:
-        _explain(console, found, profile)
+        _explain(found, profile)
 
 
 def _duration(profile: Profile) -> str:
@@ -104,36 +87,26 @@ def _causes(causes: Sequence[str]) -> str:
     return ", ".join(f"{c} x{n}" for c, n in sorted(counts.items(), key=lambda e: (-e[1], e[0])))
 
 
-def _explain(console: Console, found: Plan, profile: Profile | None) -> None:
+def _explain(found: Plan, profile: Profile | None) -> None:
     for jump in jump_tables(found):
-        console.print(Text(jump.title, style="bold"))
-        table = Table()
-        for k, name in enumerate(COLUMNS):
-            table.add_column(name, justify="right" if k in (0, 2, 3) else "left")
-        for k, row in enumerate(jump.rows):
-            table.add_row(*row, style="bold" if k == jump.chosen else None)
-        console.print(table)
-        console.print(Text(jump.note))
+        text.line(jump.title, style="bold")
+        right = [COLUMNS[k] for k in (0, 2, 3)]
+        text.table("", COLUMNS, jump.rows, right=right, bold=jump.chosen, boxed=True)
+        text.line(jump.note)
     if profile is not None and found.path is not None:
-        table = Table(title="speed at each node", title_justify="left")
-        for name in ("node", "cell", "s", f"v ({profile.units})", "t", "held by"):
-            table.add_column(name, justify="left" if name in ("cell", "held by") else "right")
-        for k, (x, y) in enumerate(found.path.cells):
-            table.add_row(
-                str(k),
-                f"({x}, {y})",
-                f"{profile.s[k]:.4g}",
-                f"{profile.v[k]:.4g}",
-                f"{profile.t[k]:.4g}",
-                profile.cause[k],
-            )
-        console.print(table)
+        columns = ("node", "cell", "s", f"v ({profile.units})", "t", "held by")
+        numbers = (profile.s, profile.v, profile.t)
+        rows = [
+            (str(k), f"({x}, {y})", *(f"{of[k]:.4g}" for of in numbers), profile.cause[k])
+            for k, (x, y) in enumerate(found.path.cells)
+        ]
+        right = [name for name in columns if name not in ("cell", "held by")]
+        text.table("speed at each node", columns, rows, right=right, boxed=True)
 
 
 def trace(run: Trace, *, name: str = "") -> None:
     """A simulation."""
-    console = _console()
-    console.print(Text(run.sentence, style=f"bold {'green' if run.arrived else 'red'}"))
+    text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
     grid = run.scene.grid
     kinds = _causes([b.kind for b in run.bodies]) or "none"
     moving = run.speed[run.speed > 0]
@@ -158,20 +131,18 @@ def trace(run: Trace, *, name: str = "") -> None:
         walls, freed = (sum(len(getattr(e, what)) for e in run.edits) for what in ("blocked", "freed"))
         times = f"{len(run.edits)} time" + "s" * (len(run.edits) > 1)
         rows.insert(-4, ("edits", f"{times}: {walls} cells turned into walls, {freed} free"))
-    console.print(_facts("", rows))
+    text.facts("", rows)
 
 
 def maps(rows: Sequence[MapInfo]) -> None:
     """The bundled maps, a line each."""
-    table = Table(title="bundled maps", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for name in ("name", "size", "free", "terrain", "gates", "what it is"):
-        right = name in ("size", "free", "terrain", "gates")
-        table.add_column(name, justify="right" if right else "left", no_wrap=name != "what it is")
-    for r in rows:
-        size = f"{r.width} x {r.height}"
-        table.add_row(r.name, size, f"{r.free:.0%}", _terrain(r)[0], str(r.gates), r.title)
-    _console().print(table)
-    _console().print(Text("lampyris maps NAME says more of one; lampyris maps make RECIPE makes others."))
+    columns = ("name", "size", "free", "terrain", "gates", "what it is")
+    cells = [
+        (r.name, f"{r.width} x {r.height}", f"{r.free:.0%}", _terrain(r)[0], str(r.gates), r.title)
+        for r in rows
+    ]
+    text.table("bundled maps", columns, cells, right=columns[1:-1], whole=columns[:-1])
+    text.line("lampyris maps NAME says more of one; lampyris maps make RECIPE makes others.")
 
 
 def _terrain(row: MapInfo) -> tuple[str, str]:
@@ -188,7 +159,6 @@ def _terrain(row: MapInfo) -> tuple[str, str]:
 
 def map_(row: MapInfo) -> None:
     """One bundled map and its stored queries."""
-    console = _console()
     rows = [
         ("size", f"{row.width} x {row.height} cells"),
         ("free", f"{row.free:.1%}"),
@@ -200,40 +170,29 @@ def map_(row: MapInfo) -> None:
         rows.insert(-1, ("recipe", row.recipe))
     if row.terrain is not None:
         rows.insert(2, ("terrain", _terrain(row)[1]))
-    console.print(_facts(row.name, rows))
-    table = Table(title="stored queries", title_justify="left")
-    for name in ("start", "goal", "best cost, octile", "gates on every optimal way"):
-        table.add_column(name)
+    text.facts(row.name, rows)
+    columns = ("start", "goal", "best cost, octile", "gates on every optimal way")
+    cells = []
     for q in row.queries:
         cost = "-" if q.cost is None else f"{q.cost:.2f}"
-        table.add_row(str(q.start), str(q.goal), cost, "-" if q.gates is None else str(q.gates))
-    console.print(table)
+        cells.append((str(q.start), str(q.goal), cost, "-" if q.gates is None else str(q.gates)))
+    text.table("stored queries", columns, cells, boxed=True)
 
 
 def recipes(rows: Sequence[Recipe]) -> None:
     """The recipes and their settings."""
-    console = _console()
     for r in rows:
-        table = Table(title=f"{r.name}: {r.summary}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-        for name in ("setting", "default", "allowed", "what it is"):
-            table.add_column(name, justify="right" if name == "default" else "left")
-        for s in r.table:
-            table.add_row(s.name, "none" if s.default == () else f"{s.default:g}", s.range, s.what)
-        console.print(table)
+        cells = [(s.name, "none" if s.default == () else f"{s.default:g}", s.range, s.what) for s in r.table]
+        columns = ("setting", "default", "allowed", "what it is")
+        text.table(f"{r.name}: {r.summary}", columns, cells, right=("default",))
 
 
 def planners(rows: Sequence[PlannerInfo]) -> None:
     """The planners: a line or two each, and where it comes from."""
-    table = Table(title="planners", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("name", no_wrap=True)
-    table.add_column("traits")
-    table.add_column("what it does, and its source")
-    for r in rows:
-        table.add_row(
-            r.name, ", ".join(_traits(r)) or "-", Text(f"{r.summary}\n").append(r.source, style="dim")
-        )
-    _console().print(table)
-    _console().print(Text("lampyris planners NAME says more of one: its settings, and what they mean."))
+    columns = ("name", "traits", "what it does, and its source")
+    cells = [(r.name, ", ".join(_traits(r)) or "-", (r.summary, r.source)) for r in rows]
+    text.table("planners", columns, cells, whole=("name",))
+    text.line("lampyris planners NAME says more of one: its settings, and what they mean.")
 
 
 def planner(row: PlannerInfo, about: str) -> None:
@@ -244,7 +203,7 @@ def planner(row: PlannerInfo, about: str) -> None:
         ("settings", settings or "none"),
         ("source", row.source),
     ]
-    _console().print(_facts(row.name, rows))
+    text.facts(row.name, rows)
     # ":class:`lampyris.planners.sipp.Sipp`" is for readers of the code: here the name is enough.
     plain = re.sub(
         r":(?:(?:class|func|meth|attr):`(?:[\w.]*\.)?|mod:`)([\w.]+)`", r"\1", about.replace("``", "`")
@@ -260,5 +219,5 @@ def _traits(row: PlannerInfo) -> list[str]:
 def written(*paths: Path | None) -> None:
     """Which files were written."""
     for path in paths:
-        if path is not None and path.exists():
-            _console().print(Text(f"wrote {path}"))
+        if path is not None and path != STDOUT and path.exists():
+            text.line(f"wrote {path}")

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-from rich.text import Text
 
-from lampyris.cli.show import _console, _facts, written
+from lampyris.cli import text
+from lampyris.cli.show import written
 from lampyris.model.drive import Drive
 from lampyris.model.profile import Profile
 from lampyris.report.metrics import cause_shares, drive_shares, worth_telling
@@ -22,77 +20,67 @@ __all__ = ["answer", "drive", "laws", "no_way", "written"]
 
 def no_way(sentence: str) -> None:
     """There is no way, and why."""
-    _console().print(Text(sentence, style="bold red"))
+    text.line(sentence, style="bold red")
 
 
 def answer(told: Answer, *, explain: bool, all_nodes: bool) -> None:
     """The laws side by side, then what holds the one that is looked at."""
-    console, profile = _console(), told.entry.profile
+    profile = told.entry.profile
     grid, course = told.scene.grid, told.course
     length = float(course.s[-1])
-    console.print(
-        Text(f"{length:.4g} m in {profile.duration:.4g} s by the {told.entry.law} law", style="bold")
-    )
+    text.line(f"{length:.4g} m in {profile.duration:.4g} s by the {told.entry.law} law", style="bold")
     bends = 0 if course.curve is None else int(np.count_nonzero(course.curve.curvature))
     shape = f"{len(told.given)} points made {bends} arcs and {int(course.stop.sum())} stops to turn"
     lengths = (
         f"{told.given_m:.6g} m; driven: {length:.6g} m ({told.smooth}), "
         f"at most {told.deviation_m:.3g} m from it"
     )
-    console.print(
-        _facts(
-            "",
-            [
-                ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
-                ("way", f"from {told.source}: {shape}; {len(course)} nodes"),
-                ("way given", lengths),
-            ],
-        )
+    text.facts(
+        "",
+        [
+            ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+            ("way", f"from {told.source}: {shape}; {len(course)} nodes"),
+            ("way given", lengths),
+        ],
     )
-    console.print(_laws_table(told))
+    _laws_table(told)
     for law, why in told.refused.items():
-        console.print(Text(f"{law} does not let the robot drive: {why}", style="red"))
-    table = Table(title=f"what holds {told.entry.law}", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for name in ("cause", "of the way", "of the time"):
-        table.add_column(name, justify="left" if name == "cause" else "right")
-    for share in cause_shares(profile):
-        table.add_row(share.cause, f"{share.way:.1%}", f"{share.time:.1%}")
-    console.print(table)
+        text.line(f"{law} does not let the robot drive: {why}", style="red")
+    columns = ("cause", "of the way", "of the time")
+    shares = [(share.cause, f"{share.way:.1%}", f"{share.time:.1%}") for share in cause_shares(profile)]
+    text.table(f"what holds {told.entry.law}", columns, shares, right=columns[1:])
     if explain:
-        console.print(_reasons(profile, all_nodes))
+        _reasons(profile, all_nodes)
 
 
-def _laws_table(told: Answer) -> Table:
-    table = Table(title="laws on this way", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for name in ("law", "time s", "mean m/s", "x optimum", "lateral m/s2", "breaks"):
-        table.add_column(name, justify="left" if name in ("law", "breaks") else "right")
-    for k, e in enumerate(told.entries):
-        broken = Text(", ".join(e.broken) or "-", style="red" if e.broken else "")
+def _laws_table(told: Answer) -> None:
+    columns = ("law", "time s", "mean m/s", "x optimum", "lateral m/s2", "breaks")
+    rows = []
+    for e in told.entries:
         numbers = (f"{e.duration_s:.2f}", f"{e.mean:.3f}", f"{e.ratio:.3f}", f"{e.peak_lateral:.3f}")
-        table.add_row(e.law, *numbers, broken, style="bold" if k == told.chosen else None)
-    return table
+        rows.append((e.law, *numbers, ", ".join(e.broken) or "-"))
+    text.table("laws on this way", columns, rows, right=columns[1:-1], bold=told.chosen, red="breaks")
 
 
-def _reasons(profile: Profile, all_nodes: bool) -> Table:
+def _reasons(profile: Profile, all_nodes: bool) -> None:
     """A row for each stretch that one thing holds, or for each node."""
     from lampyris.cli.speed_work import runs
 
-    table = Table(title="why", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    for name in ("node", "s (m)", "v (m/s)", "t (s)", "held by"):
-        table.add_column(name, justify="left" if name == "held by" else "right", no_wrap=name != "held by")
+    columns = ("node", "s (m)", "v (m/s)", "t (s)", "held by")
+    rows = []
     for a, b in runs(profile, all_nodes):
         node = str(a) if a == b else f"{a}-{b}"
         numbers = (
             f"{x[a]:.3f}" if a == b else f"{x[a]:.3f} - {x[b]:.3f}" for x in (profile.s, profile.v, profile.t)
         )
-        table.add_row(node, *numbers, profile.why(a))
-    return table
+        rows.append((node, *numbers, profile.why(a)))
+    text.table("why", columns, rows, right=columns[:-1], whole=columns[:-1])
 
 
 def drive(run: Drive, *, name: str = "") -> None:
     """A drive in continuous time."""
-    console, grid = _console(), run.scene.grid
-    console.print(Text(run.sentence, style=f"bold {'green' if run.arrived else 'red'}"))
+    grid = run.scene.grid
+    text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
     kinds: dict[str, int] = {}
     for body in run.bodies:
         kinds[body.kind] = kinds.get(body.kind, 0) + 1
@@ -116,7 +104,7 @@ def drive(run: Drive, *, name: str = "") -> None:
     ]
     if run.error > 0:
         rows.append(("off its way", f"at most {run.error:.3g} m from where it was commanded to be"))
-    console.print(_facts("", rows))
+    text.facts("", rows)
 
 
 def _setting(row: dict[str, Any], key: str, value: object) -> str:
@@ -130,18 +118,13 @@ def _setting(row: dict[str, Any], key: str, value: object) -> str:
 
 def laws(records: list[dict[str, Any]], *, alone: bool) -> None:
     """The speed laws; one alone with its settings."""
-    console = _console()
     if alone:
         row = records[0]
         told = [_setting(row, key, value) for key, value in row["settings"].items()]
         settings = "\n".join(told) or "none"
         facts = [("what it does", row["summary"]), ("source", row["source"]), ("units", row["units"])]
-        console.print(_facts(row["name"], [*facts, ("settings", settings)]))
+        text.facts(row["name"], [*facts, ("settings", settings)])
         return
-    table = Table(title="speed laws", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("name", no_wrap=True)
-    table.add_column("what it does, and its source")
-    for row in records:
-        table.add_row(row["name"], Text(f"{row['summary']}\n").append(row["source"], style="dim"))
-    console.print(table)
-    console.print(Text("lampyris laws NAME shows the settings of one; --set-law KEY=VALUE changes them."))
+    rows = [(row["name"], (row["summary"], row["source"])) for row in records]
+    text.table("speed laws", ("name", "what it does, and its source"), rows, whole=("name",))
+    text.line("lampyris laws NAME shows the settings of one; --set-law KEY=VALUE changes them.")

@@ -125,7 +125,7 @@ def speed(
     no_timing: NoTiming = False,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t, s, a, cause, why."),
+        typer.Option("--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t_s, s, a, cause, why."),
     ] = None,
     picture: Picture = None,
     colour_by: Annotated[

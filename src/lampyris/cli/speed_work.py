@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lampyris import api, referee
-from lampyris.cli import speed_show, verbs
+from lampyris.cli import outputs, speed_show, verbs
 from lampyris.cli.request import Request, known
 from lampyris.cli.speed_record import record_of
 from lampyris.errors import SettingError, UsageError
@@ -36,10 +36,8 @@ from lampyris.motion.roomy import DRAWINGS, default_drawing
 from lampyris.motion.tracks import tracks_from_recorded
 from lampyris.planners import registry
 from lampyris.report.plain import grid_record
-from lampyris.report.style import suffix_of
 from lampyris.typing import Points
 
-PICTURES = (".png", ".svg")
 COLOUR_BY = ("speed", "cause")
 
 
@@ -125,11 +123,10 @@ class SpeedOutputs:
 
     def check(self) -> None:
         """Refuse at once what could not be done at the end."""
-        verbs.check_outputs(self.force, self.csv, self.picture, self.chart)
+        outputs.check_outputs(
+            self.force, json=self.json, csv=self.csv, picture=self.picture, chart=self.chart
+        )
         known("COLOUR_BY", "--colour-by", self.colour_by, COLOUR_BY)
-        for path in (self.picture, self.chart):
-            if path is not None:
-                suffix_of(path, PICTURES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,8 +208,9 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     if out.json:
         verbs.print_json(record_of(answer, out.timing))
     else:
-        speed_show.answer(answer, explain=out.explain, all_nodes=out.all_nodes)
-        speed_show.written(out.csv, out.picture, out.chart)
+        with outputs.text_beside(out.csv):
+            speed_show.answer(answer, explain=out.explain, all_nodes=out.all_nodes)
+            speed_show.written(out.csv, out.picture, out.chart)
     return 0
 
 
@@ -363,7 +361,8 @@ def _write(answer: Answer, out: SpeedOutputs) -> None:
     if out.csv is not None:
         from lampyris.report.csv_out import write_profile_csv
 
-        write_profile_csv(out.csv, profile, _course_at(profile, answer.course).heading, grid)
+        with outputs.place(out.csv) as place:
+            write_profile_csv(place, profile, _course_at(profile, answer.course).heading, grid)
     with verbs._working("drawing", quiet=out.json):
         if out.picture is not None:
             from lampyris.report.course_picture import draw_course

@@ -6,10 +6,9 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from lampyris.cli import outputs, text, verbs
 from lampyris.cli import study_work as work
-from lampyris.cli import verbs
 from lampyris.errors import UsageError
-from lampyris.report.style import suffix_of
 from lampyris.study.design import Study
 from lampyris.study.table import Table
 
@@ -36,7 +35,7 @@ def show(path: Path, as_json: bool) -> int:
         verbs.print_json({**record, "summary": summary.as_json()})
         return 0
     there = f"{len(table):,} of {len(study):,}: {study_show.told(counts)}"
-    study_show.facts([*work.facts(study), ("there", there)])
+    text.facts("", [*work.facts(study), ("there", there)])
     study_show.summary(summary)
     return 0
 
@@ -54,8 +53,8 @@ def export(path: Path, out: work.Outputs) -> int:
         return 0
     if table.missing:
         verbs.remarks((f"{len(table):,} of {len(study):,} runs are there; the others are left out",))
-    for file in out.files:
-        print(f"wrote {file}")
+    with outputs.text_beside(*out.files):
+        out.tell()
     return 0
 
 
@@ -99,10 +98,9 @@ def write(name: str, file: Path, force: bool) -> int:
     from lampyris.maps.document import write_file
     from lampyris.study import ready
 
-    text = ready.text(name)
-    suffix_of(file, (".yaml", ".yml"))
-    verbs.check_outputs(force, file)
-    write_file(file, text.encode())
+    words = ready.text(name)
+    outputs.check_outputs(force, study=file)
+    write_file(file, words.encode())
     print(f"wrote {file}")
     return 0
 

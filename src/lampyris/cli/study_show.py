@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 import time
 from collections import Counter
@@ -19,6 +18,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from lampyris.cli import text
 from lampyris.report.tab import DASH, Tab, Value
 from lampyris.study.design import Study
 from lampyris.study.findings import Summary
@@ -30,8 +30,6 @@ QUIET_S = 30.0
 """Where nobody looks on, a line comes with every tenth of the runs, or after so many seconds."""
 MANY = 200_000
 """Runs of a study that is too large for a live table: whose run is whose would fill the memory."""
-WIDTH = 120
-"""Columns of tables that go into a file or a pipe."""
 
 
 def plural(n: int, word: str) -> str:
@@ -195,32 +193,21 @@ class Board(Watch):
         self.say(self._study.name, progress.done, progress.total, failed, progress.seconds_left, table)
 
 
-def console_for_tables() -> Console:
-    """The terminal; what goes into a file or a pipe has room for a table's columns."""
-    console = Console(highlight=False)
-    known = console.is_terminal or "COLUMNS" in os.environ
-    return console if known else Console(highlight=False, width=WIDTH)
-
-
 def fits(one: Tab) -> bool:
-    """Whether a table's lines are short enough for the terminal."""
+    """Whether a table's lines are short enough for where they go."""
     rows = (one.header, *one.texts())
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return sum(widths) + 3 * (len(widths) - 1) + 2 <= console_for_tables().width
+    room = text.width()
+    return room is None or sum(widths) + 3 * (len(widths) - 1) + 2 <= room
 
 
-def tab(one: Tab, console: Console | None = None) -> None:
+def tab(one: Tab) -> None:
     """A table for people."""
-    console = console or console_for_tables()
-    console.print(Text(one.title, style="bold"))
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    for k, (name, side) in enumerate(zip(one.header, one.align, strict=True)):
-        table.add_column(name, justify="left" if side == "l" else "right", overflow="fold", no_wrap=k == 0)
-    for row in one.texts():
-        table.add_row(*(Text(cell) for cell in row))
-    console.print(table)
+    text.line(one.title, style="bold")
+    right = [name for name, side in zip(one.header, one.align, strict=True) if side != "l"]
+    text.table("", one.header, one.texts(), right=right, whole=one.header[:1])
     if one.note:
-        console.print(Text(one.note, style="dim"))
+        text.line(one.note, style="dim")
 
 
 SHORT = {
@@ -237,12 +224,12 @@ def summary(told: Summary) -> None:
     from lampyris.study.measures import ALL
     from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample, starts
 
-    console, lines = console_for_tables(), False
+    lines = False
     for crowd in told.crowds:
         title = "without moving obstacles" if crowd == "none" else f"among {crowd_words(crowd)}"
         some = [entry for entry in told.entries if entry.crowd == crowd and entry.runs]
         if not some:
-            console.print(Text(f"{title}: nothing yet\n"))
+            text.line(f"{title}: nothing yet")
             continue
         names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]
         if not any(e.own["collisions"].value > 0 for e in some if "collisions" in e.own):
@@ -255,30 +242,13 @@ def summary(told: Summary) -> None:
         for e in some:
             texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) if n in e.own else DASH for n in names)
             rows.append((e.entrant, e.runs, *texts))
-        tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)), console)
+        tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)))
     foot = f"{sample(told)} n: the runs behind a mean, where some have no value. {starts(told)}".rstrip()
-    console.print(Text(f"{ANY_ANGLE} {foot}" if lines else foot, style="dim"))
+    text.line(f"{ANY_ANGLE} {foot}" if lines else foot, style="dim")
 
 
 def ready(rows: Sequence[Mapping[str, str]]) -> None:
     """The ready studies."""
-    console = Console(highlight=False)
-    table = Table(title="ready studies", title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("name", no_wrap=True)
-    table.add_column("what it asks")
-    for row in rows:
-        table.add_row(row["name"], Text(row["about"]))
-    console.print(table)
-    console.print(
-        Text("lampyris study NAME runs one; lampyris study write NAME FILE makes a copy to be edited.")
-    )
-
-
-def facts(rows: Sequence[tuple[str, str]]) -> None:
-    """Names and values."""
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
-    for key, value in rows:
-        table.add_row(key, Text(value))
-    Console(highlight=False).print(table)
+    cells = [(row["name"], row["about"]) for row in rows]
+    text.table("ready studies", ("name", "what it asks"), cells, whole=("name",))
+    text.line("lampyris study NAME runs one; lampyris study write NAME FILE makes a copy to be edited.")

@@ -12,12 +12,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from lampyris.cli import INTERRUPTED, Interrupted, verbs
+from lampyris.cli import INTERRUPTED, Interrupted, outputs, text, verbs
 from lampyris.cli.request import known
 from lampyris.errors import FileError, UsageError
 from lampyris.maps.make import MAX_CELLS
 from lampyris.processors import processors
-from lampyris.report.style import suffix_of
 from lampyris.study.design import Study
 from lampyris.study.row import Row
 
@@ -95,13 +94,19 @@ class Outputs:
         """All that are written."""
         return tuple(f for f in (self.csv, self.parquet, self.latex, self.report) if f is not None)
 
+    def tell(self) -> None:
+        """Say which files were written."""
+        for file in self.files:
+            if file != outputs.STDOUT:
+                print(f"wrote {file}")
+
     def check(self, *others: Path) -> None:
         """Refuse at once what could not be done at the end; ``others`` are not to be written over."""
-        verbs.check_outputs(self.force, *self.files)
         self.check_apart(*others)
-        for name, endings in ((self.report, (".html", ".htm")), (self.parquet, (".parquet",))):
-            if name is not None:
-                suffix_of(name, endings)
+        outputs.check_outputs(
+            self.force, json=self.json, csv=self.csv, parquet=self.parquet, latex=self.latex,
+            report=self.report,
+        )  # fmt: skip
         if self.parquet is not None:
             needs("pyarrow", "--parquet", "parquet", "PARQUET")
 
@@ -113,7 +118,7 @@ class Outputs:
         UsageError : OPTIONS.
         """
         for file in self.files:
-            if any(file.resolve() == other.resolve() for other in others):
+            if any(os.path.realpath(file) == os.path.realpath(other) for other in others):
                 raise UsageError("OPTIONS", f"{file} is read and written", allowed="a file of its own")
 
 
@@ -251,12 +256,13 @@ def _dry(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> 
         verbs.print_json({**record(study, path), "done": done, "workers": where.workers, "dask": where.dask})
         return 0
     how = f"on {where.dask}" if where.dask else show.plural(where.workers, "worker")
-    show.facts(
+    text.facts(
+        "",
         [
             *facts(study),
             ("store", f"{path}, {done:,} of {len(study):,} runs there already" if done else f"{path}, new"),
             ("would run", f"{plural_left(len(study) - done)}, {how}"),
-        ]
+        ],
     )
     return 0
 
@@ -329,10 +335,11 @@ def _tell(study: Study, store: Store, path: Path, out: Outputs, *, new: int, sec
         told |= {"summary": summary.as_json(), "files": [str(f) for f in out.files]}
         verbs.print_json({**told, "timing": {"wall_s": seconds}})
         return 0
-    print(f"{len(table):,} of {len(study):,} runs: {show.told(counts)}; {new:,} new, {show.clock(seconds)}")
-    show.summary(summary)
-    for file in out.files:
-        print(f"wrote {file}")
+    with outputs.text_beside(*out.files):
+        done = f"{len(table):,} of {len(study):,} runs: {show.told(counts)}"
+        text.line(f"{done}; {new:,} new, {show.clock(seconds)}")
+        show.summary(summary)
+        out.tell()
     return 0
 
 
@@ -368,7 +375,8 @@ def write(study: Study, table: Table, out: Outputs) -> Summary:
         if out.csv is not None:
             from lampyris.study.export import write_csv
 
-            write_csv(out.csv, table, timing=out.timing)
+            with outputs.place(out.csv) as place:
+                write_csv(place, table, timing=out.timing)
         if out.parquet is not None:
             from lampyris.study.export import write_parquet
 
@@ -377,7 +385,8 @@ def write(study: Study, table: Table, out: Outputs) -> Summary:
             from lampyris.study.export import write_latex
             from lampyris.study.summary_tabs import tabs
 
-            write_latex(out.latex, tabs(summary))
+            with outputs.place(out.latex) as place:
+                write_latex(place, tabs(summary))
     if out.report is not None:
         from lampyris.study.page import write_page
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +10,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lampyris.errors import FileError, LimitError, SettingError, UsageError
+from lampyris.cli import outputs
+from lampyris.errors import LimitError, SettingError, UsageError
 
 if TYPE_CHECKING:
     from lampyris.cli.request import Request, TrafficRequest
@@ -45,7 +45,10 @@ class Outputs:
         from lampyris.cli.request import known
         from lampyris.maps.scenario_save import check_ending
 
-        check_outputs(self.force, self.picture, self.film, self.chart, self.csv, self.save)
+        outputs.check_outputs(
+            self.force, self.save, json=self.json, picture=self.picture, film=self.film, chart=self.chart,
+            csv=self.csv,
+        )  # fmt: skip
         known("LAYER", "--layer", self.layer or LAYERS[0], LAYERS)
         if self.save is not None:
             check_ending(self.save)
@@ -118,7 +121,6 @@ def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) ->
     if kind == "drives":
         from lampyris.cli import drive_work
 
-        drive_work.check(out)
         return drive_work.run(scenario, out)
     return (_simulate if scenario.simulated else _plan)(scenario, out)
 
@@ -152,7 +154,8 @@ def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int
         else:
             from lampyris.report.csv_out import write_plan_csv
 
-            write_plan_csv(out.csv, found, profile, scene.grid)
+            with outputs.place(out.csv) as place:
+                write_plan_csv(place, found, profile, scene.grid)
     if out.save is not None:
         remarks(scenarios.save_scenario(scenario, out.save))
     if out.json:
@@ -163,8 +166,9 @@ def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int
     else:
         from lampyris.cli import show
 
-        show.plan(found, scene, profile, explain=out.explain, name=scenario.name)
-        show.written(out.picture, out.csv, out.save)
+        with outputs.text_beside(out.csv):
+            show.plan(found, scene, profile, explain=out.explain, name=scenario.name)
+            show.written(out.picture, out.csv, out.save)
     if found.status is Status.LIMIT:
         return LimitError.exit_code
     return 0 if found else NO_ANSWER
@@ -201,7 +205,8 @@ def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) ->
     if out.csv is not None:
         from lampyris.report.csv_out import write_trace_csv
 
-        write_trace_csv(out.csv, trace)
+        with outputs.place(out.csv) as place:
+            write_trace_csv(place, trace)
     if out.save is not None:
         remarks(scenarios.save_scenario(scenarios.completed(scenario, trace), out.save))
     if out.json:
@@ -209,8 +214,9 @@ def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) ->
     else:
         from lampyris.cli import show
 
-        show.trace(trace, name=scenario.name)
-        show.written(out.film, out.csv, out.save)
+        with outputs.text_beside(out.csv):
+            show.trace(trace, name=scenario.name)
+            show.written(out.film, out.csv, out.save)
     return 0 if trace.arrived else NO_ANSWER
 
 
@@ -261,11 +267,9 @@ def _about(kind: type) -> str:
 
 def planners(name: str | None, as_json: bool) -> int:
     """``lampyris planners``. Returns the exit code."""
-    from lampyris.planners.registry import planner_class, table
+    from lampyris.planners.registry import planner_class, row_of, table
 
-    if name is not None:
-        planner_class(name)  # raises with the names there are
-    rows = [row for key, row in table().items() if name is None or key == name]
+    rows = list(table().values()) if name is None else [row_of(name)]
     if as_json:
         records = [
             {
@@ -298,25 +302,6 @@ def remarks(notes: tuple[str, ...]) -> None:
     """Sentences for a person, on stderr."""
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
-
-
-def check_outputs(force: bool, *paths: Path | None) -> None:
-    """Refuse at once what could not be written at the end."""
-    given = [path.resolve() for path in paths if path is not None]
-    if len(set(given)) < len(given):
-        raise UsageError("OPTIONS", f"two outputs to {given[0]}", allowed="a file of its own for each")
-    for path in paths:
-        if path is None:
-            continue
-        if path.exists() and not force:
-            raise UsageError(
-                "EXISTS", "the file exists", where=str(path), todo="give --force to overwrite it"
-            )
-        folder = path.parent if str(path.parent) else Path(".")
-        if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise FileError(
-                "FILE_WRITE", "cannot write there", where=str(path), allowed="a folder you may write in"
-            )
 
 
 @contextmanager

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 CUT_OFF = w.SPENT + 1
 """A trip's ending that no kernel tells: the field it would walk on does not reach where it stands."""
 
+NAMED = 8
+"""Gates that a sentence names; the plan has all."""
 _NONE: frozenset[Cell] = frozenset()
 
 
@@ -224,7 +226,9 @@ class AdGsoSession(Copied):
             return f"No path: walls separate {self._robot} from {self._scene.goal}."
         if self._settings.gates == "close":
             return f"No path with the {len(gates)} gates closed: every way leads through one of them."
-        named = ", ".join(str(c) for c in sorted(gates))
+        named = ", ".join(str(c) for c in sorted(gates)[:NAMED])
+        if len(gates) > NAMED:
+            named += f" and {len(gates) - NAMED:,} more"
         return f"No path: every way leads through a gate, and each one met was sealed: {named}."
 
     def _answer(self, status: Status, trip: Trip | None = None, detail: str = "") -> Plan:

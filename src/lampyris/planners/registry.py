@@ -8,7 +8,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 from lampyris.errors import InputError, SettingError, UsageError, did_you_mean
 from lampyris.planners.base import Planner, Traits
@@ -85,8 +85,7 @@ def planner_class(name: str) -> type[Planner]:
     if not isinstance(loaded, type) or not is_dataclass(loaded) or lacks:
         what = f"it has no {', '.join(lacks)}" if lacks else "it is no dataclass"
         raise _broken(entry, f"{entry.value} is no planner: {what}")
-    kind: type[Planner] = loaded
-    return kind
+    return cast(type[Planner], loaded)
 
 
 def _broken(entry: EntryPoint, what: str) -> InputError:
@@ -144,6 +143,17 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     return kind(**(settings or {}))
 
 
+def row_of(name: str) -> PlannerInfo:
+    """One row of the table.
+
+    Raises
+    ------
+    UsageError, InputError : as of :func:`planner_class`.
+    """
+    kind = planner_class(name)
+    return PlannerInfo(name, kind.summary, kind.source, kind.traits, settings_of(kind))
+
+
 def table() -> Mapping[str, PlannerInfo]:
     """Every planner with its traits, settings and source, by name.
 
@@ -152,9 +162,7 @@ def table() -> Mapping[str, PlannerInfo]:
     rows = {}
     for name in names():
         try:
-            kind = planner_class(name)
+            rows[name] = row_of(name)
         except InputError as fault:
             warnings.warn(PlannerLeftOut(str(fault)), stacklevel=2)
-            continue
-        rows[name] = PlannerInfo(name, kind.summary, kind.source, kind.traits, settings_of(kind))
     return MappingProxyType(rows)

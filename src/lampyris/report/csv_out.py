@@ -18,21 +18,23 @@ from lampyris.model.trace import Trace
 from lampyris.report.style import OutFile, cannot_write
 from lampyris.typing import Points
 
-PLAN_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "x", "y", "why")
-PROFILE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "s", "a", "cause", "why")
-DRIVE_COLUMNS = ("t", "x_m", "y_m", "yaw", "v", "a", "s", "leg", "cause", "why")
-TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t", "cause", "x", "y", "event")
+PLAN_COLUMNS = ("x_m", "y_m", "yaw", "v", "t_s", "s", "a", "cause", "x", "y", "why")
+PROFILE_COLUMNS = ("x_m", "y_m", "yaw", "v", "t_s", "s", "a", "cause", "why")
+DRIVE_COLUMNS = ("t_s", "x_m", "y_m", "yaw", "v", "a", "s", "leg", "cause", "why")
+TRACE_COLUMNS = ("x_m", "y_m", "yaw", "v", "tick", "cause", "x", "y", "event")
+
+_TRANSFERS = {"t_s": "t_transfers"}
 
 
 def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> None:
     """Write a path with its speeds, one row a node; an existing file is replaced.
 
     Columns: ``x_m``, ``y_m`` metres of the map frame (cell centres); ``yaw`` radians in the map frame, -pi
-    to pi, of the step that leaves the node (the last keeps the one before); ``v``, ``t``, ``s``, ``a`` in
-    the units of the profile's law (m/s, s, m, m/s2; or velocity units and transfers); ``cause`` what binds
-    v; ``x``, ``y`` the cell; ``why`` the cause in words, with what it speaks of. A plan with a schedule has
-    ``tick`` before that: when the robot is to enter the cell. Its times ``t`` are of the drive alone and
-    know nothing of the waiting.
+    to pi, of the step that leaves the node (the last keeps the one before); ``v``, ``t_s``, ``s``, ``a`` in
+    m/s, s, m and m/s2 (of a law in velocity units these are velocity units and cells, and ``t_transfers``
+    stands in place of ``t_s``); ``cause`` what binds v; ``x``, ``y`` the cell; ``why`` the cause in words,
+    with what it speaks of. A plan with a schedule has ``tick`` before that: when the robot is to enter the
+    cell. Its times are of the drive alone and know nothing of the waiting.
 
     Raises
     ------
@@ -60,11 +62,12 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
         )
     )
     why = [profile.why(k) for k in range(len(profile.v))]
+    columns = PLAN_COLUMNS if profile.metric else tuple(_TRANSFERS.get(c, c) for c in PLAN_COLUMNS)
     if plan.schedule is None:
-        _write(out, PLAN_COLUMNS, ((*row, w) for row, w in zip(rows, why, strict=True)))
+        _write(out, columns, ((*row, w) for row, w in zip(rows, why, strict=True)))
         return
     ticks = plan.schedule.tolist()
-    columns = (*PLAN_COLUMNS[:-1], "tick", PLAN_COLUMNS[-1])
+    columns = (*columns[:-1], "tick", columns[-1])
     _write(out, columns, ((*row, t, w) for row, t, w in zip(rows, ticks, why, strict=True)))
 
 
@@ -105,7 +108,7 @@ def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Gri
 def write_drive_csv(out: OutFile, drive: Drive) -> None:
     """Write a drive in continuous time, one row for each stretch and one for the end.
 
-    Columns: ``t`` seconds; ``x_m``, ``y_m``, ``yaw`` in the map frame; ``v`` m/s at that time, ``a`` m/s2
+    Columns: ``t_s`` seconds; ``x_m``, ``y_m``, ``yaw`` in the map frame; ``v`` m/s at that time, ``a`` m/s2
     until the next row; ``s`` metres along the curve number ``leg``; ``cause`` what binds the speed until
     the next row, ``why`` the same in words. The obstacles' tracks are in the JSON, not here.
 
@@ -145,9 +148,9 @@ def _yaws(heading: Points, grid: Grid) -> list[float]:
 def write_trace_csv(out: OutFile, trace: Trace) -> None:
     """Write the robot's drive, one row a tick; an existing file is replaced.
 
-    Columns as in :func:`write_plan_csv`, with ``t`` the tick and ``event`` the words of that tick's events,
-    joined by ``+``. The yaw is that of the step that led to the cell; a waiting robot keeps it, and before
-    its first step it looks along that. The obstacles' tracks are in the JSON, not here.
+    Columns as in :func:`write_plan_csv`, with ``tick`` in place of ``t_s`` and ``event`` the words of that
+    tick's events, joined by ``+``. The yaw is that of the step that led to the cell; a waiting robot keeps
+    it, and before its first step it looks along that. The obstacles' tracks are in the JSON, not here.
 
     Raises
     ------

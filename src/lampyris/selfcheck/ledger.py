@@ -134,6 +134,8 @@ _BEGINS = '{"part": '
 def _lines(path: Path | None) -> Iterator[dict[str, Any]]:
     if path is None or not path.exists():
         return
+    if not path.is_file():  # reading a pipe would wait for ever
+        raise FileError("FILE_KIND", "it is no regular file", where=str(path), todo="name another file")
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -1,0 +1,137 @@
+"""Files that are to be written: what may be named, and what is refused before any work is done."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
+from pathlib import Path
+
+from lampyris.errors import FileError, UsageError
+from lampyris.report.style import suffix_of
+
+STDOUT = Path("-")
+"""In place of a file: standard output, for tables of text."""
+PICTURES = (".png", ".svg")
+ENDINGS: Mapping[str, tuple[str, ...]] = {
+    "picture": PICTURES,
+    "chart": PICTURES,
+    "film": (".webp", ".gif"),
+    "csv": (".csv", ".txt", ""),
+    "latex": (".tex", ".txt", ""),
+    "parquet": (".parquet",),
+    "report": (".html", ".htm"),
+    "scenario": (".yaml", ".yml", ".json"),
+    "study": (".yaml", ".yml"),
+    "record": (".jsonl", ".ndjson", ".json", ".txt", ""),
+    "ledger": (".ledger", ".jsonl", ".ndjson", ".json", ".txt", ""),
+}
+"""How a file of each kind may end; an empty one: a name without an ending will do."""
+TO_STDOUT = ("csv", "latex")
+"""Kinds that ``-`` writes to standard output."""
+
+
+def check_outputs(force: bool, *paths: Path | None, json: bool = False, **kinds: Path | None) -> None:
+    """Refuse at once what could not be written at the end.
+
+    Parameters
+    ----------
+    force : whether files that exist are overwritten.
+    paths : files whose endings are looked at elsewhere.
+    json : whether JSON goes to standard output.
+    kinds : files by the kind of :data:`ENDINGS`.
+
+    Raises
+    ------
+    UsageError : SUFFIX; EXISTS; OPTIONS: two outputs to one place.
+    FileError : FILE_WRITE: the place cannot be written to.
+    """
+    to_stdout = [f"--{kind} -" for kind, path in kinds.items() if path == STDOUT and kind in TO_STDOUT]
+    to_stdout += ["--json"] if json else []
+    if len(to_stdout) > 1:
+        what = f"{to_stdout[0]} and {to_stdout[1]} both write to standard output"
+        raise UsageError("OPTIONS", what, allowed="one of them")
+    named = {
+        kind: path
+        for kind, path in kinds.items()
+        if path is not None and not (path == STDOUT and kind in TO_STDOUT)
+    }
+    files = [path for path in (*paths, *named.values()) if path is not None]
+    given = [os.path.realpath(path) for path in files]
+    twice = next((path for path, real in zip(files, given, strict=True) if given.count(real) > 1), None)
+    if twice is not None:
+        raise UsageError("OPTIONS", f"two outputs to {twice}", allowed="a file of its own for each")
+    for kind, path in named.items():
+        check_ending(kind, path)
+    for path in files:
+        if demand_place(path) and not force:
+            raise UsageError(
+                "EXISTS", "the file exists", where=str(path), todo="give --force to overwrite it"
+            )
+
+
+def check_ending(kind: str, path: Path) -> None:
+    """Refuse a name whose ending promises another format.
+
+    Raises
+    ------
+    UsageError : SUFFIX.
+    """
+    endings = ENDINGS[kind]
+    if "" in endings and not path.suffix:
+        return
+    suffix_of(path, tuple(ending for ending in endings if ending))
+
+
+def demand_place(path: Path, *, append: bool = False) -> bool:
+    """See that a file can be written there; whether there is one.
+
+    Folders, pipes, sockets and disks are refused: opening a pipe nobody reads from would wait for ever.
+    ``/dev/null`` and other devices of characters may be written to, but not read back (``append``).
+
+    Raises
+    ------
+    FileError : FILE_WRITE.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        mode = None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        allowed = "a file in a folder you may write in"
+        raise FileError("FILE_WRITE", why, where=str(path), allowed=allowed) from None
+    if mode is not None and not stat.S_ISREG(mode) and (append or not stat.S_ISCHR(mode)):
+        kinds = ((stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"))
+        kind = next((word for is_kind, word in kinds if is_kind(mode)), "device")
+        raise FileError("FILE_WRITE", f"it is a {kind}", where=str(path), allowed="a regular file")
+    folder = Path(os.path.realpath(path)).parent
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise FileError(
+            "FILE_WRITE", "cannot write there", where=str(path), allowed="a folder you may write in"
+        )
+    return mode is not None
+
+
+@contextmanager
+def place(path: Path) -> Iterator[Path]:
+    """Where to write a file of text; what was written for ``-`` goes to standard output when all is there."""
+    if path != STDOUT:
+        yield path
+        return
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory(prefix="lampyris-") as folder:
+        file = Path(folder) / "out"
+        yield file
+        with file.open(encoding="utf-8", newline="") as text:
+            while part := text.read(2**16):
+                sys.stdout.write(part)
+    sys.stdout.flush()
+
+
+def text_beside(*paths: Path | None) -> AbstractContextManager[object]:
+    """Text for people goes to standard error while one of these files is standard output."""
+    return redirect_stdout(sys.stderr) if STDOUT in paths else nullcontext()
