@@ -19,7 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.planners import registry
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
-from lampyris.planners.base import Budget, Planner, Session, Traits
+from lampyris.planners.base import Budget, Planner, Session, SessionBase, Traits
 from lampyris.selfcheck.twins import terrain_twin
 from lampyris.selfcheck.twins.search_twin import distances
 from lampyris.testing import cheapest, check_planner
@@ -98,7 +98,7 @@ class Wrong:
         return _WrongSession(self, scene, rng)
 
 
-class _WrongSession:
+class _WrongSession(SessionBase):
     def __init__(self, planner: Wrong, scene: Scene, rng: np.random.Generator) -> None:
         self.planner, self.scene, self.rng = planner, scene, rng
         self.inner = AStar().open(scene, rng)

@@ -4,6 +4,7 @@
 
     LampyrisError                 anything raised on purpose
     ├── UsageError        exit 2  the call's own words are off (options that contradict, unknown names)
+    │   └── BusyError             an object for one call at a time is at work in another call
     ├── InputError        exit 3  something given is wrong
     │   ├── FileError             a file cannot be read as what it claims to be
     │   ├── SceneError            an end outside the map, a body in a wall
@@ -74,6 +75,10 @@ class UsageError(LampyrisError):
     """The call's own words are off: options that contradict each other, a name nobody knows."""
 
     exit_code = 2
+
+
+class BusyError(UsageError):
+    """An object that serves one call at a time is at work in another call: see :mod:`lampyris.exclusive`."""
 
 
 class InputError(LampyrisError):

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from lampyris import exclusive
 from lampyris.field.repair import Mender
 from lampyris.model.change import Change
 from lampyris.planners import registry
-from lampyris.planners._copies import Copied
 from lampyris.planners._graph import Board
 from lampyris.planners._incremental import IncrementalSession
 from lampyris.planners._jps import PackedMap
@@ -49,8 +49,8 @@ def test_lives_are_eventful() -> None:
 
 
 def test_a_field_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(Mender, "__getstate__")
-    monkeypatch.delattr(Mender, "__setstate__")
+    monkeypatch.delattr(Mender, "_own_state")
+    monkeypatch.delattr(Mender, "_take_state")
     assert lives("ad-gso").failed
 
 
@@ -61,7 +61,7 @@ def test_a_packed_map_that_travels_without_its_views(monkeypatch: pytest.MonkeyP
 
 
 def test_copies_that_share(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(Copied, "__copy__")
+    monkeypatch.setattr(exclusive, "_copied_state", lambda one, memo: one._own_state())
     assert lives("dstar", "gso").failed
 
 

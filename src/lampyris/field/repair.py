@@ -7,7 +7,6 @@ A mended field equals one solved from scratch on the changed map to the last bit
 from __future__ import annotations
 
 from collections.abc import Iterable
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SceneError, SettingError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.field.frame import Frame
 from lampyris.field.solve import checked, fill
 from lampyris.halting import look
@@ -53,8 +53,8 @@ class Padded:
     terrain: NDArray[np.uint8]
 
 
-class Mender:
-    """Keeps the field of one goal on a map that changes.
+class Mender(Exclusive):
+    """Keeps the field of one goal on a map that changes; for one call at a time (:mod:`lampyris.exclusive`).
 
     Memory besides the field: one or two bytes a cell, 15 from the first mend on.
 
@@ -117,6 +117,7 @@ class Mender:
         """The same arrays with their border, for kernels."""
         return self._padded
 
+    @one_call
     def snapshot(self) -> Field:
         """The field as it is now, with arrays of its own."""
         f = self._field
@@ -128,10 +129,11 @@ class Mender:
             luciferin=frozen(f.luciferin.copy()),
         )
 
+    @one_call
     def copy(self) -> Mender:
         """Another keeper of the same field, which goes its own way from here."""
         other = Mender.__new__(Mender)
-        other.__dict__.update(self.__dict__)
+        other.__dict__.update(super()._own_state())
         luciferin, cost, step = self._maps
         look()
         luciferin = luciferin.copy()
@@ -144,20 +146,20 @@ class Mender:
         other._field = other._show(self._field.expansions, self._field.revision)
         return other
 
-    def __copy__(self) -> Mender:
-        return deepcopy(self)
-
-    def __getstate__(self) -> dict[str, Any]:
+    def _own_state(self) -> dict[str, Any]:
         # A view travels as an array of its own: what is then mended is not what is shown. The lists are empty
         # between two calls, and long.
-        state = {name: value for name, value in self.__dict__.items() if name not in ("_field", "_padded")}
+        state = {
+            name: value for name, value in super()._own_state().items() if name not in ("_field", "_padded")
+        }
         return {**state, "_lists": None, "shown": (self._field.expansions, self._field.revision)}
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
+    def _take_state(self, state: dict[str, Any]) -> None:
         shown = state.pop("shown")
         self.__dict__.update(state)
         self._field = self._show(*shown)
 
+    @one_call
     def mend(
         self,
         *,

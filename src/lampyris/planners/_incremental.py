@@ -14,20 +14,19 @@ from lampyris.model.moves import Moves
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners._copies import Copied
 from lampyris.planners._graph import GridSearch
 from lampyris.planners._incremental_search import LIMIT, Ground, Search
 from lampyris.planners._limits import limited
 from lampyris.planners._living import LivingMap
 from lampyris.planners._why_not import why_not
-from lampyris.planners.base import Budget
+from lampyris.planners.base import Budget, SessionBase
 from lampyris.typing import Cell, Cells
 
 Make = Callable[[Ground], Search]
 """From a map to a search over it that knows nothing yet."""
 
 
-class IncrementalSession(Copied):
+class IncrementalSession(SessionBase):
     """A session whose search goes on from what it knew before every Change.
 
     Moving obstacles are cells blocked for one call, save on the robot's own cell and on the goal: what

@@ -14,12 +14,11 @@ from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners._copies import Copied
 from lampyris.planners._graph import Answer, GridSearch
 from lampyris.planners._limits import limited
 from lampyris.planners._terrain_graph import TerrainSearch, search_of
 from lampyris.planners._why_not import why_not
-from lampyris.planners.base import Budget
+from lampyris.planners.base import Budget, SessionBase
 from lampyris.planners.edits import edited
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
@@ -40,7 +39,7 @@ Maker = Callable[[BoolGrid, ByteGrid | None, Moves], Search]
 """Makes the search for a free space, its terrain (or None) and the moves on it."""
 
 
-class GraphSession(Copied):
+class GraphSession(SessionBase):
     """A session that searches anew at every call and remembers the map and where the robot was.
 
     Parameters

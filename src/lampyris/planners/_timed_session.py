@@ -18,11 +18,10 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
 from lampyris.planners._limits import limited
 from lampyris.planners._timed_search import LIMIT, Route, TimedSearch, Timetable
-from lampyris.planners.base import Budget
+from lampyris.planners.base import Budget, SessionBase
 from lampyris.planners.edits import edited
 from lampyris.planners.forecast import Forbidden, Forecaster
 from lampyris.typing import BoolGrid, Cell
@@ -81,7 +80,7 @@ class Timed:
             raise SettingError("GROWTH", f"growth {g!r}", allowed="0 to 10 cells a tick")
 
 
-class TimedSession(Copied):
+class TimedSession(SessionBase):
     """A session that knows the tick, remembers the way it is on, and keeps to it where that is as good.
 
     Parameters

@@ -20,11 +20,10 @@ from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.path import path_of, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
 from lampyris.planners._limits import limited
 from lampyris.planners.ad_gso_session import AdGsoSession
-from lampyris.planners.base import Budget
+from lampyris.planners.base import Budget, SessionBase
 from lampyris.planners.edits import edited
 from lampyris.typing import Cell, FloatGrid
 
@@ -37,7 +36,7 @@ WEAKEST = 1.0 / 16.0
 """Below this share of what was asked for the attributes are left out altogether."""
 
 
-class LayeredSession(Copied):
+class LayeredSession(SessionBase):
     """A session of AD-GSO over attributes.
 
     How much they count for is settled at the first plan, on the map without moving obstacles: if the way is

@@ -17,13 +17,12 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners._copies import Copied
 from lampyris.planners._graph import check_cells
 from lampyris.planners._grounds import Grounds
 from lampyris.planners._limits import limited
 from lampyris.planners._living import LivingMap
 from lampyris.planners.ad_gso_walk import NO_LIMIT, Flat, Trip, Walker, walls
-from lampyris.planners.base import Budget
+from lampyris.planners.base import Budget, SessionBase
 from lampyris.typing import Cell
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ NAMED = 8
 _NONE: frozenset[Cell] = frozenset()
 
 
-class AdGsoSession(Copied):
+class AdGsoSession(SessionBase):
     """A session of :class:`lampyris.planners.ad_gso.AdGso`; see :class:`lampyris.planners.base.Session`.
 
     Cells in ``Change.obstacles`` are cells the robot's centre may not enter; for a robot with a radius the

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from lampyris.errors import SettingError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.halting import Stop
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan
@@ -71,15 +72,39 @@ class Budget:
 
 @runtime_checkable
 class Session(Protocol):
-    """A planner's memory of one scene."""
+    """A planner's memory of one scene.
+
+    A session serves one call at a time: what derives from :class:`SessionBase` refuses a second one with
+    :class:`lampyris.errors.BusyError`. Threads that plan at once open a session each; several sessions of one
+    planner do not disturb each other.
+    """
 
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
-        """A way from where the robot is to the goal, given what is new.
+        """A path from where the robot is to the goal, given what is new.
 
         A search that fails is a Plan whose status says so; it never raises for that. The plan starts at
         ``change.robot`` (or where the robot was last known to be, at first the scene's start).
+
+        Raises
+        ------
+        BusyError : another call is at work on this session, in another thread or around this one.
         """
         ...
+
+
+class SessionBase(Exclusive):
+    """What sessions derive from, built in or brought along: it keeps their ``plan`` to one call at a time.
+
+    A second call is refused with :class:`lampyris.errors.BusyError`, at once and without an effect.
+    ``copy.copy``, ``copy.deepcopy`` and pickling give a session that answers as the original would and shares
+    nothing with it; a copy cannot be taken during a call.
+    """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        plan = cls.__dict__.get("plan")
+        if plan is not None:
+            setattr(cls, "plan", one_call(plan))  # noqa: B010 - a type checker knows no assigned methods
 
 
 @runtime_checkable

@@ -17,9 +17,8 @@ from lampyris.model.change import Change
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planners import swarm_settings as check
-from lampyris.planners._copies import Copied
 from lampyris.planners._limits import limited
-from lampyris.planners.base import Budget, Traits
+from lampyris.planners.base import Budget, SessionBase, Traits
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_memory import Memory
 from lampyris.planners.swarm_terms import Weights, score
@@ -161,7 +160,7 @@ class Judge:
         return self.over or self.fitness <= self._bound
 
 
-class SwarmSession(Copied):
+class SwarmSession(SessionBase):
     """A session of a :class:`SwarmPlanner`; see :class:`lampyris.planners.base.Session`.
 
     Every call searches anew. Moving obstacles count as walls for the call, save on the robot's own cell and

@@ -16,9 +16,8 @@ from lampyris.model.change import Change
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners._copies import Copied
 from lampyris.planners._limits import limited
-from lampyris.planners.base import Budget
+from lampyris.planners.base import Budget, SessionBase
 from lampyris.planners.swarm_ground import Ground, Ints
 from lampyris.planners.swarm_memory import NONE, Memory
 from lampyris.swarm.box import Box, Points
@@ -95,7 +94,7 @@ class Trip:
     forced: bool = False
 
 
-class StepSession(Copied):
+class StepSession(SessionBase):
     """A session of a :class:`lampyris.planners.dstar_lpso.StepPlanner`.
 
     Moving obstacles count as walls for the call, save on the robot's own cell and on the goal. One iteration

@@ -22,6 +22,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lampyris.errors import SettingError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.kernels import loading
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
@@ -34,7 +35,7 @@ from lampyris.sim.control import Decision, State, node_at
 from lampyris.sim.controllers import wheel
 from lampyris.sim.drive_log import Log
 from lampyris.sim.drive_settings import Settings
-from lampyris.sim.feed import Feed, PerfectFeed, Watch
+from lampyris.sim.feed import FaultyFeed, Feed, PerfectFeed, Watch
 from lampyris.sim.going import Going
 from lampyris.sim.guide import Guide
 from lampyris.sim.leg import Leg, covered_cells
@@ -94,8 +95,8 @@ def drive(
     return simulation.drive()
 
 
-class DriveSimulation:
-    """A drive that can be stopped between two periods and looked at.
+class DriveSimulation(Exclusive):
+    """A drive that can be stopped between two periods and looked at. For one thread at a time.
 
     Attributes
     ----------
@@ -120,7 +121,7 @@ class DriveSimulation:
         one.check_traffic(scene)
         self.scene = scene
         self.seed = _seed(seed)
-        self.feed: Feed = PerfectFeed() if feed is None else feed
+        self.feed: Feed = feed.fresh() if isinstance(feed, FaultyFeed) else feed or PerfectFeed()
         self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
@@ -193,8 +194,14 @@ class DriveSimulation:
 
     # ---- one period --------------------
 
+    @one_call
     def step(self) -> None:
-        """One period. Does nothing once there is an outcome."""
+        """One period. Does nothing once there is an outcome.
+
+        Raises
+        ------
+        BusyError : another call is at work on this drive.
+        """
         if self.outcome is not None:
             return
         began, loaded = time.perf_counter(), loading.seconds()
@@ -363,8 +370,14 @@ class DriveSimulation:
     def _end(self, outcome: Outcome, detail: str) -> None:
         self.outcome, self.detail = outcome, detail
 
+    @one_call
     def drive(self) -> Drive:
-        """What has happened so far; before the end its outcome is ``timeout``."""
+        """What has happened so far; before the end its outcome is ``timeout``.
+
+        Raises
+        ------
+        BusyError : another call is at work on this drive.
+        """
         log, guide = self.log.copy(), self.guide
         cause = "goal" if self.outcome is Outcome.ARRIVED else self.decision.cause
         about = -1 if self.outcome is Outcome.ARRIVED else self.decision.about

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.field.frame import Frame
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import moves_for, moves_on
@@ -96,8 +97,10 @@ def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     return small and scene.grid.terrain is None and scene.start != scene.goal
 
 
-class FastRuns:
+class FastRuns(Exclusive):
     """Runs of one scene by one planner, each with a seed of its own; what they share is made once.
+
+    For one thread at a time.
 
     Parameters
     ----------
@@ -170,6 +173,7 @@ class FastRuns:
         lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
         return (*field, setup, tally, path, *rest), int(lower)
 
+    @one_call
     def run(self, seed: int, ticks: int | None = None, *, budget: Budget | None = None) -> Trace | None:
         """The trace of one run; None: it needs what only the loop can do.
 

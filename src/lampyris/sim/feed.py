@@ -129,6 +129,10 @@ class FaultyFeed:
         if self.kind == "goal-gone" and self.goal is None:
             raise SettingError("FAULT", "no cell", where="goal", allowed="the cell that is blocked")
 
+    def fresh(self) -> FaultyFeed:
+        """The same fault without the messages of an earlier drive; every drive takes one of its own."""
+        return replace(self, _kept=[])
+
     def tell(self, now: float, truth: Told, robot: tuple[float, float]) -> list[Told]:
         """The truth, or what the fault makes of it."""
         faulty = self.at <= now < self.at + self.lasts

@@ -41,6 +41,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lampyris.errors import SettingError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.field.layers import moves_on
 from lampyris.kernels import loading
 from lampyris.model.change import Change
@@ -111,8 +112,8 @@ def run(
     return simulation.trace()
 
 
-class Simulation:
-    """A simulation that can be stopped between two ticks and looked at.
+class Simulation(Exclusive):
+    """A simulation that can be stopped between two ticks and looked at. For one thread at a time.
 
     Attributes
     ----------
@@ -238,8 +239,14 @@ class Simulation:
 
     # ---- one tick --------------------
 
+    @one_call
     def tick(self) -> None:
-        """One tick. Does nothing once there is an outcome."""
+        """One tick. Does nothing once there is an outcome.
+
+        Raises
+        ------
+        BusyError : another call is at work on this simulation.
+        """
         if self.outcome is not None:
             return
         began, loaded = time.perf_counter(), loading.seconds()
@@ -365,8 +372,14 @@ class Simulation:
     def _end(self, outcome: Outcome, detail: str) -> None:
         self.outcome, self.detail = outcome, detail
 
+    @one_call
     def trace(self) -> Trace:
-        """What has happened so far; before the end its outcome is ``timeout``."""
+        """What has happened so far; before the end its outcome is ``timeout``.
+
+        Raises
+        ------
+        BusyError : another call is at work on this simulation.
+        """
         driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
         way = np.array([self._robot[0], *driven])
         grid = self.scene.grid

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris.errors import SettingError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.swarm.box import Box, Points, Values, norms, told
 from lampyris.swarm.steps import CoolingStep, DecayingStep, FixedStep, StepRule
 
@@ -116,8 +117,8 @@ def igso(n: int = 100, horizon: float = 250.0, most: float = 0.3, wander: float 
     return GSO(n=n, step=CoolingStep(most=most, least=most / 30.0, horizon=horizon), wander=wander)
 
 
-class GlowwormSwarm:
-    """One run of GSO. The state is public; nothing else is remembered.
+class GlowwormSwarm(Exclusive):
+    """One run of GSO. The state is public; nothing else is remembered. It serves one call at a time.
 
     Attributes
     ----------
@@ -146,6 +147,7 @@ class GlowwormSwarm:
         """Where the glowworms are, (n, d)."""
         return self.positions
 
+    @one_call
     def tell(self, values: Values) -> None:
         """Take in J at every glowworm, (n,), and let all of them move."""
         s = self.settings

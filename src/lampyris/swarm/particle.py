@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris.errors import SettingError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.swarm.box import Box, Points, Values, told
 
 MOST = 100_000
@@ -131,8 +132,8 @@ def apso(n: int = 30) -> PSO:
     return PSO(n=n, inertia=SuccessInertia())
 
 
-class ParticleSwarm:
-    """One run of PSO. The state is public; nothing else is remembered.
+class ParticleSwarm(Exclusive):
+    """One run of PSO. The state is public; nothing else is remembered. It serves one call at a time.
 
     Attributes
     ----------
@@ -157,6 +158,7 @@ class ParticleSwarm:
         """Where the particles are, (n, d)."""
         return self.positions
 
+    @one_call
     def tell(self, values: Values) -> None:
         """Take in the value at every particle, (n,), the greater the better, and let all of them move."""
         s, x = self.settings, self.positions

@@ -23,6 +23,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planners import registry
 from lampyris.planners.base import Planner, Session, Traits
+from lampyris.testing.overlap import check_overlap
 from lampyris.testing.questions import Question, ask
 from lampyris.testing.search import cheapest
 from lampyris.testing.story import Story
@@ -62,7 +63,8 @@ def check_planner(planner: Planner | str, *, seed: int = 0, cases: int = 20) -> 
     What must hold: a found path is legal, starts and ends where asked and is what it claims to cost; the part
     of it to be driven before asking again enters no obstacle; an optimal planner answers exactly as an
     exhaustive search does, any other never says ``no-path`` where there is one, nor ``hemmed-in`` without
-    obstacles; a search that fails returns its status, a question that is wrong raises an ``InputError``.
+    obstacles; a search that fails returns its status, a question that is wrong raises an ``InputError``; a
+    call during another call of the same session, from another thread or from within, raises ``BusyError``.
 
     Parameters
     ----------
@@ -86,6 +88,7 @@ def check_planner(planner: Planner | str, *, seed: int = 0, cases: int = 20) -> 
             if case % 3 == 2:
                 scene = _on_rough_ground(scene, np.random.default_rng([seed, index, case, 1]))
             Story(asked, scene, f"seed {seed}, {moves.name} moves, case {case}", rng).run()
+    check_overlap(asked)
     _demand(before == _global_random(), f"{asked.name} draws from the global random state, not from its rng")
 
 

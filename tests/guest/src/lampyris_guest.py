@@ -13,7 +13,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Budget, Traits
+from lampyris.planners.base import Budget, SessionBase, Traits
 from lampyris.planners.edits import edited
 
 
@@ -33,7 +33,7 @@ class Guest:
         return GuestSession(scene)
 
 
-class GuestSession:
+class GuestSession(SessionBase):
     """Remembers the scene and the robot."""
 
     def __init__(self, scene: Scene) -> None:
