@@ -5,8 +5,8 @@ Public names are loaded when first used, so that importing the package, and ``la
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+import importlib as _importlib
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
@@ -103,15 +103,18 @@ if TYPE_CHECKING:
     from lampyris.study.front import run_study as run_study
 
 
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(importlib.import_module(_HOME[name]), name)
-        globals()[name] = value
-        return value
-    if name in _ROOMS:
-        return importlib.import_module(f"lampyris.{name}")
-    raise AttributeError(f"module 'lampyris' has no attribute {name!r}")
+def __getattr__(name: str) -> object:
+    if name not in _HOME and name not in _ROOMS:
+        raise AttributeError(f"module 'lampyris' has no attribute {name!r}")
+    from lampyris.halting import uninterrupted
+
+    with uninterrupted():  # NumPy cannot be imported twice, nor taken as half an import left it
+        if name in _ROOMS:
+            return _importlib.import_module(f"lampyris.{name}")
+        value: object = getattr(_importlib.import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

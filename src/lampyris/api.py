@@ -16,6 +16,7 @@ import numpy as np
 from lampyris import referee
 from lampyris.errors import SettingError, UsageError
 from lampyris.field.layers import free_space
+from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
 from lampyris.maps.load import load_map
 from lampyris.model.defaults import COURSE_SPACING
@@ -313,7 +314,8 @@ def simulate(
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
     InternalFault : the referee refused the trace; a bug of ours.
     """
-    from lampyris.sim import loop
+    with uninterrupted():
+        from lampyris.sim import loop
 
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
@@ -362,8 +364,9 @@ def drive(
     InternalFault : the referee refused the drive; a bug of ours.
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.
-    from lampyris.sim import drive as driving
-    from lampyris.sim.drive_settings import split_settings
+    with uninterrupted():
+        from lampyris.sim import drive as driving
+        from lampyris.sim.drive_settings import split_settings
 
     ours, rest = split_settings(settings)
     chosen = _planner(planner, rest)

@@ -7,6 +7,9 @@ out: the loops let go of the interpreter, so it is never kept from doing so. Wit
 thread, and every result is what it would be without any of this.
 
 Watches lie inside each other: what stops the outer one stops the inner one, not the other way round.
+
+Some work must not be stopped halfway: a library whose import was left half done stays broken for the rest of
+the process. :func:`uninterrupted` has signals wait until it is done.
 """
 
 from __future__ import annotations
@@ -18,9 +21,10 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
-from typing import TYPE_CHECKING
+from types import FrameType
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -339,5 +343,101 @@ def _hear(interrupt: _Interrupt) -> None:
     """One Ctrl-C. Who has set another handler meanwhile wants to hear of it in another way."""
     if interrupt.is_left:
         interrupt.is_left = False
-    elif signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    elif _handler(signal.SIGINT) is signal.default_int_handler:
         interrupt.set()
+
+
+Handler = Callable[[int, FrameType | None], Any]
+
+
+_NAMES = "INT TERM BREAK HUP QUIT ALRM VTALRM PROF USR1 USR2 XCPU"
+_RAISING = tuple(getattr(signal, f"SIG{n}") for n in _NAMES.split() if hasattr(signal, f"SIG{n}"))
+"""Signals whose handlers are known to raise: to end a program, or what takes it too long."""
+
+
+class _Waiting:
+    """Signals that wait.
+
+    Attributes
+    ----------
+    handlers : what is to be called for each signal, then.
+    came : the signals that have come.
+    is_over : whether signals need wait no longer.
+    """
+
+    def __init__(self) -> None:
+        self.handlers: dict[int, Handler] = {}
+        self.came: list[tuple[int, FrameType | None]] = []
+        self.is_over = False
+
+    def note(self, number: int, frame: FrameType | None) -> None:
+        """The handler of a signal meanwhile."""
+        if self.is_over:  # an exception came before the former handler was back in its place
+            self.handlers[number](number, frame)
+        else:
+            self.came.append((number, frame))
+
+    def begin(self) -> None:
+        """Take the place of every handler written in Python."""
+        for number in _RAISING:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                self.handlers[number] = handler
+                signal.signal(number, self.note)
+
+    def end(self) -> None:
+        """Give the handlers their places back, and call those that were waited with."""
+        self.is_over = True
+        try:
+            for number, handler in self.handlers.items():
+                if signal.getsignal(number) == self.note:
+                    signal.signal(number, handler)
+        finally:
+            self._call()
+
+    def _call(self) -> None:
+        if self.came:
+            number, frame = self.came.pop(0)
+            try:
+                self.handlers[number](number, frame)
+            finally:
+                self._call()
+
+
+_waiting: _Waiting | None = None
+"""The signals of the main thread that wait now."""
+
+
+def _handler(number: int) -> Any:
+    """What is called for a signal, now or later."""
+    waiting = _waiting
+    if waiting is not None and number in waiting.handlers:
+        return waiting.handlers[number]
+    return signal.getsignal(number)
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let no signal come between what is done inside; its handler is called afterwards.
+
+    For importing libraries, and for compiling or loading machine code: work of a second or two. Ctrl-C raises
+    KeyboardInterrupt between any two steps of Python's, and a library imported by half is of no more use in
+    this process.
+
+    Python calls handlers in the main thread only; elsewhere this does nothing. Handlers of a user wait, too,
+    and are called afterwards; a signal that has no handler in Python acts at once.
+    """
+    global _waiting
+    if _waiting is not None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    waiting = _Waiting()
+    try:
+        # A sub-interpreter has a main thread, too, but may set no handlers: none of its own are called.
+        with contextlib.suppress(ValueError):
+            _waiting = waiting
+            waiting.begin()
+        yield
+    finally:
+        _waiting = None
+        waiting.end()

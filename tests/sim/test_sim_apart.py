@@ -75,7 +75,9 @@ def test_no_two_obstacles_overlap_whatever_the_robot_does(kind: str, seed: int) 
     """A robot that drives through the crowd and stops now and then, so that obstacles halt in mid-step."""
     rng = np.random.default_rng([11, seed])
     resolution = float(rng.choice([0.25, 1.0]))
-    blocked = rng.random((8, 12)) < (0.1 if seed % 2 and kind not in ("patrols", "sized", "all", "recorded") else 0.0)
+    blocked = rng.random((8, 12)) < (
+        0.1 if seed % 2 and kind not in ("patrols", "sized", "all", "recorded") else 0.0
+    )
     blocked[3] = False
     grid = Grid(blocked, resolution=resolution)
     robot = Robot(radius=float(rng.choice([0.0, 0.3, 0.45])) * resolution, v_max=resolution)

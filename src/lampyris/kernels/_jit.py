@@ -78,10 +78,6 @@ VIEWED = 4096
 WAY = "way"
 """The work of a kernel that follows one way through a map: the map's width, not its cells."""
 
-_LEAN: Mapping[str, Any] = {"_nrt": False}
-"""Nothing is allocated, so nothing has to be counted. If it is, each call of a kernel by a kernel counts its
-arrays up and down with locked instructions: a quarter of the time of whole simulations."""
-
 DAMAGE = (EOFError, UnpicklingError, ValueError, LookupError, AttributeError, ImportError, TypeError)
 """What reading damaged machine code may come to; whether it is, :meth:`Kernel.damaged` finds out."""
 
@@ -169,10 +165,6 @@ class Kernel:
         if self._compiled is None:
             if self._plain_is_quicker(args):
                 return self.run_plain(*args)
-            from lampyris.kernels import _machine as machine
-
-            with machine.uncollected():
-                return self._in_machine_code(args)
         return self._in_machine_code(args)
 
     def _in_machine_code(self, args: tuple[Any, ...]) -> Any:
@@ -244,7 +236,7 @@ class Kernel:
         """The compiled form; compiling happens at its first call and is kept on disk."""
         made = self._compiled
         if made is None:
-            with loading():
+            with halting.uninterrupted(), loading():
                 keeping = _keeping
                 made = self._compiled = _compile(self)
                 if keeping and not _keeping:
@@ -265,7 +257,8 @@ class Kernel:
         """
         dispatcher: Any = self.compiled()
         before = sum(dispatcher.stats.cache_misses.values())
-        dispatcher.compile(types)
+        with halting.uninterrupted():
+            dispatcher.compile(types)
         return bool(sum(dispatcher.stats.cache_misses.values()) > before)
 
     def kept_in(self) -> str | None:
@@ -319,6 +312,9 @@ def compiled_only() -> Iterator[None]:
 @contextmanager
 def recorded() -> Iterator[dict[tuple[Kernel, tuple[Any, ...]], None]]:
     """Run every kernel in its plain form, and note with which types of arguments it is called."""
+    from lampyris.kernels import _machine as machine
+
+    machine.load()
     from numba import typeof
 
     found: dict[tuple[Kernel, tuple[Any, ...]], None] = {}
@@ -359,10 +355,9 @@ def _tell(on: bool) -> None:
 
 
 def _compile(k: Kernel) -> Callable[..., Any]:
-    import numba
-
     from lampyris.kernels import _machine as machine
 
+    machine.load()
     machine.listen(_tell)
     # The compiled form must see compiled callees, a real u64 and a real fetch.
     helpers = {
@@ -377,7 +372,7 @@ def _compile(k: Kernel) -> Callable[..., Any]:
     if keep:
         twin.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
     try:
-        made = numba.njit(cache=keep, nogil=True, fastmath=False, forceinline=k.inline, **_LEAN)(twin)
+        made = machine.compiled(twin, cache=keep, forceinline=k.inline)
         _time_loading(made)
         return made
     except RuntimeError as error:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import gc
 import hashlib
 import pickle
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
+from lampyris import halting
 from lampyris.kernels.loading import loading
 
 
@@ -52,10 +55,49 @@ def uncollected() -> Iterator[None]:
 
 
 def load() -> None:
-    """Import numba now, rather than within a call that has a time limit; it takes a third of a second."""
-    with loading(), uncollected():
-        import numba  # noqa: F401
+    """Import numba now, rather than within a call that has a time limit; it takes a third of a second.
 
+    Ctrl-C meanwhile is heard when it is over: what is left of numba after half an import works no more.
+    """
+    with halting.uninterrupted(), loading(), uncollected():
+        before = set(sys.modules)
+        try:
+            import numba  # noqa: F401
+        except BaseException:
+            # Memory or the stack has run out. What is complete of it must go, too: a second import would take
+            # it as it is, without its place in its package.
+            for name in sorted(set(sys.modules) - before):
+                if name.partition(".")[0] in ("numba", "llvmlite", "yaml"):
+                    sys.modules.pop(name, None)
+            raise
+
+
+def compiled(plain: FunctionType, *, cache: bool, forceinline: bool) -> Any:
+    """The compiled form of a function: it is compiled, or loaded from disk, when it is first called with
+    arguments of some types. No signal comes between: numba would keep half of what it was about to learn.
+
+    Raises
+    ------
+    RuntimeError : no folder to keep it in can be written to.
+    """
+    import numba
+
+    made: Any = numba.njit(cache=cache, nogil=True, fastmath=False, forceinline=forceinline, **LEAN)(plain)
+    compile_for = made._compile_for_args
+
+    def undivided(*args: Any, **kwargs: Any) -> Any:
+        with halting.uninterrupted(), uncollected():
+            return compile_for(*args, **kwargs)
+
+    # Numba's dispatcher, in C, calls this by name for arguments of types that it does not know yet, and runs
+    # what comes of it after that.
+    made._compile_for_args = undivided
+    return made
+
+
+LEAN: Mapping[str, Any] = {"_nrt": False}
+"""Nothing is allocated, so nothing has to be counted. If it is, each call of a kernel by a kernel counts its
+arrays up and down with locked instructions: a quarter of the time of whole simulations."""
 
 HERE = Path(__file__).resolve().parent
 

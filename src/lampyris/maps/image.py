@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.halting import uninterrupted
 from lampyris.maps.colours import Pixels, read_pixels
 from lampyris.maps.document import Reading, Source
 
@@ -228,7 +229,8 @@ def _decode(source: Source, png: _Png) -> NDArray[Any]:
 
 def _unpacked(source: Source, png: _Png, header: bytes, rawmode: str = "") -> NDArray[Any]:
     """What Pillow makes of the pixels under a header; of which bytes, ``rawmode`` can say."""
-    from PIL import Image
+    with uninterrupted():
+        from PIL import Image
 
     # Rebuilt bare: transparency is left to us, a palette is needed only to be there.
     parts = [MAGIC, _chunk(b"IHDR", header)]

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import UsageError
+from lampyris.halting import uninterrupted
 from lampyris.maps.costmap import TO_OCCUPANCY, costs_of
 from lampyris.maps.document import MapDocument, Occupancy, look_up, write_file
 from lampyris.maps.ros import SUFFIXES, UNKNOWN_GREY
@@ -129,7 +130,8 @@ def _pgm(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _png(pixels: NDArray[np.uint8]) -> bytes:
-    from PIL import Image
+    with uninterrupted():
+        from PIL import Image
 
     if pixels.ndim == 3:
         # Red, green, blue and alpha: Nav2 found that GraphicsMagick loses the alpha of grey pictures.

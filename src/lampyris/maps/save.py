@@ -35,6 +35,7 @@ from pathlib import Path
 import numpy as np
 
 from lampyris.errors import UsageError
+from lampyris.halting import uninterrupted
 from lampyris.maps.colours import SHADES
 from lampyris.maps.costmap import costs_of
 from lampyris.maps.csv_file import MARKER, csv_text
@@ -132,7 +133,8 @@ def _bare(codes: CodeGrid) -> CodeGrid:
 
 
 def _png(codes: CodeGrid) -> bytes:
-    from PIL import Image
+    with uninterrupted():
+        from PIL import Image
 
     picture = Image.frombytes("P", codes.shape[::-1], codes.tobytes())
     picture.putpalette([v for code in sorted(SHADES) for v in SHADES[code]])
@@ -180,7 +182,8 @@ def _csv(codes: CodeGrid) -> bytes:
 
 
 def _cost_png(costs: ByteGrid) -> bytes:
-    from PIL import Image
+    with uninterrupted():
+        from PIL import Image
 
     out = io.BytesIO()
     Image.frombytes("L", costs.shape[::-1], costs.tobytes()).save(out, format="PNG")

@@ -7,6 +7,7 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.halting import uninterrupted
 from lampyris.model.grid import MAX_TERRAIN, Grid
 from lampyris.typing import Cell
 
@@ -52,7 +53,8 @@ def thumbnail_pixels(grid: Grid, start: Cell | None, goal: Cell | None) -> NDArr
 
 def thumbnail(grid: Grid, start: Cell | None, goal: Cell | None) -> bytes:
     """A map's thumbnail as a PNG with a palette."""
-    from PIL import Image
+    with uninterrupted():
+        from PIL import Image
 
     pixels = thumbnail_pixels(grid, start, goal)
     picture = Image.frombytes("P", pixels.shape[::-1], pixels.tobytes())

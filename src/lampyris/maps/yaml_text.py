@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from lampyris.errors import FileError, LimitError
+from lampyris.halting import uninterrupted
 
 if TYPE_CHECKING:
     from yaml import Event, SafeLoader
@@ -143,7 +144,8 @@ def shown(value: object) -> str:
 
 
 def _loader(text: str, max_depth: int) -> SafeLoader:
-    import yaml  # 30 ms, for those who read YAML alone
+    with uninterrupted():
+        import yaml  # 30 ms, for those who read YAML alone
 
     class Loader(yaml.SafeLoader):
         """Takes no bracket for a key's begin where it is too deep anyway, as the events will say.
@@ -163,7 +165,8 @@ class _Reader:
     """Builds data from PyYAML's events, and the places beside it."""
 
     def __init__(self, text: str, where: str, max_depth: int, max_values: int) -> None:
-        import yaml
+        with uninterrupted():
+            import yaml
 
         self._yaml = yaml
         self._loader = _loader(text, max_depth)

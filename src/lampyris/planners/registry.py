@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from lampyris.errors import InputError, SettingError, UsageError, did_you_mean
+from lampyris.halting import uninterrupted
 from lampyris.planners.base import Planner, Traits
 
 GROUP = "lampyris.planners"
@@ -76,7 +77,8 @@ def planner_class(name: str) -> type[Planner]:
     """
     entry = _entry(name)
     try:
-        loaded = entry.load()
+        with uninterrupted():
+            loaded = entry.load()
     except (Exception, SystemExit) as fault:
         if not origin_of(name):
             raise

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lampyris.halting import uninterrupted
 from lampyris.model.grid import Grid
 from lampyris.report import style
 from lampyris.report.raster import draw_map
@@ -66,7 +67,8 @@ def blank(
     ``labels``: those of the legend to come, where there may be more than three rows of them. ``below``:
     inches that are kept free beneath the legend.
     """
-    from matplotlib.figure import Figure
+    with uninterrupted():
+        from matplotlib.figure import Figure
 
     frame = frame_of(grid, len(bars))
     more = 0.2 * max(0, _rows(labels, frame) - 3) + below

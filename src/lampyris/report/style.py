@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import FileError, UsageError
+from lampyris.halting import uninterrupted
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.typing import ByteGrid
 
@@ -138,7 +139,8 @@ def terrain_label(least: int, most: int) -> str:
 
 def landscape_colours() -> Rgb:
     """256 colours for luciferin or cost, (256, 3): pale cividis, bright at the goal."""
-    from matplotlib import colormaps
+    with uninterrupted():
+        from matplotlib import colormaps
 
     ramp = colormaps["cividis_r"](np.linspace(0.0, 0.92, 256))[:, :3]
     out: Rgb = np.round(255 * (0.72 * ramp + 0.28)).astype(np.uint8)
@@ -147,15 +149,17 @@ def landscape_colours() -> Rgb:
 
 def landscape_map() -> ListedColormap:
     """The same as a colour map for the bar beside it."""
-    from matplotlib.colors import ListedColormap
+    with uninterrupted():
+        from matplotlib.colors import ListedColormap
 
     return ListedColormap(landscape_colours() / 255.0, name="lampyris-landscape")
 
 
 def speed_map() -> ListedColormap:
     """Colours of speed, slow and dark to fast and bright: inferno without its darks, which its casing has."""
-    from matplotlib import colormaps
-    from matplotlib.colors import ListedColormap
+    with uninterrupted():
+        from matplotlib import colormaps
+        from matplotlib.colors import ListedColormap
 
     return ListedColormap(colormaps["inferno"](np.linspace(0.3, 0.9, 256)), name="lampyris-speed")
 
@@ -178,8 +182,9 @@ def save(figure: Figure, out: OutFile, suffix: str, dpi: int) -> None:
     ------
     FileError : the system refuses.
     """
-    from matplotlib import rc_context
-    from matplotlib.text import Text
+    with uninterrupted():
+        from matplotlib import rc_context
+        from matplotlib.text import Text
 
     for words in figure.findobj(Text):
         # A map may be called $\href{x}$: a name is words, and no formula.

@@ -7,6 +7,7 @@ import re
 import warnings
 from typing import TYPE_CHECKING, Any
 
+from lampyris.halting import uninterrupted
 from lampyris.report.html import Markup
 from lampyris.report.style import INK
 
@@ -24,7 +25,8 @@ _FONT = "'DejaVu Sans', Verdana, sans-serif"
 
 def figure_of(width: float, height: float) -> Figure:
     """An empty figure, inches, without paper of its own."""
-    from matplotlib.figure import Figure
+    with uninterrupted():
+        from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=100)
     figure.patch.set_visible(False)
@@ -42,7 +44,8 @@ def clean(words: str, most: int) -> str:
 
 def inline(figure: Figure, name: str) -> Markup:
     """A figure as an SVG element; ``name`` sets its ids apart from those of the page's other figures."""
-    from matplotlib import rc_context
+    with uninterrupted():
+        from matplotlib import rc_context
 
     for axes in figure.axes:
         axes.patch.set_visible(False)

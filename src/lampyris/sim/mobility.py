@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lampyris.errors import SettingError, UsageError, did_you_mean
+from lampyris.halting import uninterrupted
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Traffic
@@ -89,7 +90,8 @@ def patrols(
     """
     if not count:
         return []
-    from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
+    with uninterrupted():
+        from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
 
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, _STREAM))))
     region, _ = label(~grid.blocked, structure=np.ones((3, 3)))

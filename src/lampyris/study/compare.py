@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris.errors import SettingError
+from lampyris.halting import uninterrupted
 from lampyris.typing import Floats
 
 LEVEL = 0.95
@@ -227,7 +228,8 @@ def _exact(ranks: NDArray[np.int64], up: int) -> float:
 
 def _ranks(x: Floats) -> Floats:
     """Ranks from 1, ties shared; equal is what agrees to :data:`DIGITS` digits with the next below it."""
-    from scipy.stats import rankdata
+    with uninterrupted():
+        from scipy.stats import rankdata
 
     order = np.argsort(x, kind="stable")
     sorted_x = x[order]
@@ -286,7 +288,8 @@ def friedman(values: ArrayLike, more_is_better: bool = False) -> Ranking:
     between = n * float(((average - (k + 1) / 2) ** 2).sum())
     within = float(((table - (k + 1) / 2) ** 2).sum()) / (n * (k - 1))
     chi2 = between / within if within > 0 else 0.0
-    from scipy.stats import chi2 as chi2_law
+    with uninterrupted():
+        from scipy.stats import chi2 as chi2_law
 
     p = float(chi2_law.sf(chi2, k - 1))
     return Ranking(tuple(average.tolist()), n, chi2, p, critical_difference(k, n))
@@ -349,13 +352,15 @@ def profiles(values: ArrayLike) -> tuple[Performance, ...]:
 
 
 def _normal_quantile(q: float) -> float:
-    from scipy.special import ndtri
+    with uninterrupted():
+        from scipy.special import ndtri
 
     return float(ndtri(q))
 
 
 def _normal_share(z: float) -> float:
-    from scipy.special import ndtr
+    with uninterrupted():
+        from scipy.special import ndtr
 
     return float(ndtr(z))
 
@@ -363,7 +368,8 @@ def _normal_share(z: float) -> float:
 @lru_cache(maxsize=64)
 def _studentized(k: int) -> float:
     """Quantile at :data:`LEVEL` of the range of k standard normal values."""
-    from scipy.stats import studentized_range
+    with uninterrupted():
+        from scipy.stats import studentized_range
 
     law: Any = studentized_range
     return float(law.ppf(LEVEL, k, np.inf))

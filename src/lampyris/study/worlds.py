@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lampyris import elementary, scen
 from lampyris.errors import FileError, LimitError, SceneError
 from lampyris.field.layers import free_cells
+from lampyris.halting import uninterrupted
 from lampyris.maps.document import MapDocument
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.movingai import grid_for, read_scen
@@ -170,7 +171,8 @@ class Worlds:
 
         Evenly over all such pairs that are far enough from each other. More of them begin with the same ones.
         """
-        from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
+        with uninterrupted():
+            from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
 
         region, _ = label(free)
         cells = np.flatnonzero(region)
@@ -256,7 +258,8 @@ def spread(items: Sequence[T], limit: int | None) -> list[T]:
 
 def _most_pairs(region: NDArray[np.integer[Any]], sizes: NDArray[np.integer[Any]], least: float) -> int:
     """No more pairs than so many can be drawn: those of cells of one region, if it reaches far enough."""
-    from scipy.ndimage import find_objects  # bits: whole numbers in, whole numbers out
+    with uninterrupted():
+        from scipy.ndimage import find_objects  # bits: whole numbers in, whole numbers out
 
     most = 0
     for (rows, columns), size in zip(find_objects(region), sizes.tolist(), strict=True):

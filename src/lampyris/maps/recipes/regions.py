@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.halting import uninterrupted
 from lampyris.maps.draw import Draw
 from lampyris.typing import BoolGrid
 
@@ -21,7 +22,8 @@ def keep_largest(blocked: BoolGrid) -> BoolGrid:
 
     Where nothing is free at all, the middle cell becomes so: a map has a place to stand.
     """
-    from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
+    with uninterrupted():
+        from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
 
     regions, count = label(~blocked)
     if count == 0:
@@ -42,8 +44,9 @@ def spanning_tree(draw: Draw, nodes: int, a: Whole, b: Whole) -> BoolGrid:
     The minimum tree of random weights. No two weights are equal, so there is one such tree, whichever
     algorithm finds it. a < b everywhere, and no edge occurs twice.
     """
-    from scipy.sparse import csr_array  # bits: only carries the weights
-    from scipy.sparse.csgraph import minimum_spanning_tree  # bits: compares weights; no two are equal
+    with uninterrupted():
+        from scipy.sparse import csr_array  # bits: only carries the weights
+        from scipy.sparse.csgraph import minimum_spanning_tree  # bits: compares weights; no two are equal
 
     edges = len(a)
     order = np.lexsort((b, a))
