@@ -49,7 +49,8 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
         (
             (file, "time")
             for file in (
-                "api.py", "scen.py", "kernels/loading.py", "sim/drive.py", "sim/fast.py", "sim/guide.py", "sim/loop.py",
+                "api.py", "scen.py", "kernels/loading.py",
+                "sim/drive.py", "sim/fast.py", "sim/guide.py", "sim/loop.py",
                 "planners/_incremental.py", "planners/_jps.py", "planners/_session.py",
                 "planners/_timed_session.py", "planners/swarm_session.py", "planners/swarm_steps.py",
             )

@@ -78,7 +78,7 @@ def planner_class(name: str) -> type[Planner]:
     entry = _entry(name)
     try:
         with uninterrupted():
-            loaded = entry.load()
+            loaded: Any = entry.load()
     except (Exception, SystemExit) as fault:
         if not origin_of(name):
             raise
