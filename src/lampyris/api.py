@@ -18,6 +18,7 @@ from lampyris.errors import SettingError, UsageError
 from lampyris.field.layers import free_space
 from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
+from lampyris.limits import NODES, PATH, PER_CELL, demand_memory
 from lampyris.maps.load import load_map
 from lampyris.model.defaults import COURSE_SPACING
 from lampyris.model.drive import Drive
@@ -101,6 +102,7 @@ def plan(
     """
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
+    _small_enough(scene, chosen, "planning")
     _typed("budget", budget or Budget(), Budget)
     rng = np.random.Generator(np.random.PCG64(_seed(seed)))
     began, loaded = loading.wall(), loading.seconds()
@@ -109,6 +111,8 @@ def plan(
     def answer() -> Plan:
         # Nobody keeps the session: its memory is free for what comes after it.
         made = chosen.open(scene, rng, record=record).plan(None, budget)
+        if made.path is not None:
+            PATH.demand(len(made.path.cells), "the path")
         answers.append((made, loading.wall()))
         made = assess(made, scene)
         return replace(made, detail=why(made, scene))
@@ -162,6 +166,7 @@ def course(
             allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
         )
     points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else way
+    _few_nodes(points, float(step) / resolution)
     wanted = wanted_of(way, resolution) if isinstance(way, Plan) else None
     curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
     referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
@@ -280,6 +285,25 @@ def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: f
         referee.demand(found)
 
 
+def _few_nodes(points: Points, step: float) -> None:
+    """Refuse a polyline that is too long for its spacing before any of its lines is looked at.
+
+    A curve along it is not longer; its pieces' borders are nodes besides.
+    """
+    xy = np.asarray(points, dtype=np.float64)
+    if xy.ndim == 2 and xy.shape[1:] == (2,) and np.isfinite(xy).all():
+        d = xy[1:] - xy[:-1]
+        nodes = float(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]).sum()) / step
+        NODES.demand(int(min(nodes, 1e15)), "the path", instead="choose a larger spacing")
+
+
+def _small_enough(scene: Scene, planner: Planner, doing: str) -> None:
+    """Refuse a map on which a planner would take more memory than is allowed."""
+    grid, border = scene.grid, scene.moves.reach
+    what = f"{doing} with {planner.name}"
+    demand_memory(grid.height, grid.width, border, getattr(planner, "bytes_a_cell", PER_CELL), what)
+
+
 def _path(way: Plan | Path) -> Path:
     path = way.path if isinstance(way, Plan) else way
     if path is None:
@@ -319,6 +343,7 @@ def simulate(
 
     chosen = _planner(planner, settings)
     _typed("scene", scene, Scene)
+    _small_enough(scene, chosen, "simulating")
     scene = among(scene, traffic)
     _typed("budget", budget or Budget(), Budget)
     trace = loop.run(
@@ -371,6 +396,7 @@ def drive(
     ours, rest = split_settings(settings)
     chosen = _planner(planner, rest)
     _typed("scene", scene, Scene)
+    _small_enough(scene, chosen, "driving")
     scene = among(scene, traffic)
     _typed("budget", budget or Budget(), Budget)
     made = driving.drive(

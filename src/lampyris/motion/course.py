@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.limits import NODES
 from lampyris.model.curve import Curve
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
@@ -147,7 +148,9 @@ def course_of(curve: Curve, spacing: float) -> Course:
     Every piece is divided evenly. Between two stops there are at least two edges, so that the robot can
     drive between them.
     """
-    counts = np.maximum(np.ceil(curve.lengths / spacing), 1).astype(np.int64)
+    wanted = np.maximum(np.ceil(curve.lengths / spacing), 1.0)
+    NODES.demand(int(min(float(wanted.sum()), 1e15)) + 1, "the path", instead="choose a larger spacing")
+    counts = wanted.astype(np.int64)
     halts = {0, len(curve.lengths), *curve.stops.tolist()}
     for k in range(len(counts)):
         if k in halts and k + 1 in halts and counts[k] == 1:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.limits import NODES
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.around import edge_room, edge_zones, reach_of, zones_at
@@ -46,6 +47,7 @@ def refined(course: Course, scene: Scene, *, share: float = 0.9, halvings: int =
         split = np.flatnonzero(edges < share * 0.5 * (ends[1:] + ends[:-1]))
         if len(split) == 0:
             break
+        NODES.demand(len(course) + len(split), "the path", instead="choose a larger spacing")
         course = _halved(course, split)
         new = split + 1 + np.arange(len(split))
         away = np.insert(away, split + 1, wall_distance(course.xy[new], scene.grid, reach))

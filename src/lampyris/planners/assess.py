@@ -10,6 +10,7 @@ from lampyris.field.gates import find_gates
 from lampyris.field.layers import free_cells, moves_for
 from lampyris.field.solve import solve
 from lampyris.halting import look
+from lampyris.model.field import Gate
 from lampyris.model.path import Path, step_costs
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
@@ -26,7 +27,6 @@ def assess(found: Plan, scene: Scene) -> Plan:
     look()
     if found.path is None:
         return replace(found, gates_in_map=gates)
-    way = {(int(x), int(y)) for x, y in found.path.cells}
     optimal, to_go = found.optimal_exact, found.sum_cost_to_go
     if optimal is not None and optimal == found.path.exact and to_go is None:
         to_go = _sum_along_optimum(found.path, scene.grid.terrain)
@@ -42,8 +42,18 @@ def assess(found: Plan, scene: Scene) -> Plan:
         optimal_exact=optimal,
         sum_cost_to_go=to_go,
         gates_in_map=gates,
-        gates_on_path=tuple(g for g in gates if g.cell in way),
+        gates_on_path=_on_path(gates, found.path, scene.grid.width),
     )
+
+
+def _on_path(gates: tuple[Gate, ...], path: Path, width: int) -> tuple[Gate, ...]:
+    """The gates on the path. Numbers, not pairs of objects: a path may have a million cells."""
+    if not gates:
+        return ()
+    cells = np.array([g.cell for g in gates], dtype=np.int64)
+    passed = path.cells.astype(np.int64)
+    on = np.isin(cells[:, 0] + cells[:, 1] * width, passed[:, 0] + passed[:, 1] * width)
+    return tuple(g for g, there in zip(gates, on.tolist(), strict=True) if there)
 
 
 def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:

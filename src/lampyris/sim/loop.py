@@ -44,6 +44,7 @@ from lampyris.errors import SettingError
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.field.layers import moves_on
 from lampyris.kernels import loading
+from lampyris.limits import TICKS
 from lampyris.model.change import Change
 from lampyris.model.defaults import SIMULATION_PATIENCE
 from lampyris.model.path import path_of
@@ -90,7 +91,7 @@ def run(
     seed : root of every draw, >= 0. Every planner meets the same obstacle draws as far as its own deeds
         allow.
     ticks : the last tick; None: ten times (height + width), and four times the steps of the first plan on
-        top.
+        top, but not above :data:`lampyris.limits.TICKS`.
     law : the speed law: ``physical``, ``dissertation``, or settings of one of them.
     patience : the robot gives up after more than so many ticks of waiting in a row; None: 50.
     budget : of every single call of the planner; None: no limit.
@@ -169,7 +170,9 @@ class Simulation(Exclusive):
         self._started = True
         if self.last_tick is None:
             steps = max(len(self._on.way) - 1, 0)
-            self.last_tick = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
+            TICKS.demand(steps, "the path", instead="say how many ticks there are")
+            most = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
+            self.last_tick = min(most, TICKS.allowed)
         if not self.plan:
             verdict = self._without_traffic() if self.crowd.bodies else self.plan
             closed = verdict.status is Status.NO_PATH and self.walls.may_open

@@ -1,0 +1,117 @@
+"""Limits of use: what is done with a file that was read is refused before it takes more than is allowed."""
+
+from __future__ import annotations
+
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import lampyris
+from lampyris import limits
+from lampyris.cli.app import app
+from lampyris.errors import LimitError, SettingError
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.motion.course import course_of
+from lampyris.motion.refine import refined
+from lampyris.planners.assess import assess
+
+
+def street(n: int) -> Scene:
+    return Scene(Grid(np.zeros((1, n), dtype=np.bool_)), (0, 0), (n - 1, 0))
+
+
+@pytest.mark.parametrize("verb", ["plan", "simulate", "drive"])
+def test_a_map_of_one_row_of_all_cells_is_refused_before_memory_is_asked_for(verb: str) -> None:
+    """A picture of 2 KiB, 16,777,216 x 1 cells, took 4.3 GiB and 80 s: its border has twice its cells."""
+    scene = street(2**24)
+    tracemalloc.start()
+    try:
+        with pytest.raises(LimitError, match="LAMPYRIS_MAX_MEMORY") as said:
+            getattr(lampyris, verb)(scene)
+        assert tracemalloc.get_traced_memory()[1] < 2**24  # a byte a cell
+    finally:
+        tracemalloc.stop()
+    assert said.value.code == "MEMORY"
+    assert said.value.exit_code == 5
+
+
+def test_the_largest_square_map_is_within_the_limit() -> None:
+    limits.demand_memory(4096, 4096, 2, limits.PER_CELL, "planning")
+
+
+def test_memory_is_asked_of_the_planner(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = street(10_000)  # 3 x 10,002 cells of 100 bytes: 2.9 MiB
+    monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "3")
+    assert lampyris.plan(scene)
+    monkeypatch.setenv("LAMPYRIS_MAX_MEMORY", "2")
+    with pytest.raises(LimitError, match="planning with astar on 10,000 x 1 cells needs 3 MiB"):
+        lampyris.plan(scene, "astar")
+
+
+def test_a_path_of_too_many_cells_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[object] = []
+    monkeypatch.setattr("lampyris.api.assess", lambda made, scene: judged.append(made) or assess(made, scene))
+    monkeypatch.setenv("LAMPYRIS_MAX_PATH", "50")
+    assert lampyris.plan(street(50))
+    assert len(judged) == 1
+    with pytest.raises(LimitError, match=r"PATH_LENGTH.*51 cells.*LAMPYRIS_MAX_PATH=51"):
+        lampyris.plan(street(51))
+    assert len(judged) == 1
+
+
+def test_a_course_of_too_many_nodes_is_refused_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = street(101)
+    ends = np.array([[0.0, 0.0], [100.0, 0.0]])
+    monkeypatch.setenv("LAMPYRIS_MAX_NODES", "401")
+    assert len(lampyris.course(ends, scene)) == 401
+    monkeypatch.setenv("LAMPYRIS_MAX_NODES", "399")
+    monkeypatch.setattr("lampyris.api.drawn", None)
+    with pytest.raises(LimitError, match=r"400 nodes.*larger spacing.*LAMPYRIS_MAX_NODES=400"):
+        lampyris.course(ends, scene)
+
+
+def test_nodes_are_counted_on_the_curve_and_where_edges_are_halved(monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = np.zeros((3, 101), dtype=np.bool_)
+    blocked[0, 50] = True
+    scene = Scene(Grid(blocked), (0, 1), (100, 1), robot=Robot(radius=0.3, v_max=2.0))
+    coarse = lampyris.course(np.array([[0.0, 1.0], [100.0, 1.0]]), scene, spacing=1.0)
+    assert coarse.curve is not None
+    plain = course_of(coarse.curve, 1.0)
+    assert len(coarse) > len(plain)
+    monkeypatch.setenv("LAMPYRIS_MAX_NODES", str(len(plain)))
+    assert len(course_of(coarse.curve, 1.0)) == len(plain)
+    with pytest.raises(LimitError, match="NODES"):
+        refined(plain, scene)
+    monkeypatch.setenv("LAMPYRIS_MAX_NODES", str(len(plain) - 1))
+    with pytest.raises(LimitError, match="NODES"):
+        course_of(coarse.curve, 1.0)
+    with pytest.raises(LimitError, match="NODES"):  # more than a whole number has room for
+        course_of(coarse.curve, 1e-300)
+
+
+def test_a_simulation_that_would_take_too_many_ticks_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LAMPYRIS_MAX_TICKS", "30")
+    assert lampyris.simulate(street(31)).arrived
+    with pytest.raises(LimitError, match=r"TICKS.*31 ticks"):
+        lampyris.simulate(street(32))
+    assert lampyris.simulate(street(32), ticks=100).arrived
+
+
+@pytest.mark.parametrize("given", ["0", "-1", "1.5", "much", "1" * 400, "٣"])
+def test_a_variable_that_is_no_number_is_refused(given: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LAMPYRIS_MAX_PATH", given)
+    with pytest.raises(SettingError, match="LAMPYRIS_MAX_PATH"):
+        lampyris.plan(street(5))
+
+
+def test_the_command_line_ends_with_exit_code_5(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "street.txt").write_text("." * 60 + "\n")
+    monkeypatch.setenv("LAMPYRIS_MAX_PATH", "10")
+    done = CliRunner().invoke(app, ["plan", str(tmp_path / "street.txt"), "--start", "0,0", "--goal", "59,0"])
+    assert isinstance(done.exception, LimitError)
+    assert done.exception.exit_code == 5
