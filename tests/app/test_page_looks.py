@@ -273,7 +273,7 @@ def pairs(name: str) -> dict[str, str]:
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_causes_are_told_apart_by_everybody_in_both_themes(who: str, theme: str) -> None:
     causes = {**pairs("CAUSES"), **(pairs("ON_DARK") if theme == "dark" else {})}
-    one_look = ("obstacle", "waiting", "ring 1", "ring 2", "angle")
+    one_look = ("ring 1", "ring 2", "angle")
     physical = sorted(set(causes) - set(one_look))
     assert len(physical) >= 15
     for a, b in itertools.combinations(physical, 2):

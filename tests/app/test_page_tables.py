@@ -7,6 +7,7 @@ import json
 import re
 from dataclasses import fields
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from lampyris.maps.scenario import PRESETS
@@ -64,6 +65,32 @@ def iteration(table: str) -> dict[str, Any]:
 
 def test_printed_tables_are_the_packaged_ones() -> None:
     assert json.loads(source("printed.json")) == printed()
+
+
+def test_the_tour_says_where_the_map_is_drawn_and_what_is_printed_for_another() -> None:
+    """Figure 4.1 draws the map; 16.2, in Table 4.10, is for a map with two gates (issue 24, C22)."""
+    told = source("chapters.js")
+    assert "draws no map" not in told
+    assert "Figure 4.1" in told
+    assert re.search(r"table_cost\} of its Table 4\.10 is for another map", told)
+    method = (Path(__file__).parents[2] / "docs" / "method.md").read_text(encoding="utf-8")
+    assert "Figure 4.1" in method
+    assert "prints 13.4 and 16.2 for it" not in method
+    assert re.search(r"16\.2 of its Table 4\.10 is for another", method)
+
+
+def test_gates_have_one_symbol_and_one_name_in_pictures_map_and_key() -> None:
+    """The map had crosses, its key squares, pictures diamonds (issue 24, C20)."""
+    picture = (STATIC.joinpath("../../report/picture.py")).read_text(encoding="utf-8")
+    names = re.findall(r'\("(gate[^"]*)", \[g for g in gates', picture)
+    assert '"marker": "D"' in picture
+    key = re.search(r"const GATES = (\[.*\]);", source("legend.js"))
+    assert key
+    assert [name for _, name in json.loads(key[1])] == names
+    for name in ("legend.js", "still.js"):
+        assert "gateMarks(" in source(name), "the one drawing of a gate"
+    assert 'shape: "gate"' in source("colours.js")
+    assert "gateOutline(" in source("timeline.js")
 
 
 def test_measures_are_those_of_studies() -> None:

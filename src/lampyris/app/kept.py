@@ -12,6 +12,7 @@ from lampyris import api, scenarios
 from lampyris.app.compared import Told, compare, comparison
 from lampyris.app.frames import frame, json_frame
 from lampyris.app.known import known
+from lampyris.app.layered import layer_of
 from lampyris.app.telling import Share, tell
 from lampyris.app.watched import begin, finish
 from lampyris.errors import UsageError
@@ -26,7 +27,7 @@ from lampyris.planners import registry
 from lampyris.report import html
 from lampyris.report.animate import FPS, check, film, frames_of
 from lampyris.report.csv_out import write_plan_csv, write_trace_csv
-from lampyris.report.film_frames import Stage
+from lampyris.report.film_frames import Landscape, Stage
 from lampyris.report.measure import trace_metrics
 from lampyris.report.picture import LAYERS, draw_plan
 from lampyris.report.tab import Tab
@@ -34,6 +35,7 @@ from lampyris.scenarios import speed_law
 from lampyris.study.measures import ALL
 from lampyris.study.page import page_of
 from lampyris.study.summary import summarise
+from lampyris.typing import Floats
 
 Look = Callable[[], None]
 PIECE: Final = 2**18
@@ -45,8 +47,9 @@ def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Itera
     Parameters
     ----------
     question : ``what``: png, svg, webp, gif, csv, scenario or report. ``tick``, of a png: that moment of the
-        simulation and not the plan. ``settings``: ``layer`` of a picture (luciferin, cost or none), ``fps``
-        and ``scale`` of a film; planners, laws and seeds of the report of a comparison.
+        simulation and not the plan. ``settings``: ``layer`` of a picture of the plan (luciferin, cost or
+        none), or of a film or a moment (none, or any of :func:`lampyris.app.layered.layer_of`), ``fps`` and
+        ``scale`` of a film; planners, laws and seeds of the report of a comparison.
 
     Raises
     ------
@@ -93,7 +96,7 @@ def simulated(scenario: Scenario, look: Look) -> Trace:
 def _picture(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
     tick = settings.get("tick")
     if tick is not None:
-        return _moment(settings, simulated(scenario, look), tick)
+        return _moment(settings, scenario, simulated(scenario, look), tick)
     layer = settings.get("layer") or LAYERS[0]
     scene, own = scenario.scene, scenario.settings
     found, profile = planned(scenario)
@@ -108,7 +111,7 @@ def _picture(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> byt
     )
 
 
-def _moment(settings: Mapping[str, Any], trace: Trace, tick: Any) -> bytes:
+def _moment(settings: Mapping[str, Any], scenario: Scenario, trace: Trace, tick: Any) -> bytes:
     """A tick of a simulation, as its film shows it."""
     if settings["what"] != "png":
         raise UsageError(
@@ -122,18 +125,47 @@ def _moment(settings: Mapping[str, Any], trace: Trace, tick: Any) -> bytes:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
     from PIL import Image
 
+    stage = Stage(trace, None, landscape=_landscape(settings, scenario, trace))
     out = io.BytesIO()
-    Image.fromarray(Stage(trace, None).frame(float(min(tick, trace.ticks)))).save(out, format="PNG")
+    Image.fromarray(stage.frame(float(min(tick, trace.ticks)))).save(out, format="PNG")
     return out.getvalue()
 
 
 def _film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
-    return _film_of(simulated(scenario, look), settings, look)
+    return _film_of(scenario, simulated(scenario, look), settings, look)
 
 
-def _film_of(trace: Trace, settings: Mapping[str, Any], look: Look) -> bytes:
+def _landscape(settings: Mapping[str, Any], scenario: Scenario, trace: Trace) -> Landscape | None:
+    """The layer beneath the moments of a run.
+
+    Raises
+    ------
+    UsageError : LAYER.
+    """
+    name = settings.get("layer")
+    if name is None or name == "none":
+        return None
+    moves = name == "reach"
+
+    def values(tick: int) -> Floats:
+        return layer_of(str(name), scenario, tick, _bodies(trace, tick) if moves else None)
+
+    return Landscape(str(name), values, moves)
+
+
+def _bodies(trace: Trace, tick: int) -> list[list[int]]:
+    """Cells of the obstacles that are there at a tick."""
+    return [
+        track[min(tick - came, len(track) - 1)].tolist()
+        for track, came in zip(trace.tracks, trace.appears, strict=True)
+        if came <= tick
+    ]
+
+
+def _film_of(scenario: Scenario, trace: Trace, settings: Mapping[str, Any], look: Look) -> bytes:
     given = {key: settings[key] for key in ("fps", "scale") if settings.get(key) is not None}
     check(f"film.{settings['what']}", given.get("fps", FPS), given.get("scale"))
+    below = _landscape(settings, scenario, trace)
     frames = frames_of(trace, given.get("fps", FPS))
     share = Share("drawing", frames)
 
@@ -143,7 +175,8 @@ def _film_of(trace: Trace, settings: Mapping[str, Any], look: Look) -> bytes:
             tell("writing")
         look()
 
-    return _written(settings["what"], lambda path: film(trace, path, progress=drawn, **given))
+    given |= {"progress": drawn, "landscape": below}
+    return _written(settings["what"], lambda path: film(trace, path, **given))
 
 
 def _csv(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
@@ -190,7 +223,7 @@ def run_page(scenario: Scenario, look: Look) -> str:
     found, profile = planned(scenario)
     scene = scenario.scene
     picture = _picture({"what": "png", "layer": None}, scenario, look)
-    moving = _film_of(trace, {"what": "webp"}, look)
+    moving = _film_of(scenario, trace, {"what": "webp"}, look)
     metrics = trace_metrics(trace, known(trace.scene))
     rows = [
         (measure.title, measure.scale * value, measure.about)

@@ -15,7 +15,7 @@ from lampyris.app.frames import NOWHERE, caps_frame, json_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.maps.scenario import Scenario
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Body, Patrol
 from lampyris.planners import registry
 from lampyris.referee import check_trace, demand
 from lampyris.report.measure import near_by_tick
@@ -25,7 +25,7 @@ from lampyris.sim.endings import why
 from lampyris.sim.loop import Simulation
 from lampyris.sim.since import events_since, since
 from lampyris.sim.space import Space, robot_shape
-from lampyris.sim.traffic import open_traffic
+from lampyris.sim.traffic import Crowd, Shuttle, open_traffic
 from lampyris.sim.world import World
 from lampyris.typing import Cell
 
@@ -33,6 +33,8 @@ CHUNK_S: Final = 0.03
 """Seconds of work between two frames of ticks."""
 MOST_TICKS: Final = 60_000
 """Ticks of one frame: their number has 16 bits."""
+MOST_PATH: Final = 20_000
+"""Cells of patrols that are told with a plan, all of them together."""
 WORDS: Final = (*CAUSES, "other")
 """What can bind a speed, as a frame of ticks counts them."""
 _CODES: Final = {word: k for k, word in enumerate(WORDS)}
@@ -68,11 +70,43 @@ def standing(scenario: Scenario) -> list[tuple[Body, Cell]]:
     ------
     LampyrisError : as :func:`begin`, for obstacles that have no place.
     """
+    crowd = _crowd(scenario)
+    cells = map(crowd.world.space.cell, crowd.world.where)
+    return list(zip(crowd.bodies, cells, strict=True))
+
+
+def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
+    """What :func:`standing` says as plain data. A patrol has its ``waypoints`` and, as far as all patrols
+    together take no more than :data:`MOST_PATH` cells, its ``path``: the cells it drives along between them.
+
+    Raises
+    ------
+    LampyrisError : as :func:`begin`, for obstacles that have no place.
+    """
+    crowd = _crowd(scenario)
+    cell = crowd.world.space.cell
+    records = [
+        {**body_record(body), "at": list(cell(number))}
+        for body, number in zip(crowd.bodies, crowd.world.where, strict=True)
+    ]
+    patrols = iter([one for one in scenario.scene.traffic if isinstance(one, Patrol)])
+    left = MOST_PATH
+    for drive in crowd.drivers:
+        if not isinstance(drive, Shuttle) or crowd.bodies[drive.body].kind != "patrol":
+            continue
+        record = records[drive.body]
+        record["waypoints"] = [list(one) for one in next(patrols).waypoints]
+        left -= len(drive.route)
+        if left >= 0:
+            record["path"] = [list(cell(number)) for number in drive.route]
+    return records
+
+
+def _crowd(scenario: Scenario) -> Crowd:
     scene = api.among(scenario.scene, None)
     space = Space(scene.grid)
     world = World(space, robot_shape(scene, space), space.number(scene.start))
-    crowd = open_traffic(scene, world, scenario.seed)
-    return [(body, space.cell(number)) for body, number in zip(crowd.bodies, world.where, strict=True)]
+    return open_traffic(scene, world, scenario.seed)
 
 
 def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:

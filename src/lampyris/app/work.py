@@ -17,7 +17,7 @@ from lampyris.app.known import known
 from lampyris.app.layered import layer_of, own_order, scene_at
 from lampyris.app.made import make
 from lampyris.app.said import said_scenario
-from lampyris.app.watched import WORDS, begin, body_record, finish, standing, watch
+from lampyris.app.watched import WORDS, begin, body_record, finish, standing_records, watch
 from lampyris.errors import LampyrisError, UsageError
 from lampyris.kernels import loading
 from lampyris.maps.scenario import Scenario
@@ -62,7 +62,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         record["speed"] = profile_record(profile, caps=True)
     if scenario.scene.traffic and scenario.drive is None:
         with suppress(LampyrisError):  # the run says why
-            record["bodies"] = [{**body_record(body), "at": list(cell)} for body, cell in standing(scenario)]
+            record["bodies"] = standing_records(scenario)
     record["notes"] = [
         *scenario.notes,
         *found.notes,

@@ -15,7 +15,7 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.model.trace import Trace
-from lampyris.report.film_frames import Stage
+from lampyris.report.film_frames import Landscape, Stage
 from lampyris.report.style import OutFile, Rgb, cannot_write, suffix_of
 
 MAX_FRAMES = 240
@@ -46,6 +46,10 @@ class Draws(Protocol):
         """Every colour a film may need, as rows of its width."""
         ...
 
+    def exact_colours(self) -> Rgb:
+        """Colours that the palette must hold as they are, uint8 (n, 3)."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Shown:
@@ -63,6 +67,7 @@ def film(
     fps: float = FPS,
     scale: int | None = None,
     progress: Callable[[int], None] | None = None,
+    landscape: Landscape | None = None,
 ) -> None:
     """Draw a simulation as a film, WebP (lossless) or GIF by the file's suffix.
 
@@ -76,6 +81,7 @@ def film(
     fps : frames a second, 1 to 50.
     scale : pixels a cell; None: so many that the longer side has about 560. Maps larger than that are shrunk.
     progress : called with the number of frames drawn so far.
+    landscape : a layer beneath, such as luciferin; None: none.
 
     Raises
     ------
@@ -84,7 +90,7 @@ def film(
     """
     check(out, fps, scale)
     shown = _moments(trace.ticks, fps)
-    write_film(Stage(trace, scale, shown.stride), shown, out, progress)
+    write_film(Stage(trace, scale, shown.stride, landscape), shown, out, progress)
 
 
 def frames_of(trace: Trace, fps: float = FPS) -> int:
@@ -140,9 +146,12 @@ def _images(stage: Draws, shown: Shown, progress: Callable[[int], None] | None) 
     picks = [shown.moments[k * (len(shown.moments) - 1) // 3] for k in range(4)]
     samples = np.concatenate([stage.palette_strip(), *(stage.frame(m) for m in picks)], axis=0)
     stage.rewind()
+    exact = stage.exact_colours()
     palette = Image.fromarray(samples).quantize(
-        256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+        256 - len(exact), method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
     )
+    if len(exact):
+        palette.putpalette(exact.tobytes() + bytes(palette.getpalette() or ())[: 3 * (256 - len(exact))])
     for count, moment in enumerate(shown.moments, start=1):
         frame = Image.fromarray(stage.frame(moment))
         yield frame.quantize(palette=palette, dither=Image.Dither.NONE)

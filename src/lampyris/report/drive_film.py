@@ -119,6 +119,10 @@ class DriveStage:
         """Every colour a film may need."""
         return self._sheet.palette_strip()
 
+    def exact_colours(self) -> Rgb:
+        """Colours that the palette must hold as they are."""
+        return self._sheet.exact_colours()
+
     def _follow(self, moment: float) -> None:
         """Draw the way driven since the last frame."""
         if moment <= self._drawn:

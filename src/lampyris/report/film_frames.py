@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lampyris.model.edit import applied
@@ -11,6 +12,24 @@ from lampyris.report import sprites
 from lampyris.report.sheet import BAD, FLASH, GOOD, Sheet
 from lampyris.report.sprites import blend
 from lampyris.report.style import Rgb
+from lampyris.typing import FloatGrid
+
+
+@dataclass(frozen=True, slots=True)
+class Landscape:
+    """A layer beneath a film.
+
+    Parameters
+    ----------
+    name : in the legend.
+    values : (height, width) at a tick, infinity where there is none. Asked for at tick 0 and whenever walls
+        come or go.
+    moves : whether it is another one at every tick.
+    """
+
+    name: str
+    values: Callable[[int], FloatGrid]
+    moves: bool = False
 
 
 class Stage:
@@ -21,13 +40,24 @@ class Stage:
     trace : shown.
     scale : pixels a cell; None: chosen by the map's size.
     stride : ticks between frames, told in the caption when more than one.
+    landscape : the layer beneath; None: none.
     """
 
-    def __init__(self, trace: Trace, scale: int | None, stride: int = 1) -> None:
+    def __init__(
+        self, trace: Trace, scale: int | None, stride: int = 1, landscape: Landscape | None = None
+    ) -> None:
+        self._landscape = landscape
         self.trace = trace
         self.stride = stride
         scene = trace.scene
-        self._sheet = sheet = Sheet(scene.grid, scene.goal, [b.kind for b in trace.bodies], scale)
+        self._sheet = sheet = Sheet(
+            scene.grid,
+            scene.goal,
+            [b.kind for b in trace.bodies],
+            scale,
+            None if landscape is None else landscape.values(0),
+            "" if landscape is None else landscape.name,
+        )
         looks = [sheet.look(b.kind) for b in trace.bodies]
         self._looks = [look for look, _ in looks]
         self._discs = [
@@ -44,18 +74,21 @@ class Stage:
         """Back to the first moment."""
         self._trail = self._sheet.paper.copy()
         self._grid, self._edits = self.trace.scene.grid, list(self.trace.edits)
-        self._drawn = 0
+        self._drawn = self._layered = 0
         self._captioned = -1
 
     def _turn(self, tick: int) -> None:
-        """Draw the map anew, and the way driven upon it, where walls have come or gone."""
+        """Draw the map anew, and the path driven upon it, where walls or the layer have changed."""
         due = [edit for edit in self._edits if edit.tick <= tick]
+        below = self._landscape
         if due:
             self._edits = self._edits[len(due) :]
             self._grid = applied(self._grid, due)
             if self.trace.scene.grid.terrain is not None:
                 self._grid = replace(self._grid, terrain=self.trace.scene.grid.terrain)
-            self._trail = self._sheet.paper_of(self._grid)
+        if due or (below is not None and below.moves and tick != self._layered):
+            self._layered = tick
+            self._trail = self._sheet.paper_of(self._grid, None if below is None else below.values(tick))
             self._drawn, self._captioned = 0, -1
 
     def frame(self, moment: float) -> Rgb:
@@ -92,6 +125,10 @@ class Stage:
     def palette_strip(self) -> Rgb:
         """Every colour a film may need."""
         return self._sheet.palette_strip()
+
+    def exact_colours(self) -> Rgb:
+        """Colours that the palette must hold as they are."""
+        return self._sheet.exact_colours()
 
     def _leg(self, canvas: Rgb, tick: int, part: float) -> None:
         """The step after a tick, or a first part of it, coloured by the speed it led to."""

@@ -16,7 +16,17 @@ from lampyris.model.grid import Grid
 from lampyris.report import sprites
 from lampyris.report.raster import draw_map
 from lampyris.report.sprites import Colour, Sprite, blend
-from lampyris.report.style import FREE, Rgb, speed_map, terrain_colours, terrain_label, terrain_range
+from lampyris.report.style import (
+    CUT_OFF,
+    FREE,
+    Rgb,
+    landscape_colours,
+    speed_map,
+    terrain_colours,
+    terrain_label,
+    terrain_range,
+)
+from lampyris.typing import FloatGrid
 
 LONG = 560
 """Pixels of the map's longer side, about."""
@@ -63,15 +73,26 @@ class Sheet:
     goal : cell.
     kinds : of the obstacles, as they occur.
     scale : pixels a cell; None: chosen by the map's size.
+    layer : (height, width), drawn beneath in colours from 0 to its greatest value; infinity: none.
+    layer_name : what the legend calls it.
     """
 
-    def __init__(self, grid: Grid, goal: tuple[int, int], kinds: Iterable[str], scale: int | None) -> None:
+    def __init__(
+        self,
+        grid: Grid,
+        goal: tuple[int, int],
+        kinds: Iterable[str],
+        scale: int | None,
+        layer: FloatGrid | None = None,
+        layer_name: str = "",
+    ) -> None:
         self.grid, self._goal = grid, goal
         self._long = LONG if scale is None else scale * max(grid.width, grid.height)
-        raster = draw_map(grid, self._long)
+        self._colours = None if layer is None else landscape_colours()
+        raster = draw_map(grid, self._long, layer, self._colours)
         self.scale = raster.scale
         rows, columns = raster.rgb.shape[:2]
-        self._entries = entries = _entries(grid, kinds)
+        self._entries = entries = _entries(grid, kinds, layer_name if layer is not None else "")
         # Even sizes: some players of films refuse others.
         legend = sum(_ICON + _length(name, 13) + _GAP for *_, name in entries)
         self.width = _even(max(_WIDE, columns + 2 * MARGIN, legend + 2 * MARGIN))
@@ -83,9 +104,9 @@ class Sheet:
         self.paper = self._draw(raster.rgb)
         self._speeds = np.round(255 * speed_map()(np.linspace(0, 1, 256))[:, :3]).astype(int)
 
-    def paper_of(self, grid: Grid) -> Rgb:
-        """The ground with another map of the same size on it."""
-        return self._draw(draw_map(grid, self._long).rgb)
+    def paper_of(self, grid: Grid, layer: FloatGrid | None = None) -> Rgb:
+        """The ground with another map of the same size on it, and another layer."""
+        return self._draw(draw_map(grid, self._long, layer, self._colours).rgb)
 
     def _draw(self, rgb: Rgb) -> Rgb:
         rows, columns = rgb.shape[:2]
@@ -133,13 +154,26 @@ class Sheet:
         _write(canvas, x + _length(longest, 15) + 22, self._foot, middle, 15, sprites.INK)
         _write(canvas, self.width - MARGIN - 2 - _length(state, 15), self._foot, state, 15, colour)
 
-    def palette_strip(self) -> Rgb:
-        """Every colour a film may need, as rows of its width, so that a rare one gets into the palette."""
-        colours = [
-            *self._speeds[::6].tolist(), FREE, PAPER, sprites.ROBOT, sprites.GOAL, sprites.INK, FAINT,
+    def exact_colours(self) -> Rgb:
+        """Colours that the palette must hold as they are, uint8 (n, 3): all that are no ground, where a layer
+        would otherwise take the palette for itself. None without a layer."""
+        colours = [] if self._colours is None else list(dict.fromkeys(map(tuple, self._signs())))
+        return np.array(colours, dtype=np.uint8).reshape(-1, 3)
+
+    def _signs(self) -> list[Colour]:
+        """Colours of all that is no ground."""
+        return [
+            *((r, g, b) for r, g, b in self._speeds[::6].tolist()),
+            FREE, PAPER, sprites.ROBOT, sprites.GOAL, sprites.INK, FAINT,
             *(colour for _, colour, _, _ in sprites.KINDS.values()), *FLASH.values(), GOOD, BAD,
         ]  # fmt: skip
-        if (terrain := self.grid.terrain) is not None:
+
+    def palette_strip(self) -> Rgb:
+        """Every colour a film may need, as rows of its width, so that a rare one gets into the palette."""
+        colours: list[Any] = [*self._signs()]
+        if self._colours is not None:
+            colours += [CUT_OFF, *self._colours[::6].tolist()]
+        elif (terrain := self.grid.terrain) is not None:
             values = np.unique(terrain[terrain > 0])
             colours += terrain_colours()[values[:: 1 + len(values) // 48]].tolist()
         each = -(-self.width // len(colours))
@@ -163,11 +197,14 @@ class Sheet:
             x += _ICON + _length(name, 13) + _GAP
 
 
-def _entries(grid: Grid, kinds: Iterable[str]) -> list[Entry]:
-    """Who is who: the robot, the goal, each kind of obstacle that occurs, and the terrain."""
+def _entries(grid: Grid, kinds: Iterable[str], layer: str) -> list[Entry]:
+    """Who is who: the robot, the goal, each kind of obstacle that occurs, and the layer, else the terrain."""
     entries: list[Entry] = [("circle", sprites.ROBOT, "", "robot"), ("star", sprites.GOAL, "", "goal")]
     entries += [sprites.kind_of(k) for k in dict.fromkeys(kinds)]
-    if (terrain := grid.terrain) is not None:
+    if layer:
+        low, high = (tuple(landscape_colours()[k].tolist()) for k in (0, 255))
+        entries += [("square", low, "", f"low {layer}"), ("square", high, "", "high")]
+    elif (terrain := grid.terrain) is not None:
         least, most = terrain_range(terrain)
         red, green, blue = terrain_colours()[most].tolist()
         entries.append(("square", (red, green, blue), "", terrain_label(least, most)))

@@ -63,9 +63,9 @@ CAUSES = {
     "wait": "#ee1540",
     "jerk": "#c9efd2",
     "no data": "#000000",
+    "obstacle": "#8208bc",
+    "waiting": "#a7ba6e",
     # Of the laws of ticks and of transfers, which have none of the above but the first six.
-    "obstacle": "#cc79a7",
-    "waiting": "#cc79a7",
     "ring 1": "#e69f00",
     "ring 2": "#f0e442",
     "angle": "#56b4e9",

@@ -49,8 +49,8 @@ export function whyOf(run, k, brief) {
 }
 
 /**
- * On a chart of distances: closer than a cell, a near miss; and nothing left at all, the line that the referee lets
- * nobody cross.
+ * On a chart of free distances: less than a cell, a near miss; and none at all. That is no contact: bodies are at least
+ * as large as their cells, so that it is 0 between cells side by side.
  * @param {any} u the chart @param {number} cell @param {boolean} dark
  */
 export function closeness(u, cell, dark) {
@@ -67,6 +67,6 @@ export function closeness(u, cell, dark) {
   pen.font = `${10 * ratio}px system-ui, sans-serif`;
   pen.textAlign = "right";
   if (touch - miss > 12 * ratio) pen.fillText("near miss", left + width - 4 * ratio, miss + 10 * ratio);
-  pen.fillText("contact: the referee refuses", left + width - 4 * ratio, touch + 10 * ratio);
+  pen.fillText("0: side by side", left + width - 4 * ratio, touch + 10 * ratio);
   pen.restore();
 }

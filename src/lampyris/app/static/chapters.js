@@ -3,6 +3,7 @@
 import { GATE, VEIL } from "./colours.js";
 import { GOAL, START } from "./example.js";
 import { cellOf, index } from "./guide.js";
+import { gatesOf } from "./layers.js";
 import { spelled } from "./make.js";
 import { ACCEPTED, CHOSEN, marksOf, stretchOf, wayOf } from "./stagehand.js";
 import { fieldTable, nodesTable, pointerTable, walkTable, wallsAgree } from "./tables.js";
@@ -26,7 +27,7 @@ export const STEPS = [
     title: "A map of a hundred cells",
     say: (n) => [
       "Ten columns, ten rows. A cell is named by its column and then its row, counted from the upper left: the robot starts at (0,9), lower left, and drives to (7,0), above.",
-      `The dissertation draws no map of it. Its Table 4.2 gives 10000 to what is blocked, and those cells are the walls here${n.printed ? `: ${wallsAgree(n)}` : ""}.`,
+      `The dissertation draws this map in its Figure 4.1. The walls here are the cells to which its Table 4.2 gives 10000${n.printed ? `: ${wallsAgree(n)}` : ""}.`,
     ],
     show: () => ({}),
   },
@@ -65,8 +66,8 @@ export const STEPS = [
       "It leads into a dead end, so that no way needs it, and it stays open here.",
     ],
     show: (n) => {
-      const cells = (n.plan.gates.in_map ?? [{ cell: [7, 5] }]).map((/** @type {any} */ g) => g.cell);
-      return { gates: cells, marks: cells.map((/** @type {Cell} */ at) => ({ at, colour: GATE, fill: 0.2, ring: true })) };
+      const gates = gatesOf(n.plan.gates);
+      return { gates, marks: gates.map(({ at }) => ({ at, colour: GATE, fill: 0.2 })) };
     },
   },
   {
@@ -111,7 +112,7 @@ export const STEPS = [
       const diagonal = n.plan.steps?.diagonal ?? 6;
       return [
         `${n.jumps.length} iterations${printed ? `, as printed (${printed.iterations})` : ""}, ${straight} straight steps and ${diagonal} diagonal ones: ${straight} + ${diagonal} × 1.4 = ${Number(n.plan.cost).toFixed(1)}, which is a shortest way.`,
-        printed ? `The dissertation prints ${printed.cost} in its text and ${printed.table_cost} in Table 4.10 for the same way. Its own cells cost 12.4, and so does the luciferin it begins with.` : "",
+        printed ? `The dissertation prints ${printed.cost} for this path. Its own cells cost 12.4, and so does the luciferin it begins with. The ${printed.table_cost} of its Table 4.10 is for another map of 10 × 10 cells, which has two gates.` : "",
         "Leave the tour to have your own scenario back, or stay on this map and drag start and goal.",
       ];
     },

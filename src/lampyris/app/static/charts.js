@@ -62,10 +62,10 @@ class Charts {
     this.legend = el("ul", { class: "ch-legend", "aria-label": "What binds the speed" });
     this.hosts = [
       el("div", { class: "ch-plot", role: "img", "aria-label": "Speed" }),
-      el("div", { class: "ch-plot", role: "img", "aria-label": "Distance to the nearest obstacle" }),
+      el("div", { class: "ch-plot", role: "img", "aria-label": "Free distance to the nearest obstacle" }),
     ];
     /** What each chart is of; under the pointer: its value there. */
-    this.titles = [el("figcaption", {}, "Speed"), el("figcaption", {}, "Nearest obstacle")];
+    this.titles = [el("figcaption", {}, "Speed"), el("figcaption", {}, "Free distance")];
     this.names = ["", ""];
     this.boxes = this.hosts.map((host, i) => el("figure", { class: "ch-box" }, this.titles[i], host));
     this.empty = el("p", { class: "hint ch-empty" }, "Speeds are drawn here once there is a plan.");
@@ -211,7 +211,7 @@ class Charts {
     const { map, run } = this.page;
     // In a comparison: whose run the clock goes by.
     const whose = shown.run && map.moment.others?.length ? ` (${run?.label})` : "";
-    this.names[i] = this.titles[i].textContent = `${i ? "Nearest obstacle, m" : `Speed, ${shown.units}`}, over ${over}${whose}`;
+    this.names[i] = this.titles[i].textContent = `${i ? "Free distance, m" : `Speed, ${shown.units}`}, over ${over}${whose}`;
     if (this.plots[i] && key === this._keys[i]) {
       this.plots[i].setData(data);
       return;
@@ -343,7 +343,7 @@ class Charts {
     const there = shown && k !== null && k !== undefined && k < shown.x.length;
     const at = !there ? "" : this.over === "time" && shown.run ? `tick ${k}` : `${brief(shown.x[k])} ${shown.along}`;
     const texts = there
-      ? [`${at}: ${brief(Number(shown.v[k]))} ${shown.units.replace("velocity units", "vu")}, ${shown.why(k)}`, `${at}: ${brief(Number(shown.near?.[k] ?? NaN))} m to the nearest`]
+      ? [`${at}: ${brief(Number(shown.v[k]))} ${shown.units.replace("velocity units", "vu")}, ${shown.why(k)}`, `${at}: ${brief(Number(shown.near?.[k] ?? NaN))} m free to the nearest`]
       : this.names;
     this.titles.forEach((title, i) => {
       if (title.textContent !== texts[i]) title.textContent = texts[i];

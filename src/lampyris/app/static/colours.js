@@ -38,7 +38,7 @@ export const CAUSES = {
   clearance: "#e69f00", curvature: "#56b4e9", "moving obstacle": "#cc79a7", zone: "#f0e442",
   uncertainty: "#2e002b", undecided: "#000571", "blind area": "#882af5", "three speeds": "#811d00",
   danger: "#004b69", approach: "#e236f5", turn: "#f5b5a7", wait: "#ee1540", jerk: "#c9efd2",
-  "no data": "#000000", obstacle: "#cc79a7", waiting: "#cc79a7", "ring 1": "#e69f00", "ring 2": "#f0e442",
+  "no data": "#000000", obstacle: "#8208bc", waiting: "#a7ba6e", "ring 1": "#e69f00", "ring 2": "#f0e442",
   angle: "#56b4e9",
 };
 
@@ -48,6 +48,7 @@ export const CAUSES = {
 const ON_DARK = {
   start: "#c0c0c0", goal: "#fcfcfc", uncertainty: "#5bf67b", undecided: "#ac1bfd", "blind area": "#91be6e",
   "three speeds": "#89e3f4", danger: "#7c9557", "no data": "#6c6c6c",
+  obstacle: "#d718bb", waiting: "#9f4d8a",
 };
 
 /** Colour of what binds a speed. @param {string} cause @param {boolean} [dark] */
@@ -58,14 +59,14 @@ export function causeColour(cause, dark = false) {
 /**
  * What events are called, how they are marked on the timeline (a shape, and a colour for light and dark), and which
  * of them are worth a line of their own.
- * @type {Record<string, {shape: "bar" | "diamond" | "cross" | "square" | "ring" | "star" | "tick", light: string, dark: string, label: string, tell: boolean}>}
+ * @type {Record<string, {shape: "bar" | "triangle" | "gate" | "cross" | "square" | "ring" | "star" | "tick", light: string, dark: string, label: string, tell: boolean}>}
  */
 export const EVENTS = {
   appear: { shape: "tick", light: "#8b929c", dark: "#727b89", label: "obstacle appears", tell: false },
   wait: { shape: "bar", light: "#8b929c", dark: "#8b94a3", label: "waits", tell: false },
-  replan: { shape: "diamond", light: "#7b2cbf", dark: "#c99cf5", label: "plans anew", tell: true },
+  replan: { shape: "triangle", light: "#7b2cbf", dark: "#c99cf5", label: "plans anew", tell: true },
   mend: { shape: "ring", light: "#00679f", dark: "#5cb8ef", label: "mends the plan", tell: true },
-  gate: { shape: "ring", light: "#7b2cbf", dark: "#c99cf5", label: "gate too narrow", tell: true },
+  gate: { shape: "gate", light: "#7b2cbf", dark: "#c99cf5", label: "gate too narrow", tell: true },
   wall: { shape: "square", light: "#20242c", dark: "#eceef2", label: "wall painted", tell: true },
   opened: { shape: "square", light: "#b08a3c", dark: "#e3c27a", label: "wall erased", tell: true },
   hit: { shape: "cross", light: "#b3261e", dark: "#ff9c92", label: "hit", tell: true },

@@ -72,7 +72,10 @@ export function mount(page, bar) {
     slider.max = String(editor.largest);
     editor.resize(editor.size);
   });
-  page.on("plan", () => editor.onChange());
+  page.on("plan", () => {
+    editor.patrols.show();
+    editor.onChange();
+  });
   page.store.listen(() => {
     editor.patrols.show();
     editor.onChange();

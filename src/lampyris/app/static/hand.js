@@ -42,7 +42,10 @@ export class Hand {
       // Whoever comes by keyboard sees at once where the cursor is.
       if (canvas.matches(":focus-visible") && !this._pressed) editor.cursor.move([0, 0]);
     });
+    // Browsers take a focus that a script sets for one by keyboard: the frame is shown once a key is used.
+    canvas.addEventListener("keydown", () => canvas.classList.remove("by-hand"));
     canvas.addEventListener("blur", () => {
+      canvas.classList.remove("by-hand");
       page.map.cursor = null;
       page.map.draw();
     });
@@ -53,6 +56,7 @@ export class Hand {
     const { page } = this;
     if (!page.ground) return;
     this._pressed = true;
+    page.map.canvas.classList.add("by-hand");
     page.map.canvas.focus({ preventScroll: true });
     this._pressed = false;
     try {

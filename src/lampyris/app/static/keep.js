@@ -106,8 +106,11 @@ class Keep {
     try {
       const body = /** @type {Record<string, any>} */ ({ scenario: page.asked(), what: what === "compared" ? "report" : what });
       if (what === "compared") body.settings = meeting(page);
-      if (what === "png" || what === "svg") body.settings = { layer: beneath(page) };
-      if (this.now.checked && what === "png" && page.run) body.tick = Math.round(page.play.tick);
+      const moment = this.now.checked && what === "png" && page.run;
+      if (moment) body.tick = Math.round(page.play.tick);
+      // Films and moments know every layer, pictures of the plan two.
+      if (what === "webp" || what === "gif" || moment) body.settings = { layer: page.map.layer?.name ?? "none" };
+      else if (what === "png" || what === "svg") body.settings = { layer: beneath(page) };
       const file = await this._made({ ...body, progress: true }, ending, asked.signal);
       // A scenario too large for YAML comes as JSON.
       const said = what === "scenario" && (await file.slice(0, 1).text()) === "{" ? name.replace(/yaml$/, "json") : name;
@@ -178,8 +181,9 @@ function shows(page, now) {
   const shown = page.map.layer?.name;
   const layer = beneath(page);
   const under = layer !== "none" ? `with ${layer} beneath` : shown ? `without a layer (they know cost and luciferin, not ${shown})` : "without a layer";
+  const films = shown ? ` Films have ${shown} beneath.` : "";
   const some = page.map.moment.others?.length ? ` Of those compared they show ${name} alone; the file Comparison has them all.` : "";
-  return `Pictures show the plan of ${name}, ${under}${now && page.run ? "; the PNG the shown moment of its run, as films do" : ""}.${some}`;
+  return `Pictures show the plan of ${name}, ${under}${now && page.run ? "; the PNG the shown moment of its run, as films do" : ""}.${films}${some}`;
 }
 
 /** Map, planner and seed as a file's name. @param {Page} page */

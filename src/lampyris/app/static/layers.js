@@ -210,6 +210,8 @@ class Layers {
     /** Part of the expanded cells, and the one it was cut from. @type {Layer | null} */
     this._cut = null;
     this._gatesOf = "";
+    /** @type {any[]} */
+    this._inMap = [];
     this._ground = page.ground;
 
     source.onLayer = (name, layer, fault) => {
@@ -318,6 +320,14 @@ class Layers {
     this.ramp.setAttribute("aria-label", `${kind.title} from ${this.low.textContent} to ${this.high.textContent}`);
   }
 
+  /** @param {any[]} onPath */
+  _putGates(onPath) {
+    const { map } = this.page;
+    map.gates = gatesOf({ in_map: this._inMap, on_path: onPath });
+    map.refresh();
+    this.page.tell("gates");
+  }
+
   /** Gates of the whole map, found by the planner; asked for when map or robot change, not with each plan. @param {boolean} now */
   async _gates(now) {
     const { page } = this;
@@ -326,13 +336,18 @@ class Layers {
       if (now && map.gates.length) {
         map.gates = [];
         map.refresh();
+        page.tell("gates");
       }
       return;
     }
     const { scenario } = page.store;
     if (!scenario.start || !scenario.goal || !page.ground) return;
     const key = JSON.stringify([scenario.map, scenario.edits, scenario.robot, scenario.planner, scenario.preset]);
-    if (key === this._gatesOf && !now) return;
+    if (key === this._gatesOf && !now) {
+      // The same gates; which of them are on the way is another matter.
+      this._putGates(page.plan?.gates?.on_path ?? []);
+      return;
+    }
     this._gatesOf = key;
     try {
       for await (const { kind, bytes } of page.api.frames("/api/plan", { scenario: page.asked(), record: false, layers: ["gates"] })) {
@@ -340,8 +355,8 @@ class Layers {
         if (kind !== "H" && kind !== "Z") continue;
         const { gates } = json(bytes);
         if (!gates || !this.gates.checked || key !== this._gatesOf) continue;
-        map.gates = [...gates.in_map, ...gates.on_path].map((/** @type {any} */ gate) => gate.cell);
-        map.refresh();
+        this._inMap = gates.in_map;
+        this._putGates(gates.on_path);
         if (!map.gates.length && now) page.say(`${scenario.planner.name} finds no gates in this map.`);
       }
     } catch (error) {
@@ -349,6 +364,16 @@ class Layers {
       if (now) page.fault(error);
     }
   }
+}
+
+/** The gates of a plan as the map draws them. @param {{on_path: any[], in_map: any[]}} gates @returns {import("./still.js").Gate[]} */
+export function gatesOf({ on_path, in_map }) {
+  const met = new Set(on_path.map(({ cell }) => String(cell)));
+  const others = in_map.filter(({ cell }) => !met.has(String(cell)));
+  return [
+    ...others.map(({ cell, dead_end }) => ({ at: cell, look: dead_end ? /** @type {const} */ ("end") : /** @type {const} */ ("gate") })),
+    ...on_path.map(({ cell }) => ({ at: cell, look: /** @type {const} */ ("way") })),
+  ];
 }
 
 /** @type {Source | null} */

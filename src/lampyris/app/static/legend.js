@@ -3,13 +3,15 @@
 import { GATE, GOAL, KINDS, OTHER_KIND, ROBOT, START, THEMES, speedColour } from "./colours.js";
 import { brief } from "./charts.js";
 import { el } from "./make.js";
-import { goalMark, kindMark, robotMark, startMark } from "./marks.js";
+import { gateMarks, goalMark, kindMark, robotMark, startMark } from "./marks.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
 const NAMES = /** @type {Record<string, string>} */ ({
   "random-walk": "random walker (W)", patrol: "patrol (P)", crossing: "crossing obstacle (X)", recorded: "recorded obstacle (R)",
 });
+/** As pictures name them. @type {Array<["way" | "gate" | "end", string]>} */
+const GATES = [["way", "gate on the way"], ["gate", "gate"], ["end", "gate, dead end"]];
 const SIDE = 18;
 
 /** What stands on the map, in the order in which it is told. @param {Page} page @returns {Array<[string, (pen: CanvasRenderingContext2D) => void]>} */
@@ -28,7 +30,8 @@ function marks(page) {
   if (store.scenario.start) all.push(["start (S)", (pen) => startMark(pen, mid, mid, 7.5, START)]);
   if (store.scenario.goal) all.push(["goal (G)", (pen) => goalMark(pen, mid, mid, 6.5, GOAL)]);
   if (run?.ticks) all.push(["robot", (pen) => robotMark(pen, mid, mid, 6.5, ROBOT)]);
-  const kinds = new Set(run ? run.bodies.map((body) => body.kind) : []);
+  // Before a run those that wait for one.
+  const kinds = new Set((run?.bodies ?? page.plan?.bodies ?? []).map((body) => body.kind));
   for (const kind of kinds) {
     const look = KINDS[kind] ?? OTHER_KIND;
     all.push([NAMES[kind] ?? kind, (pen) => kindMark(pen, look, SIDE, page.dark)]);
@@ -37,7 +40,9 @@ function marks(page) {
   all.push(["wall", cell(theme.wall)]);
   if (ground?.cells.includes(2)) all.push(["unknown: counts as wall", cell(theme.unknown)]);
   if (ground?.terrain) all.push(["dear ground", cell(theme.dear)]);
-  if (map.gates.length) all.push(["gate", (pen) => ring(pen, GATE)]);
+  for (const [look, name] of GATES) {
+    if (map.gates.some((gate) => gate.look === look)) all.push([name, (pen) => gateMarks(pen, [[mid, mid]], 6, look, GATE)]);
+  }
   return all;
 }
 
@@ -51,13 +56,6 @@ function dashes(pen, colour) {
   pen.lineTo(SIDE - 1, SIDE / 2);
   pen.stroke();
   pen.setLineDash([]);
-}
-
-/** @param {CanvasRenderingContext2D} pen @param {string} colour */
-function ring(pen, colour) {
-  pen.strokeStyle = colour;
-  pen.lineWidth = 2;
-  pen.strokeRect(4, 4, SIDE - 8, SIDE - 8);
 }
 
 /** Greatest speed of what is shown, with its unit; null: no speeds. @param {Page} page @returns {[number, string] | null} */
@@ -117,7 +115,7 @@ export function mount(page, element) {
   const soon = () => {
     if (!due) due = window.setTimeout(draw, 200);
   };
-  for (const name of ["plan", "run", "ticks", "end", "ground", "theme", "layer-came"]) page.on(name, soon);
+  for (const name of ["plan", "run", "ticks", "end", "ground", "theme", "layer-came", "gates"]) page.on(name, soon);
   page.store.listen(soon);
   draw();
 }

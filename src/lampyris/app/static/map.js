@@ -32,7 +32,7 @@ export class MapView {
     this.layer = null;
     /** @type {Way[]} */
     this.ways = [];
-    /** @type {Cell[]} */
+    /** @type {import("./still.js").Gate[]} */
     this.gates = [];
     /** @type {import("./still.js").Mark[]} */
     this.marks = [];

@@ -1,5 +1,6 @@
 // Marks: the shapes of start, goal, robot and obstacles, on the map and in its legend. Each has a shape of its own, so
-// that none is known by its colour alone: square, star, ringed disc with a light middle; plain disc, square, triangle, diamond.
+// that none is known by its colour alone: square, star, ringed disc with a light middle; plain disc, square, triangle,
+// diamond; gates are diamonds without a letter, hollow but for those on the way.
 
 /** @typedef {CanvasRenderingContext2D} Pen */
 
@@ -43,6 +44,42 @@ function end(pen, x, y, r, colour, letter) {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.fillText(letter, x, y + 0.5);
+}
+
+/** The outline of a gate. @param {Pen} pen @param {number} x @param {number} y @param {number} r */
+export function gateOutline(pen, x, y, r) {
+  pen.moveTo(x, y - r);
+  pen.lineTo(x + r, y);
+  pen.lineTo(x, y + r);
+  pen.lineTo(x - r, y);
+  pen.closePath();
+}
+
+/**
+ * Gates as in pictures: diamonds, full on the way, hollow elsewhere, crossed out in dead ends. All in one stroke:
+ * scattered maps have tens of thousands.
+ * @param {Pen} pen @param {Array<[number, number]>} at pixels @param {number} r @param {"way" | "gate" | "end"} look @param {string} colour
+ */
+export function gateMarks(pen, at, r, look, colour) {
+  pen.beginPath();
+  for (const [x, y] of at) {
+    gateOutline(pen, x, y, r);
+    if (look !== "end") continue;
+    const c = r * 0.42;
+    pen.moveTo(x - c, y - c);
+    pen.lineTo(x + c, y + c);
+    pen.moveTo(x + c, y - c);
+    pen.lineTo(x - c, y + c);
+  }
+  const wide = Math.max(1.4, r * 0.26);
+  pen.lineJoin = "miter";
+  pen.strokeStyle = "#fff";
+  pen.lineWidth = wide + 1.6;
+  pen.stroke();
+  pen.strokeStyle = pen.fillStyle = colour;
+  pen.lineWidth = wide;
+  if (look === "way") pen.fill();
+  pen.stroke();
 }
 
 /** An obstacle of a kind, filling a square of that side from the origin. @param {Pen} pen @param {[string, string, string]} look shape, colour, letter @param {number} side @param {boolean} dark @param {number} [seen] side on the screen, if it is another */

@@ -121,7 +121,13 @@ export class Runs {
           run.done = true;
         }
         if (kind === "T" && published) page.tell("ticks");
-        else if (run.ticks > tick && !published) publish();
+        // The first tick alone is no run yet: it may end there, for want of a path.
+        else if (run.ticks > Math.max(tick, 1) && !published) publish();
+      }
+      if (!published && run.ticks <= 1 && run.end && run.end.outcome !== "arrived") {
+        this.clear();
+        page.say(`There is nothing to play. ${run.end.sentence}`, "bad");
+        return;
       }
       if (!published) publish();
       run.done = true;

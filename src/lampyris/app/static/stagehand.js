@@ -79,7 +79,7 @@ export class Stagehand {
 
   /**
    * What is on the map now. `bare`: without the letters of start and goal, which would hide numbers.
-   * @param {{bare?: boolean, marks?: Mark[], ways?: import("./map.js").Way[], robot?: Cell | null, layer?: import("./types.js").Layer | null, gates?: Cell[]}} what
+   * @param {{bare?: boolean, marks?: Mark[], ways?: import("./map.js").Way[], robot?: Cell | null, layer?: import("./types.js").Layer | null, gates?: import("./still.js").Gate[]}} what
    */
   show({ bare = false, marks = [], ways = [], robot = null, layer = null, gates = [] }) {
     const { map } = this.page;

@@ -265,7 +265,7 @@ const ABOUT = {
   Gates: "Openings one cell wide", Time: "How long the robot takes for the way", "Planned in": "Time of computing",
   "Replans so far": "Times the robot made another plan", "Waits so far": "Times the robot stood and waited",
   "Mean speed moving": "Over the cells at which it moves, each counted once: starting, stopping and waiting take time besides",
-  Nearest: "Distance from the robot to the nearest obstacle",
+  Nearest: "Free distance from the robot's rim to the nearest obstacle's, each at least as large as its cell; 0: in cells side by side",
 };
 
 /** What to do about a plan that is none or a run that did not arrive, by status or outcome. @type {Record<string, string>} */

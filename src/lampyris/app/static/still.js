@@ -1,13 +1,15 @@
 // Still: what stands on the ground and changes seldom: lines between cells, gates, marks, patrols.
 
 import { GATE, KINDS, THEMES } from "./colours.js";
+import { gateMarks } from "./marks.js";
 import { drawLine } from "./ways.js";
 
 /** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./view.js").View} View */
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** A cell that is pointed out. @typedef {{at: Cell, text?: string, colour: string, fill?: number, ring?: boolean}} Mark */
-/** Waypoints of a patrol; a draft is still being drawn. @typedef {{cells: Cell[], draft: boolean}} Patrol */
+/** Waypoints of a patrol, and the lines it takes between them; a draft is still being drawn. @typedef {{cells: Cell[], draft: boolean, lines: Cell[][]}} Patrol */
+/** A gate: on the way, a dead end, or neither. @typedef {{at: Cell, look: "way" | "gate" | "end"}} Gate */
 
 /** Lines between cells. @param {Pen} pen @param {View} view @param {{width: number, height: number}} ground @param {string} colour */
 export function drawLines(pen, view, ground, colour) {
@@ -31,35 +33,29 @@ export function drawLines(pen, view, ground, colour) {
   pen.globalAlpha = 1;
 }
 
-/** Crosses, all in one stroke: scattered maps have tens of thousands. @param {Pen} pen @param {View} view @param {Cell[]} gates */
+/** @param {Pen} pen @param {View} view @param {Gate[]} gates */
 export function drawGates(pen, view, gates) {
-  const half = Math.max(3, view.scale * 0.4);
-  pen.beginPath();
-  for (const [cx, cy] of gates) {
-    const x = view.x + (cx + 0.5) * view.scale;
-    const y = view.y + (cy + 0.5) * view.scale;
-    if (x < -half || y < -half || x > view.width + half || y > view.height + half) continue;
-    pen.moveTo(x - half, y - half);
-    pen.lineTo(x + half, y + half);
-    pen.moveTo(x + half, y - half);
-    pen.lineTo(x - half, y + half);
+  const r = Math.max(3.5, Math.min(view.scale * 0.38, 13));
+  // Those on the way lie over the others.
+  for (const look of /** @type {const} */ (["end", "gate", "way"])) {
+    /** @type {Array<[number, number]>} */
+    const there = [];
+    for (const gate of gates) {
+      if (gate.look !== look) continue;
+      const [x, y] = view.pixel(gate.at[0], gate.at[1]);
+      if (x > -r && y > -r && x < view.width + r && y < view.height + r) there.push([x, y]);
+    }
+    if (there.length) gateMarks(pen, there, r, look, GATE);
   }
-  const wide = Math.max(1.5, view.scale * 0.12);
-  pen.strokeStyle = "#fff";
-  pen.lineWidth = wide + 1.5;
-  pen.stroke();
-  pen.strokeStyle = GATE;
-  pen.lineWidth = wide;
-  pen.stroke();
 }
 
 /** @param {Pen} pen @param {View} view @param {Patrol} patrol */
-export function drawPatrol(pen, view, { cells, draft }) {
+export function drawPatrol(pen, view, { cells, draft, lines }) {
   const [, colour] = KINDS.patrol;
   pen.strokeStyle = colour;
   pen.lineWidth = 2;
   pen.setLineDash([5, 5]);
-  drawLine(pen, view, cells.flat(), 0, cells.length - 1);
+  for (const line of lines) drawLine(pen, view, line.flat(), 0, line.length - 1);
   pen.setLineDash([]);
   const half = Math.max(4, Math.min(view.scale * 0.36, 11));
   cells.forEach((cell, k) => {

@@ -5,6 +5,7 @@
 
 import { EVENTS } from "./colours.js";
 import { el, icon } from "./make.js";
+import { gateOutline } from "./marks.js";
 import { RATES } from "./play.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -280,12 +281,15 @@ export function mark(pen, shape, x, y) {
   if (shape === "bar") pen.rect(x - 0.75, y + 4, 1.5, 6);
   else if (shape === "tick") pen.rect(x - 0.5, y - 9, 1, 4);
   else if (shape === "square") pen.rect(x - r + 0.5, y - r + 0.5, 2 * r - 1, 2 * r - 1);
-  else if (shape === "diamond") {
+  else if (shape === "triangle") {
     pen.moveTo(x, y - r - 0.5);
-    pen.lineTo(x + r + 0.5, y);
-    pen.lineTo(x, y + r + 0.5);
-    pen.lineTo(x - r - 0.5, y);
+    pen.lineTo(x + r + 0.5, y + r - 0.5);
+    pen.lineTo(x - r - 0.5, y + r - 0.5);
     pen.closePath();
+  } else if (shape === "gate") {
+    gateOutline(pen, x, y, r + 0.5);
+    pen.stroke();
+    return;
   } else if (shape === "star") {
     for (let k = 0; k < 10; k++) {
       const turn = (Math.PI * k) / 5 - Math.PI / 2;

@@ -1,0 +1,115 @@
+"""Films show the layer that is on, and plans say the cells that patrols take (issue 24, C19 and C20)."""
+
+from __future__ import annotations
+
+import io
+import json
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from lampyris.app import kept, work
+from lampyris.app.frames import json_frame
+from lampyris.app.said import said_scenario
+from lampyris.errors import UsageError
+from lampyris.report import sprites
+from lampyris.report.style import FREE, landscape_colours
+
+ROWS = [
+    "S.......",
+    "...##...",
+    "...##...",
+    ".......G",
+]
+SCENARIO: dict[str, Any] = {
+    "version": 1, "map": {"rows": ROWS}, "planner": "astar", "simulate": {"ticks": 12},
+    "obstacles": [{"kind": "recorded", "track": [[7, 0], [6, 0], [5, 0]]}],
+    "edits": [{"tick": 2, "blocked": [[0, 3]], "freed": []}],
+}  # fmt: skip
+
+
+def film(what: str = "webp", **settings: Any) -> list[np.ndarray]:
+    """The frames of a film."""
+    question = {"verb": "export", "scenario": SCENARIO, "what": what, "settings": settings}
+    pieces = list(work.answer(question, lambda: None))
+    data = b"".join(piece[5:] for piece in pieces if piece[4:5] == b"B")
+    assert pieces[-1] == json_frame("Z", {"bytes": len(data)})
+    image = Image.open(io.BytesIO(data))
+    frames = []
+    for k in range(image.n_frames):
+        image.seek(k)
+        frames.append(np.asarray(image.convert("RGB")).astype(int))
+    return frames
+
+
+def ground(frame: np.ndarray, x: int, y: int) -> np.ndarray:
+    """Colour of a cell near its corner, where nobody stands. Cells are 70 pixels wide."""
+    return np.asarray(frame[10 + 70 * y + 5, 10 + 70 * x + 5])
+
+
+@pytest.mark.parametrize("what", ["webp", "gif"])
+@pytest.mark.parametrize("layer", ["cost", "luciferin", "clearance", "expanded", "reach"])
+def test_a_film_has_the_layer_that_is_on(layer: str, what: str) -> None:
+    bare, shown = film(what), film(what, layer=layer)
+    assert len(bare) == len(shown)
+    assert np.abs(ground(bare[0], 1, 0) - FREE).max() <= 4
+    away = np.abs(landscape_colours().astype(int) - ground(shown[0], 1, 0)).max(axis=1).min()
+    assert away <= 12, "the ground has a colour of the landscape"
+    assert np.abs(ground(shown[0], 1, 0) - FREE).max() > 20
+    # Whatever the layer takes of the palette, robot and goal have their own colours.
+    for colour in (sprites.ROBOT, sprites.GOAL):
+        assert (np.abs(shown[0] - colour).max(axis=2) <= 3).sum() > 100
+    # The wall that comes at tick 2 is seen, with the layer as it is then.
+    assert ground(shown[-1], 0, 3).max() < 60 < ground(shown[0], 0, 3).max()
+
+
+def test_reach_moves_with_the_obstacles_and_cost_does_not() -> None:
+    reach, cost = film(layer="reach"), film(layer="cost")
+    # The frames of ticks 0 and 1: two a tick.
+    assert np.abs(ground(reach[0], 4, 3) - ground(reach[2], 4, 3)).max() > 2
+    assert np.abs(ground(cost[0], 4, 3) - ground(cost[2], 4, 3)).max() == 0
+
+
+def test_a_moment_has_the_layer_too() -> None:
+    scenario = said_scenario({"scenario": SCENARIO})
+    pictures = []
+    for layer in ("none", "cost"):
+        question = {"what": "png", "settings": {"layer": layer}, "tick": 1}
+        pieces = list(kept.export(question, scenario, lambda: None))
+        data = b"".join(piece[5:] for piece in pieces if piece[4:5] == b"B")
+        pictures.append(np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int))
+    assert np.abs(ground(pictures[0], 2, 3) - ground(pictures[1], 2, 3)).max() > 20
+
+
+def test_a_layer_that_there_is_not_is_refused() -> None:
+    scenario = said_scenario({"scenario": SCENARIO})
+    with pytest.raises(UsageError) as told:
+        list(kept.export({"what": "gif", "settings": {"layer": "noise"}}, scenario, lambda: None))
+    assert told.value.code == "LAYER"
+
+
+def test_a_plan_says_the_cells_that_a_patrol_takes() -> None:
+    """The page drew a straight line between waypoints, through whatever wall is there."""
+    scenario = {
+        **SCENARIO,
+        "edits": [],
+        "obstacles": [
+            {"kind": "random-walk", "count": 1},
+            {"kind": "patrol", "waypoints": [[2, 1], [5, 1], [5, 2]]},
+            {"kind": "patrol", "waypoints": [[1, 3]]},
+        ],
+    }
+    *_, last = work.answer({"verb": "plan", "scenario": scenario}, lambda: None)
+    bodies = json.loads(last[5:])["bodies"]
+    assert [body["kind"] for body in bodies] == ["random-walk", "patrol", "patrol"]
+    assert "path" not in bodies[0]
+    path = bodies[1]["path"]
+    assert bodies[1]["waypoints"] == [[2, 1], [5, 1], [5, 2]]
+    assert [one for one in path if one in bodies[1]["waypoints"]] == bodies[1]["waypoints"]
+    assert all(ROWS[y][x] != "#" for x, y in path)
+    assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in pairwise(path))
+    assert len(path) > 6, "the way round the wall is longer than the straight one"
+    assert bodies[2]["path"] == [[1, 3]]
