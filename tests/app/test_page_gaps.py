@@ -159,7 +159,7 @@ def test_the_chart_of_a_run_says_what_bounds_it_and_what_the_rules_allow(page: A
     assert all("limit ≤ 80" in words for words in said)
     # The same on the plan's chart has its own words, and the distance chart its line.
     page.mouse.move(10, 10)
-    assert page.locator("#charts figcaption").nth(1).inner_text().startswith("Nearest obstacle, m")
+    assert page.locator("#charts figcaption").nth(1).inner_text().startswith("Free distance, m")
     red = page.evaluate(
         """() => {
           const canvas = document.querySelectorAll("#charts canvas")[1];
