@@ -71,7 +71,7 @@ def test_a_run_is_scrubbed_by_keys_by_hand_and_by_its_chart(page: Any) -> None:
 
 def test_charts_tell_run_and_plan_over_time_and_way(page: Any) -> None:
     charts = page.locator("#charts")
-    assert page.inner_text("#charts .ch-legend").split() == ["limit", "start", "goal"]
+    assert page.inner_text("#charts .ch-legend").split() == ["limit", "curvature", "start", "goal"]
     run_to_its_end(page)
     for of in ("Run", "Plan"):
         for over in ("Time", "Way"):
