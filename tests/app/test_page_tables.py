@@ -10,6 +10,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from lampyris.maps.scenario import PRESETS
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
@@ -67,6 +69,7 @@ def test_printed_tables_are_the_packaged_ones() -> None:
     assert json.loads(source("printed.json")) == printed()
 
 
+@pytest.mark.source
 def test_the_tour_says_where_the_map_is_drawn_and_what_is_printed_for_another() -> None:
     """Figure 4.1 draws the map; 16.2, in Table 4.10, is for a map with two gates (issue 24, C22)."""
     told = source("chapters.js")
