@@ -64,7 +64,7 @@ def test_a_command_of_the_readme_does_its_work(command: str, folder: Path) -> No
     ("block", "words"),
     [
         (0, ("plan", "env-1")),
-        (1, ("speed", "env-3", "--resolution", "0.25", "--radius", "0.15", "--explain")),
+        (1, ("speed", "env-3", "--resolution", "0.25", "--radius", "0.15", "--smooth", "taut", "--explain")),
     ],
     ids=["plan", "speed"],
 )

@@ -46,7 +46,19 @@ RUNS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ),
     (
         "speed.png",
-        ("speed", "env-3", "--resolution", "0.25", "--radius", "0.15", "--chart", "speed.png", "--json"),
+        (
+            "speed",
+            "env-3",
+            "--resolution",
+            "0.25",
+            "--radius",
+            "0.15",
+            "--smooth",
+            "taut",
+            "--chart",
+            "speed.png",
+            "--json",
+        ),
         "five speed laws on one way, our law's caps as faint lines, and what holds it",
     ),
     (

@@ -20,7 +20,7 @@ from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
 from lampyris.limits import NODES, PATH, PER_CELL, demand_memory
 from lampyris.maps.load import load_map
-from lampyris.model.defaults import COURSE_SPACING
+from lampyris.model.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
@@ -36,7 +36,7 @@ from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
 from lampyris.motion.refine import refined
-from lampyris.motion.roomy import DRAWINGS, Drawing, default_drawing, drawn, wanted_of
+from lampyris.motion.roomy import DRAWINGS, Drawing, drawn, wanted_of
 from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners import registry
 from lampyris.planners._limits import within
@@ -139,8 +139,9 @@ def course(
     scene : the map and the robot's radius and turning circle.
     smooth : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the way's own
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
-        lines; their corners have no curvature that could slow the robot down, and are stops if it has a
-        turning circle. None: ``taut`` for a plan or a path of cells, ``arcs`` for points.
+        lines; each corner is rounded within half a step, or a stop where walls or the turning circle leave
+        no room for an arc. None: ``taut`` for a plan or a path of cells, a curve that is good to drive
+        (:func:`profile`, which keeps the cells, has another default); ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell
         (:data:`lampyris.model.defaults.COURSE_SPACING`). Where the room or a zone changes
         quickly they are closer together.
@@ -150,8 +151,8 @@ def course(
     SettingError : a plan without a path; a way through a blocked cell or off the map; ``SPACING``.
     InternalFault : the referee refused the curve; a bug of ours.
     """
-    planned = isinstance(way, Plan | Path)
-    drawing = default_drawing(planned) if smooth is None else smooth
+    usual: Drawing = COURSE_SMOOTH if isinstance(way, Plan | Path) else POINTS_SMOOTH
+    drawing = usual if smooth is None else smooth
     if drawing not in DRAWINGS:
         raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed=", ".join(DRAWINGS))
     _typed("scene", scene, Scene)
@@ -179,7 +180,7 @@ def profile(
     law: laws.SpeedLaw = "physical",
     *,
     v0: float = 0.0,
-    smooth: Drawing = "none",
+    smooth: Drawing = PROFILE_SMOOTH,
     spacing: float | None = None,
     movers: Movers | None = None,
     law_settings: Mapping[str, Any] | None = None,
@@ -197,7 +198,8 @@ def profile(
     smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
         half a step of its node and driven as slowly as ``lat_max`` asks, or is a stop where the robot's
         ``turn_radius`` does not fit (see :func:`lampyris.motion.course.corners_of_path`). ``taut`` or
-        ``arcs``: the path is made a curve first, as :func:`course` does.
+        ``arcs``: the path is made a curve first, as :func:`course` does. The default is that of ``lampyris
+        plan`` and ``lampyris speed``, :data:`lampyris.model.defaults.PROFILE_SMOOTH`.
     spacing : as for :func:`course`, with ``taut`` or ``arcs``.
     movers : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.

@@ -174,7 +174,7 @@ MORE = [
     Case(
         99,
         "spacing",
-        (*_MAP, *_ENDS, "--spacing", "-1"),
+        (*_MAP, *_ENDS, "--smooth", "taut", "--spacing", "-1"),
         {"room.txt": _ROOM},
         "SPACING",
         2,

@@ -212,14 +212,27 @@ def test_corners_that_no_arc_rounds_are_stops() -> None:
     assert len(curve_of(free, grid, SLOW, shortcut=False).stops) == 0
 
 
-def test_straight_lines_without_arcs() -> None:
-    points = np.array([(2.0, 2.0), (5.0, 2.0), (9.0, 2.0), (9.0, 8.0)])
+def test_own_lines_are_rounded_within_half_a_step_or_stops() -> None:
+    """Corners of ``none`` had no curvature and, without a turning circle, no stops: they were free."""
+    points = np.array([(2.0, 2.0), (8.0, 2.0), (9.0, 2.0), (9.0, 8.0)])
     curve = curve_of(points, OPEN, SLOW, smooth="none", shortcut=False)
-    assert curve.lengths.tolist() == [7.0, 6.0]
-    assert not curve.curvature.any()
+    assert curve.lengths.tolist() == pytest.approx([6.5, np.pi / 4, 5.5], rel=1e-12)
+    assert curve.curvature.tolist() == pytest.approx([0.0, 2.0, 0.0], rel=1e-12)
     assert len(curve.stops) == 0
-    stiff = Robot(turn_radius=0.1)
-    assert curve_of(points, OPEN, stiff, smooth="none", shortcut=False).stops.tolist() == [1]
+    assert check_curve(curve, OPEN, SLOW, points) is None
+    for stiff, stops in ((Robot(turn_radius=0.49), []), (Robot(turn_radius=0.51), [1])):
+        assert curve_of(points, OPEN, stiff, smooth="none", shortcut=False).stops.tolist() == stops
+    # Lines may be long: half a step is at most half a knight's.
+    far = np.array([(2.0, 2.0), (9.0, 2.0), (9.0, 9.0)])
+    long = curve_of(far, OPEN, SLOW, smooth="none", shortcut=False)
+    assert long.lengths[0] == pytest.approx(7.0 - 0.5 * np.sqrt(5), rel=1e-12)
+    # Straight back again: no arc makes it.
+    back = np.array([(2.0, 2.0), (9.0, 2.0), (2.0, 2.0)])
+    assert curve_of(back, OPEN, SLOW, smooth="none", shortcut=False).stops.tolist() == [1]
+    # A corner around which a wall leaves no room is a stop, with any robot.
+    grid = walls([".....", ".....", "..#..", ".....", "....."])
+    turn = np.array([(2.2, 1.5), (1.5, 1.5), (1.5, 2.2)])
+    assert curve_of(turn, grid, SLOW, smooth="none", shortcut=False).stops.tolist() == [1]
 
 
 def test_a_point_is_a_curve_without_pieces() -> None:

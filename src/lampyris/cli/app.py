@@ -142,7 +142,7 @@ def plan(
         typer.Option("--time-limit", metavar="S", help="Seconds of planning; then it stops, exit code 5."),
     ] = None,
 ) -> None:
-    """Plan a path and a speed for every node of it."""
+    """Plan a path and a speed for every cell of it: corners are rounded within half a step, or stops."""
     from lampyris.cli import verbs
     from lampyris.cli.request import Request
 

@@ -136,7 +136,12 @@ def drive(
         typer.Option("--on-hit", help="An obstacle runs into the standing robot: end (default) or go-on."),
     ] = None,
     smooth: Annotated[
-        str | None, typer.Option("--smooth", help="arcs (default) or none: whether corners are rounded.")
+        str | None,
+        typer.Option(
+            "--smooth",
+            help="arcs (default): drawn taut, corners rounded; none: the planned cells as they are, each "
+            "corner rounded within half a step, or a stop.",
+        ),
     ] = None,
     spacing: Annotated[
         float | None,

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 def record_of(answer: Answer, timing: bool) -> dict[str, Any]:
     """What ``--json`` prints; all of it but ``timing`` is decided by the files and the options."""
     scene, course, profile = answer.scene, answer.course, answer.entry.profile
-    curve = course.curve
     assert profile.xy is not None
     metres = scene.grid.to_metres(profile.xy)
     return {
@@ -31,7 +30,7 @@ def record_of(answer: Answer, timing: bool) -> dict[str, Any]:
             "given_m": answer.given_m,
             "length_m": float(course.s[-1]),
             "deviation_m": answer.deviation_m,
-            "arcs": 0 if curve is None else int(np.count_nonzero(curve.curvature)),
+            "arcs": answer.arcs,
             "stops": int(np.count_nonzero(course.stop)),
             "notes": list(answer.notes),
         },

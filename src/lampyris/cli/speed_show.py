@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from lampyris.cli import text
 from lampyris.cli.show import written
 from lampyris.model.drive import Drive
 from lampyris.model.profile import Profile
 from lampyris.report.metrics import cause_shares, drive_shares, worth_telling
+from lampyris.report.plain import drive_corners
 
 if TYPE_CHECKING:
     from lampyris.cli.speed_work import Answer
@@ -29,8 +28,11 @@ def answer(told: Answer, *, explain: bool, all_nodes: bool) -> None:
     grid, course = told.scene.grid, told.course
     length = float(course.s[-1])
     text.line(f"{length:.4g} m in {profile.duration:.4g} s by the {told.entry.law} law", style="bold")
-    bends = 0 if course.curve is None else int(np.count_nonzero(course.curve.curvature))
-    shape = f"{len(told.given)} points made {bends} arcs and {int(course.stop.sum())} stops to turn"
+    stops = f"{int(course.stop.sum())} stops to turn"
+    shape = f"{len(told.given)} points made {told.arcs} arcs and {stops}"
+    corners = (
+        [("corners", f"{told.arcs} rounded within half a step, {stops}")] if told.smooth == "none" else []
+    )
     lengths = (
         f"{told.given_m:.6g} m; driven: {length:.6g} m ({told.smooth}), "
         f"at most {told.deviation_m:.3g} m from it"
@@ -41,6 +43,7 @@ def answer(told: Answer, *, explain: bool, all_nodes: bool) -> None:
             ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
             ("way", f"from {told.source}: {shape}; {len(course)} nodes"),
             ("way given", lengths),
+            *corners,
         ],
     )
     _laws_table(told)
@@ -90,6 +93,7 @@ def drive(run: Drive, *, name: str = "") -> None:
         after += f", {run.duration / run.optimum:.2f} times the optimum of the first way without obstacles"
     moments = [m.word for m in run.moments]
     hits = f"waits {moments.count('wait')}, hits {moments.count('hit')}, contacts {moments.count('contact')}"
+    turns = drive_corners(run)
     moving = float(run.v.max(initial=0.0))
     rows = [("scenario", name)] if name else []
     rows += [
@@ -98,6 +102,7 @@ def drive(run: Drive, *, name: str = "") -> None:
         ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}; {run.replans} replans"),
         ("obstacles", f"{len(run.bodies)} ({told})"),
         ("outcome", after),
+        ("corners", f"{turns['turns'] - turns['stops']} rounded, {turns['stops']} stops to turn"),
         ("met", hits),
         ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
         ("held by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),

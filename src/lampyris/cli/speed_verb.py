@@ -42,7 +42,7 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
-from lampyris.model.defaults import COURSE_SPACING
+from lampyris.model.defaults import COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 
 DEFAULT = "constant,dissertation,rpp,physical,optimum"
 
@@ -79,8 +79,9 @@ def speed(
         str | None,
         typer.Option(
             "--smooth",
-            help="taut: drawn straight, corners rounded (default for a plan); arcs: the way's own lines, "
-            "corners rounded (default with --path); none: the lines as they are.",
+            help=f"{PROFILE_SMOOTH} (default for a plan, as in `lampyris plan`): the cells or points as they "
+            f"are, each corner rounded within half a step, or a stop; {POINTS_SMOOTH} (default with --path): "
+            "corners rounded as widely as there is room; taut: drawn straight where there is room, rounded.",
         ),
     ] = None,
     spacing: Annotated[
@@ -88,7 +89,7 @@ def speed(
         typer.Option(
             "--spacing",
             metavar="M",
-            help=f"Metres between nodes, at most (default {COURSE_SPACING:g} of a cell).",
+            help=f"Metres between nodes of a curve, at most (default {COURSE_SPACING:g} of a cell).",
         ),
     ] = None,
     movers: Annotated[

@@ -17,6 +17,7 @@ from lampyris.kernels import loading
 from lampyris.maps.movers_file import read_movers
 from lampyris.maps.tracks import read_track
 from lampyris.maps.way_file import UNITS, read_way
+from lampyris.model.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers, Track
 from lampyris.model.plan import Plan
@@ -26,13 +27,13 @@ from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.traffic import Recorded
 from lampyris.motion import laws
 from lampyris.motion.compare import Entry, compare
-from lampyris.motion.course import Course
+from lampyris.motion.course import CellCourse, Course, course_with_corners
 from lampyris.motion.curve import polyline_of
 from lampyris.motion.deviation import deviation, length_of
 from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.roomy import DRAWINGS, default_drawing
+from lampyris.motion.roomy import DRAWINGS
 from lampyris.motion.tracks import tracks_from_recorded
 from lampyris.planners import registry
 from lampyris.report.plain import grid_record
@@ -86,11 +87,23 @@ class Asked:
     movers: Path | None
     tracks: TracksAsked = TracksAsked()
 
+    @property
+    def drawing(self) -> str:
+        """How the path is driven: as asked, or by the default for its source."""
+        return self.smooth or (PROFILE_SMOOTH if self.path is None else POINTS_SMOOTH)
+
     def check(self) -> tuple[str, ...]:
         """Refuse what does not go together; the laws to compare, the one that is looked at among them."""
         r = self.request
         if self.smooth is not None:
             known("SMOOTH", "--smooth", self.smooth, DRAWINGS)
+        if self.path is None and self.drawing == "none" and self.spacing is not None:
+            raise UsageError(
+                "OPTIONS",
+                "the nodes are the planned cells",
+                where="--spacing",
+                allowed="with --smooth taut or --smooth arcs",
+            )
         if self.units is not None:
             known("UNITS", "--units", self.units, UNITS)
             if self.path is None:
@@ -137,9 +150,9 @@ class Answer:
     ----------
     scene : map, zones, robot and ends.
     source : where the way is from: a file's name, or who planned it.
-    given : the way as it was given, cells (n, 2).
-    smooth : how the curve was made of it.
-    course : the curve with its nodes.
+    given : the path as it was given, cells (n, 2).
+    smooth : how it is driven.
+    course : where: a curve with its nodes, or the planned cells.
     entries : a row for each law that lets the robot drive.
     refused : the others, and why.
     chosen : which of them is looked at.
@@ -171,8 +184,18 @@ class Answer:
         return length_of(self.given) * self.scene.grid.resolution
 
     @property
+    def arcs(self) -> int:
+        """How many arcs are driven."""
+        if isinstance(self.course, CellCourse):
+            return int(np.count_nonzero(~self.course.corners.stop))
+        curve = self.course.curve
+        return 0 if curve is None else int(np.count_nonzero(curve.curvature))
+
+    @property
     def deviation_m(self) -> float:
-        """How far the way that is driven is from the one given at most, metres."""
+        """How far the path that is driven is from the one given at most, metres."""
+        if isinstance(self.course, CellCourse):
+            return self.course.corners.deviation
         return deviation(self.given, self.course.xy, 0.25) * self.scene.grid.resolution
 
 
@@ -193,10 +216,10 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
     verbs.remarks(_off_the_map(movers, scene.grid))
     tracks = asked.tracks.read(scene)
-    smooth: Any = asked.smooth or default_drawing(asked.path is None)
-    course = api.course(way, scene, smooth=smooth, spacing=asked.spacing)
+    smooth: Any = asked.drawing
+    course = _course(way, scene, smooth, asked.spacing)
     planned = loading.wall()
-    entries, refused = _entries(names, asked, course, scene, movers, tracks)
+    entries, refused = _entries(names, asked, way, course, scene, movers, tracks)
     chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
     timing = {"way_s": planned - began, "laws_s": loading.wall() - planned}
     timing["loading_s"] = loading.seconds() - loaded
@@ -231,6 +254,14 @@ def _way(asked: Asked) -> tuple[Scene, str, Plan | Points | None, tuple[str, ...
     moves: Any = request.preset_of()[0]
     scene = Scene(grid, start, goal, moves, request.robot(), zones=zones)
     return scene, str(asked.path), points, (*document.notes, *notes, *way.notes)
+
+
+def _course(way: Plan | Points, scene: Scene, smooth: Any, spacing: float | None) -> Course:
+    """Where it is driven: a curve with nodes, or the planned cells just as ``lampyris plan`` has them."""
+    if isinstance(way, Plan) and smooth == "none":
+        assert way.path is not None
+        return course_with_corners(way.path, scene.grid.resolution, scene.robot)
+    return api.course(way, scene, smooth=smooth, spacing=spacing)
 
 
 def _points(way: Plan | Points) -> Points:
@@ -281,6 +312,7 @@ def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
 def _entries(
     names: tuple[str, ...],
     asked: Asked,
+    way: Plan | Points,
     course: Course,
     scene: Scene,
     movers: Movers | None,
@@ -299,7 +331,7 @@ def _entries(
     refused: dict[str, str] = {}
 
     def make(law: laws.SpeedLaw) -> Profile:
-        made = api.profile(course, scene, law, v0=asked.v0, movers=movers)
+        made = _profile(way, course, scene, law, asked.v0, movers)
         mine = tracks and law is settings
         return _through(made, course, scene, law, tracks, asked.v0) if mine else made
 
@@ -308,6 +340,18 @@ def _entries(
     if looked_at in refused:
         make(settings)  # it says so itself
     return entries, refused
+
+
+def _profile(
+    way: Plan | Points, course: Course, scene: Scene, law: laws.SpeedLaw, v0: float, movers: Movers | None
+) -> Profile:
+    """A law's profile in metres and seconds, with the places of its nodes; past the referee."""
+    cells = isinstance(way, Plan) and isinstance(course, CellCourse)
+    if cells and laws.named(laws.name_of(law)).units == "m/s":
+        # The very call that `lampyris plan` makes.
+        made = api.profile(way, scene, law, v0=v0, movers=movers)  # type: ignore[arg-type]
+        return replace(made, xy=course.xy)
+    return api.profile(course, scene, law, v0=v0, movers=movers)
 
 
 def _through(
@@ -350,8 +394,12 @@ def _caps_named(found: Profile, made: Profile) -> Profile:
 def _course_at(profile: Profile, course: Course) -> Course:
     """The course with the nodes of a profile; where it waits there are two at one place."""
     n = len(profile.s)
-    assert course.curve is not None
-    xy, heading = course.curve.at(profile.s)
+    if course.curve is None:
+        assert profile.xy is not None
+        edge = np.clip(np.searchsorted(course.s, profile.s, side="right") - 1, 0, len(course) - 1)
+        xy, heading = profile.xy, course.heading[edge]
+    else:
+        xy, heading = course.curve.at(profile.s)
     none = np.zeros(n, dtype=np.bool_)
     return Course(profile.s, xy, heading, np.zeros(n), none, course.resolution, course.curve)
 

@@ -63,7 +63,9 @@ class DriveTable(Table):
         "end", description="What happens when an obstacle runs into the standing robot."
     )
     smooth: Annotated[Literal["arcs", "none"], Rule("DRIVE_SETTING", "arcs or none")] = Field(
-        "arcs", description="Whether corners of the way are rounded."
+        "arcs",
+        description="arcs: drawn taut, corners rounded; none: the planned cells, each corner rounded within "
+        "half a step, or a stop.",
     )
     hold: Late = Field(2.0, description="Seconds without trustworthy data after which it gives up.")
     max_age: Seconds = Field(0.5, description="Seconds; older data are not trusted.")

@@ -9,13 +9,14 @@ from typing import TypeAlias
 
 import numpy as np
 
+from lampyris import elementary
 from lampyris.errors import SettingError
 from lampyris.model.movers import Movers
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion import laws
-from lampyris.motion.course import Course
+from lampyris.motion.course import CellCourse, Course
 from lampyris.motion.jerk import jerks
 from lampyris.typing import Floats
 
@@ -37,7 +38,7 @@ class Entry:
     duration_s : seconds from start to goal.
     mean : m/s: the way's length over its duration; 0 where there is no way.
     peak_accel, peak_braking : m/s2, the greatest of each; 0 where there is none.
-    peak_lateral : m/s2: the greatest ``v^2 kappa``. A course without a curve has no curvature.
+    peak_lateral : m/s2: the greatest ``v^2 kappa``, of a path of cells on the arcs of its corners.
     broken : which of the robot's limits it breaks: ``acceleration``, ``braking``, ``lateral``, ``v_max``, and
         ``jerk`` if it has one.
     ratio : of its duration to that of the time optimum; 1 where there is no way.
@@ -129,12 +130,36 @@ def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Ent
 def lateral_of(profile: Profile, course: Course) -> Floats:
     """Lateral acceleration on each edge of a profile at the greater of its two speeds, m/s2; (n - 1,)."""
     s = profile.s
+    if isinstance(course, CellCourse) and len(s) > 1:
+        return _lateral_in_corners(profile, course)
     if course.curve is None or len(s) < 2:
         return np.zeros(max(len(s) - 1, 0))
     begins = course.curve.begins
     piece = np.clip(np.searchsorted(begins, 0.5 * (s[1:] + s[:-1]), side="right") - 1, 0, len(begins) - 2)
     fast = np.maximum(profile.v[1:], profile.v[:-1])
     out: Floats = fast * fast * np.abs(course.curve.curvature[piece])
+    return out
+
+
+def _lateral_in_corners(profile: Profile, course: CellCourse) -> Floats:
+    """The same on a path of cells: on the arcs of its corners, straight between them."""
+    s, x, out = profile.s, np.square(profile.v), np.zeros(len(profile.s) - 1)
+    corners = course.corners
+    arcs = np.flatnonzero(~corners.stop)
+    if not len(arcs):
+        return out
+    middle, tangent = course.s[corners.node[arcs]], corners.tangent[arcs]
+    begin, end, bend = middle - tangent, middle + tangent, 1.0 / corners.radius[arcs]
+    cuts = np.unique(np.concatenate((s, begin, end)))
+    cuts = cuts[(cuts >= s[0]) & (cuts <= s[-1])]
+    # The square of the speed changes evenly between nodes; from stop to stop there is no arc.
+    fast = elementary.interp(cuts, s, x)
+    fast = np.maximum(fast[1:], fast[:-1])
+    at = 0.5 * (cuts[1:] + cuts[:-1])
+    k = np.clip(np.searchsorted(begin, at, side="right") - 1, 0, len(arcs) - 1)
+    inside = (at > begin[k]) & (at < end[k])
+    edge = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(out) - 1)
+    np.maximum.at(out, edge[inside], (fast * bend[k])[inside])
     return out
 
 

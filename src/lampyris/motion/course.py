@@ -73,9 +73,11 @@ class CellCourse(Course):
     Parameters
     ----------
     cells : int64 (n, 2): the cells of the nodes.
+    corners : how each corner is driven.
     """
 
     cells: NDArray[np.int64] = field(kw_only=True)
+    corners: Corners = field(kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,12 +88,21 @@ class Corners:
     ----------
     node : int64 (k,), rising: the nodes at which the path turns.
     radius : float64 (k,), metres: of the arc at each, >= 0.
+    tangent : float64 (k,), metres: how far from the node the arc begins and ends.
     stop : bool (k,): where the robot stands still and turns on the spot instead.
     """
 
     node: NDArray[np.int64]
     radius: Floats
+    tangent: Floats
     stop: NDArray[np.bool_]
+
+    @property
+    def deviation(self) -> float:
+        """Metres by which the robot leaves the path at most, in the middle of an arc."""
+        r, tangent = self.radius[~self.stop], self.tangent[~self.stop]
+        # r and the tangent are the sides of a right triangle; its third joins the node and the centre.
+        return float((np.sqrt(r * r + tangent * tangent) - r).max(initial=0.0))
 
 
 def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
@@ -105,7 +116,8 @@ def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
     """
     step = np.diff(path.cells.astype(np.float64), axis=0) * resolution
     if len(step) < 2:
-        return Corners(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.bool_))
+        nothing = np.zeros(0)
+        return Corners(np.zeros(0, dtype=np.int64), nothing, nothing, np.zeros(0, dtype=np.bool_))
     long = np.sqrt(step[:, 0] * step[:, 0] + step[:, 1] * step[:, 1])
     a, b = step[:-1] / long[:-1, None], step[1:] / long[1:, None]
     cross = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
@@ -117,7 +129,8 @@ def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
     slant = np.where(wide, 1.0 - dot, cross) / np.where(wide, np.where(back, 1.0, cross), 1.0 + dot)
     half = 0.5 * np.minimum(long[:-1], long[1:])
     radius = np.where(back, 0.0, half / np.where(turns & ~back, slant, 1.0))[turns]
-    return Corners(np.flatnonzero(turns) + 1, radius, (radius == 0.0) | (radius < robot.turn_radius))
+    stop = (radius == 0.0) | (radius < robot.turn_radius)
+    return Corners(np.flatnonzero(turns) + 1, radius, half[turns], stop)
 
 
 def course_with_corners(path: Path, resolution: float, robot: Robot) -> CellCourse:
@@ -134,7 +147,8 @@ def course_with_corners(path: Path, resolution: float, robot: Robot) -> CellCour
     for k in (-1, 0, 1):
         np.maximum.at(kappa, node + k, bend)
     cells = path.cells.astype(np.int64)
-    return CellCourse(plain.s, plain.xy, plain.heading, kappa, stop, resolution, cells=cells)
+    lines = (plain.s, plain.xy, plain.heading, kappa, stop, resolution)
+    return CellCourse(*lines, cells=cells, corners=corners)
 
 
 def places(way: Path | Course) -> Points | None:

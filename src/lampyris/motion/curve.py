@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -18,6 +19,9 @@ from lampyris.motion.taut import Lines, lines_of, taut
 from lampyris.typing import Floats, Points
 
 Smooth: TypeAlias = Literal["arcs", "none"]
+
+LONGEST_STEP = math.sqrt(5.0)
+"""Cells: the longest step of a planned path, a knight's."""
 
 _HUGE = 1e6
 """Radius (cells) beyond which a bend counts as straight: its centre is still known to a ten-millionth."""
@@ -52,8 +56,9 @@ def curve_of(
     grid : the map. Its edge is no wall, but the robot's centre stays on it. Where it has terrain nothing is
         drawn taut: a shorter way may cost more.
     robot : its radius, turn_radius, v_max and lat_max matter.
-    smooth : ``arcs``, or ``none``: straight lines. Their corners are stops if turn_radius > 0; else the robot
-        is taken to turn while it drives, and nothing speaks of them.
+    smooth : ``arcs``, or ``none``: each arc begins at most half a step away from its corner. That is half the
+        shorter of the two lines that meet in the corner, as they are between the points given (or drawn
+        taut), and never more than half of :data:`LONGEST_STEP`.
     shortcut : whether to draw it taut.
     tangent : float64 (n,), cells: how far from each point its arc may begin at most; None: as far as there is
         room. Only where it is not drawn taut, and no two points in a row are the same.
@@ -71,31 +76,28 @@ def curve_of(
     if len(lines.length) == 0:
         nothing = np.zeros((0, 2))
         return Curve(nothing, nothing, np.zeros(0), np.zeros(0), lines.end, grid.resolution)
-    lines = lines.straightened()
+    corner, half = lines.corners(), _half_steps(lines)
+    if len(corner) < len(lines.xs):
+        lines, half = lines.kept(corner), half[corner]
     n = len(lines.xs)
     turn = _Turns.of(lines)
     want, far = np.full(n, np.inf), np.zeros(n)
     if tangent is not None:
-        want = tangent[_numbers(lines, np.asarray(points, dtype=np.float64))]
-    if smooth == "arcs":
-        useful = max(robot.v_max * robot.v_max / robot.lat_max, robot.turn_radius) / grid.resolution
-        far = _tangents(lines, turn, useful, robot.turn_radius / grid.resolution, want)
+        want = tangent[corner]
+    if smooth == "none":
+        want = np.minimum(want, half)
+    useful = max(robot.v_max * robot.v_max / robot.lat_max, robot.turn_radius) / grid.resolution
+    far = _tangents(lines, turn, useful, robot.turn_radius / grid.resolution, want)
     stops = np.flatnonzero(far[1:-1] == 0.0) + 1
-    if smooth == "none" and robot.turn_radius == 0.0:
-        stops = stops[:0]
     return _assembled(lines, turn, far, stops, grid.resolution)
 
 
-def _numbers(lines: Lines, points: Points) -> NDArray[np.int64]:
-    """Which of the points are left, in order."""
-    left = points - lines.corner
-    found, k = [], 0
-    for x, y in zip(lines.xs.tolist(), lines.ys.tolist(), strict=True):
-        while left[k, 0] != x or left[k, 1] != y:
-            k += 1
-        found.append(k)
-        k += 1
-    return np.array(found)
+def _half_steps(lines: Lines) -> Floats:
+    """Half the shorter of the two lines at each point, at most half of the longest step, cells, (n,)."""
+    longest = np.full(1, LONGEST_STEP)
+    before, after = (np.concatenate(pair) for pair in ((longest, lines.length), (lines.length, longest)))
+    half: Floats = 0.5 * np.minimum(np.minimum(before, after), LONGEST_STEP)
+    return half
 
 
 class _Turns:
@@ -141,7 +143,7 @@ def _tangents(lines: Lines, turn: _Turns, useful: float, least: float, most: Flo
     known = np.isfinite(most)
     useful = min(useful, _HUGE)
     radius = _HUGE if known.any() else useful
-    want = np.where(known, most, useful * turn.slant)
+    want = np.where(known & (turn.slant > 0.0), most, useful * turn.slant)
     want[[0, -1]] = 0.0
     tangent = np.zeros(len(lines.xs))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,26 +13,17 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
-from lampyris.motion.curve import Smooth, curve_of
+from lampyris.motion.curve import curve_of
 from lampyris.motion.sampled import circled
 from lampyris.motion.taut import distinct, lines_of
 from lampyris.typing import Points
 
 Drawing: TypeAlias = Literal["taut", "arcs", "none"]
-"""``taut``: drawn straight where there is room, corners rounded. ``arcs``: the way's own lines, corners
-rounded. ``none``: the lines as they are; their corners have no curvature."""
+"""``taut``: drawn straight where there is room, corners rounded. ``arcs``: the path's own lines, corners
+rounded as widely as there is room. ``none``: its own lines, each corner rounded within half a step or a
+stop. The defaults are in :mod:`lampyris.model.defaults`."""
 
 DRAWINGS = ("taut", "arcs", "none")
-
-
-def default_drawing(planned: bool) -> Drawing:
-    """How a way is drawn unless somebody says otherwise.
-
-    What was planned is a path of cells, whose lines nobody asked for: ``taut``. Points that somebody gave are
-    a way of their own: ``arcs``.
-    """
-    return "taut" if planned else "arcs"
-
 
 _SAME = 1e-9
 """Squared cells: what is forgiven to a clearance."""
@@ -69,9 +60,9 @@ def drawn(
 ) -> tuple[Curve, Points]:
     """A way as a curve, and the polyline that the curve was made of; nothing else promises its clearance.
 
-    That is the way itself, save for ``arcs`` where it is sampled from circles: there it has the corners of
+    That is the path itself, save for ``arcs`` where it is sampled from circles: there it has the corners of
     :func:`lampyris.motion.sampled.circled`. They are no nearer to a wall than the robot may be, or than the
-    way comes anywhere; or else they are not used.
+    path comes anywhere; or else they are not used.
 
     ``wanted`` : what a plan asks of it; None: points that somebody gave.
 
@@ -110,9 +101,7 @@ def _bent(given: Points, grid: Grid, robot: Robot) -> tuple[Curve, Points] | Non
     return (curve, xy) if need.min() >= own.min() - _SAME else None
 
 
-def roomy_curve(
-    points: Points, grid: Grid, robot: Robot, smooth: Smooth = "arcs", *, wanted: Wanted | None = None
-) -> Curve:
+def roomy_curve(points: Points, grid: Grid, robot: Robot, *, wanted: Wanted | None = None) -> Curve:
     """A taut curve that leaves the robot room to stop beside walls, where the polyline does.
 
     It is drawn for a robot that is larger by ``v_max^2 / (2 d_max)``, at most a cell: beyond that no wall
@@ -124,9 +113,9 @@ def roomy_curve(
     wanted = Wanted() if wanted is None else wanted
     margin = min(0.5 * robot.v_max * robot.v_max / robot.d_max, grid.resolution)
     margin = max(margin, wanted.room, wanted.reach)
-    how: dict[str, Any] = {"smooth": smooth, "shortcut": not wanted.shaped}
-    wide = curve_of(points, grid, replace(robot, radius=robot.radius + margin), **how)
+    taut = not wanted.shaped
+    wide = curve_of(points, grid, replace(robot, radius=robot.radius + margin), shortcut=taut)
     if len(wide.stops) == 0:
         return wide
-    narrow = curve_of(points, grid, replace(robot, radius=robot.radius + wanted.room), **how)
+    narrow = curve_of(points, grid, replace(robot, radius=robot.radius + wanted.room), shortcut=taut)
     return wide if len(wide.stops) <= len(narrow.stops) else narrow

@@ -57,13 +57,13 @@ class Lines:
             return self.over(self.xs[chain], self.ys[chain], self.need[:0])
         return self.over(self.xs[chain], self.ys[chain], np.minimum.reduceat(self.need, chain[:-1]))
 
-    def straightened(self) -> Lines:
-        """Without points that lie on the line between their neighbours."""
+    def corners(self) -> NDArray[np.int64]:
+        """The numbers of both ends and of the points that do not lie on the line between their neighbours."""
         a, b = self.heading[:-1], self.heading[1:]
         aside = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * np.minimum(self.length[:-1], self.length[1:])
         onward = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] > 0.0
         corner = np.concatenate(([True], (aside > _STRAIGHT) | ~onward, [True]))
-        return self if corner.all() else self.kept(np.flatnonzero(corner))
+        return np.flatnonzero(corner)
 
 
 def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Lines:

@@ -76,6 +76,15 @@ def corners_record(plan: Plan, scene: Scene, profile: Profile | None) -> dict[st
     return {"turns": int(path_metrics(plan.path, scene.grid)["turns"]), "stops": profile.cause.count("turn")}
 
 
+def drive_corners(drive: Drive) -> dict[str, int]:
+    """The corners of all curves that a drive set off on; ``stops``: in so many it stands still to turn."""
+    stops = sum(len(curve.stops) for curve in drive.curves)
+    return {
+        "turns": stops + sum(int((curve.curvature != 0.0).sum()) for curve in drive.curves),
+        "stops": stops,
+    }
+
+
 def trace_record(trace: Trace) -> dict[str, Any]:
     """A simulation; ``obstacles``: a list a tick, in order of appearance; ``edits``: what really turned."""
     return {
@@ -149,6 +158,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "about": drive.about.tolist(),
         "why": [drive.why(k) for k in range(n)],
         "held": shares_record(drive_shares(drive)),
+        "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
         "bodies": [
             {

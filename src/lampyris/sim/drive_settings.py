@@ -51,7 +51,8 @@ class Settings:
     patience : seconds the robot stands because of obstacles before it asks its planner again.
     give_up : seconds of that in a row after which the drive ends as ``blocked``.
     on_hit : whether the drive ends when an obstacle runs into the standing robot.
-    smooth : whether corners of the way are rounded.
+    smooth : ``arcs``: plans are drawn taut, their corners rounded as widely as there is room. ``none``: the
+        planned cells as they are, each corner rounded within half a step, or a stop.
     hold : seconds without data that can be trusted after which a standing robot gives up.
     max_age : seconds; older data are not trusted.
     spacing : metres between two nodes of the way; None:

@@ -20,12 +20,13 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
-from lampyris.motion.curve import Smooth
+from lampyris.motion.curve import Smooth, curve_of
 from lampyris.motion.refine import refined
-from lampyris.motion.roomy import roomy_curve, wanted_of
+from lampyris.motion.roomy import Wanted, roomy_curve, wanted_of
 from lampyris.sim.cutting import line_is_clear, square_distances
 from lampyris.sim.feed import Told
 from lampyris.sim.going import Route
@@ -219,10 +220,17 @@ def curve_from(
         for cx, cy in taken:
             shut[cy, cx] = True
         try:
-            return roomy_curve(points, replace(grid, blocked=shut), scene.robot, smooth, wanted=wanted)
+            return _drawn(points, replace(grid, blocked=shut), scene.robot, smooth, wanted)
         except SettingError:
             pass
-    return roomy_curve(points, grid, scene.robot, smooth, wanted=wanted)
+    return _drawn(points, grid, scene.robot, smooth, wanted)
+
+
+def _drawn(points: Points, grid: Grid, robot: Robot, smooth: Smooth, wanted: Wanted) -> Curve:
+    """Drawn taut, its corners rounded; or for ``none`` the lines as they are, corners within half a step."""
+    if smooth == "none":
+        return curve_of(points, grid, robot, smooth="none", shortcut=False)
+    return roomy_curve(points, grid, robot, wanted=wanted)
 
 
 def _off(points: Points, cells: list[Cell], radius: float) -> list[Cell]:
