@@ -18,7 +18,9 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.course import course_of
 from lampyris.motion.refine import refined
+from lampyris.planners import registry
 from lampyris.planners.assess import assess
+from lampyris.sim.drive import DriveSimulation
 
 
 def street(n: int) -> Scene:
@@ -100,6 +102,18 @@ def test_a_simulation_that_would_take_too_many_ticks_says_so(monkeypatch: pytest
     with pytest.raises(LimitError, match=r"TICKS.*31 ticks"):
         lampyris.simulate(street(32))
     assert lampyris.simulate(street(32), ticks=100).arrived
+
+
+def test_a_drive_that_would_take_too_many_decisions_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot of a micrometre a second drove for hours in decisions of a tenth of a second."""
+    slow = Scene(street(9).grid, (0, 0), (8, 0), robot=Robot(v_max=0.05))
+    monkeypatch.setenv("LAMPYRIS_MAX_DECISIONS", "1000")
+    with pytest.raises(LimitError, match=r"DECISIONS.*LAMPYRIS_MAX_DECISIONS=") as said:
+        lampyris.drive(slow)
+    assert "longer period" in said.value.todo
+    assert lampyris.drive(slow, period=1.0).arrived
+    assert DriveSimulation(street(9), registry.make("astar"), time_limit=1e6, period=0.02).time_limit == 20.0
+    assert DriveSimulation(street(9), registry.make("astar"), time_limit=15.0, period=0.02).time_limit == 15.0
 
 
 @pytest.mark.parametrize("given", ["0", "-1", "1.5", "much", "1" * 400, "٣"])

@@ -85,7 +85,10 @@ NODES = Limit("NODES", "LAMPYRIS_MAX_NODES", 500_000, "nodes")
 TICKS = Limit("TICKS", "LAMPYRIS_MAX_TICKS", 250_000, "ticks")
 """Ticks of a simulation that was not told when to end: some 2 milliseconds each."""
 
-LIMITS = (MEMORY, PATH, NODES, TICKS)
+DECISIONS = Limit("DECISIONS", "LAMPYRIS_MAX_DECISIONS", 100_000, "decisions")
+"""Decisions of a drive, one a period: some 0.1 milliseconds each, and as much for each obstacle near."""
+
+LIMITS = (MEMORY, PATH, NODES, TICKS, DECISIONS)
 """All of them."""
 
 PER_CELL = 100

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import os
+import resource
 import socket
 import subprocess
 import sys
@@ -18,10 +19,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from lampyris import limits
 from lampyris.errors import InternalFault, LampyrisError
-from lampyris.selfcheck import _fuzz_run, fuzz
+from lampyris.selfcheck import _fuzz_run, _fuzz_use, fuzz
 from lampyris.selfcheck._fuzz_targets import TARGETS
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Part
@@ -266,3 +269,77 @@ def test_a_scenario_that_cannot_be_run_is_found(monkeypatch: pytest.MonkeyPatch)
     outcome = fuzz.run(ASK, Part("run-json", 0, 100))
     assert outcome.failed
     assert {f.what for f in outcome.failures} == {"ZeroDivisionError: x"}
+
+
+@pytest.mark.parametrize("kind", _fuzz_use.KINDS)
+def test_enough_inputs_are_used(kind: str) -> None:
+    outcome = fuzz.run(ASK, Part(kind, 0, 60))
+    assert not outcome.failed, outcome.failures
+    assert outcome.counts["used"] > 6, outcome.counts
+    assert outcome.counts["refused"] > 6, outcome.counts
+
+
+def _use_of_maps(monkeypatch: pytest.MonkeyPatch, verb: Callable[..., None]) -> Any:
+    """What comes of 20 mutated maps, if each that is read is used so."""
+    monkeypatch.setattr(_fuzz_use, "_any_verb", verb)
+    monkeypatch.setattr(Readings, "PAUSES_S", ())
+    return fuzz.run(ASK, Part("use-map", 0, 20))
+
+
+def test_a_use_that_raises_what_it_should_not_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    def raises(*_: object) -> None:
+        raise OverflowError("too large")
+
+    outcome = _use_of_maps(monkeypatch, raises)
+    assert outcome.failed == outcome.counts["wrong"] > 2
+    assert outcome.failures[0].what == "OverflowError: too large"
+    assert base64.b64decode(outcome.failures[0].data["base64"])
+
+
+def test_a_use_that_warns_or_faults_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    def warns(*_: object) -> None:
+        warnings.warn("overflow in square", RuntimeWarning, stacklevel=2)
+
+    def faults(*_: object) -> None:
+        raise InternalFault("FAULT", "refused")
+
+    for wrong in (warns, faults):
+        assert _use_of_maps(monkeypatch, wrong).failed > 2
+
+
+def test_a_use_that_takes_too_much_time_or_memory_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    def slow(*_: object) -> None:
+        began = time.process_time()
+        while time.process_time() < began + 0.02:
+            pass
+
+    monkeypatch.setattr(_fuzz_use, "CPU_S", 0.015)
+    outcome = _use_of_maps(monkeypatch, slow)
+    assert outcome.failed > 2
+    assert "of CPU time, not below" in outcome.failures[0].what
+    monkeypatch.undo()
+    monkeypatch.setattr(_fuzz_use, "MEMORY", 2**25)
+    outcome = _use_of_maps(monkeypatch, lambda *_: bytes(range(256)) * 2**18)
+    assert outcome.failed > 2
+    assert "MiB of memory, not below" in outcome.failures[0].what
+
+
+def test_what_takes_all_address_space_ends_in_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    outcome = _use_of_maps(monkeypatch, lambda *_: np.empty(2**33))
+    assert outcome.failed > 2
+    assert outcome.failures[0].what.startswith(("MemoryError", "_ArrayMemoryError"))
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
+
+
+@pytest.mark.source
+def test_limits_of_use_are_those_that_are_documented(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LAMPYRIS_MAX_TICKS", "7")
+    with _fuzz_use.limits_of_use():
+        told = {f"LAMPYRIS_MAX_{name}={most}" for name, most in _fuzz_use.LIMITS.items()}
+        assert {limit.code: limit.allowed for limit in limits.LIMITS if limit.code in _fuzz_use.LIMITS} == (
+            dict(_fuzz_use.LIMITS)
+        )
+    page = (Path(__file__).parents[2] / "docs/performance.md").read_text(encoding="utf-8")
+    assert all(word in page for word in told)
+    assert limits.TICKS.allowed == 7

@@ -10,12 +10,14 @@ from __future__ import annotations
 import base64
 import time
 import warnings
+from functools import partial
+from operator import itemgetter
 from pathlib import Path
 
 import lampyris
 from lampyris.errors import LampyrisError
 from lampyris.planners import registry
-from lampyris.selfcheck import _fuzz_run
+from lampyris.selfcheck import _fuzz_run, _fuzz_use
 from lampyris.selfcheck._fuzz_targets import TARGETS, Target
 from lampyris.selfcheck._fuzz_valid import NotValid, must, words
 from lampyris.selfcheck._scratch import folder
@@ -131,6 +133,8 @@ def run(ask: Ask, part: Part) -> Outcome:
     """Read the mutants of a part."""
     if part.kind in _fuzz_run.KINDS:
         return _run_scenarios(ask, part)
+    if part.kind in _fuzz_use.KINDS:
+        return _use(ask, part)
     tally = Tally(part)
     slowest, most = 0.0, 0
     with old_left_alone(), folder() as place:
@@ -171,6 +175,45 @@ def _run_scenarios(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
+def _use(ask: Ask, part: Part) -> Outcome:
+    """Read and use the mutants of a part, each within its time and memory."""
+    tally = Tally(part)
+    slowest, most = 0.0, 0
+    with old_left_alone(), folder() as place, _fuzz_use.limited_space(), _fuzz_use.limits_of_use():
+        user, growth, readings = _fuzz_use.User(place), Growth(), Readings()
+
+        def once(number: int) -> tuple[str, float]:
+            rng = ask.rng("fuzz", part.kind, number)
+            name, data = user.input_of(part.kind, rng)
+            began = time.process_time()
+            with warnings.catch_warnings(), no_longer_than(_fuzz_use.BREAK_S):
+                warnings.simplefilter("error")
+                word = user.use(part.kind, name, data, rng)
+            return word, time.process_time() - began
+
+        for number in part.numbers:
+            try:
+                word, took = readings.least(partial(once, number), itemgetter(1), _fuzz_use.CPU_S)
+                grown = growth.step()
+                must(took < _fuzz_use.CPU_S, f"{took:.1f} s of CPU time, not below {_fuzz_use.CPU_S:g}")
+                must(
+                    grown < _fuzz_use.MEMORY,
+                    f"{grown / 2**20:.0f} MiB of memory, not below {_fuzz_use.MEMORY >> 20}",
+                )
+            except (Exception, Hangs) as problem:
+                growth.step()
+                tally.case("wrong")
+                name, data = user.input_of(part.kind, ask.rng("fuzz", part.kind, number))
+                kept = base64.b64encode(data).decode()
+                tally.fail(number, _told(problem, place), target=part.kind, file=name, base64=kept)
+                continue
+            tally.case(word)
+            slowest, most = max(slowest, took), max(most, grown)
+    tally.measure("slowest use of a part, ms", 1e3 * slowest)
+    tally.measure("most memory of a use, MiB", most / 2**20)
+    return tally.outcome()
+
+
 def _told(problem: BaseException, folder: Path) -> str:
     """What went wrong, the same in whichever folder it did."""
     kind = "" if isinstance(problem, NotValid | Hangs) else f"{type(problem).__name__}: "
@@ -193,10 +236,17 @@ def _run_kind(name: str) -> Kind:
     return Kind(what, commit=500, nightly=10_000, release=100_000, chunk=250)
 
 
+def _use_kind(name: str) -> Kind:
+    what = f"{_fuzz_use.KINDS[name]}: an answer or a typed error in 10 s of CPU time and 1 GiB"
+    return Kind(what, commit=100, nightly=2_000, release=20_000, chunk=50, least={"used": 0.2})
+
+
 CHECK = Check(
     "fuzz",
     ("G22",),
     "a mutated file gives every parser a valid object or a typed error, in a second and 256 MiB, and no more",
-    {name: _kind(name) for name in TARGETS} | {name: _run_kind(name) for name in _fuzz_run.KINDS},
+    {name: _kind(name) for name in TARGETS}
+    | {name: _run_kind(name) for name in _fuzz_run.KINDS}
+    | {name: _use_kind(name) for name in _fuzz_use.KINDS},
     run,
 )

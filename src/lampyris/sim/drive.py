@@ -24,6 +24,7 @@ import numpy as np
 from lampyris.errors import SettingError
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.kernels import loading
+from lampyris.limits import DECISIONS
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.plan import Status
@@ -142,8 +143,8 @@ class DriveSimulation(Exclusive):
         self._begin()
         self.others.open(sources, None if self.leg.nowhere else self.leg.route)
         self.optimum = self.leg.seconds if not self.leg.nowhere else None
-        limit = 60.0 + 10.0 * self.leg.seconds
-        self.time_limit = limit if one.time_limit is None else one.time_limit
+        limit = 60.0 + 10.0 * self.leg.seconds if one.time_limit is None else one.time_limit
+        self.time_limit = self._within_decisions(limit)
         self._total = time.perf_counter() - began
         self._loading = loading.seconds() - loaded
 
@@ -191,6 +192,18 @@ class DriveSimulation(Exclusive):
             self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
         if curve is not None and len(curve.lengths):
             self._take(curve)
+
+    def _within_decisions(self, limit: float) -> float:
+        """A time limit, at most that of the decisions that are allowed.
+
+        Raises
+        ------
+        LimitError : the way alone takes more of them.
+        """
+        period = self.settings.decision_period
+        needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
+        DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead="choose a longer period")
+        return min(limit, DECISIONS.allowed * period)
 
     # ---- one period --------------------
 

@@ -38,7 +38,7 @@ class Settings:
     ----------
     period : seconds between two decisions.
     time_limit : seconds after which it ends in any case; None: a minute, and ten times what the robot's own
-        limits would need on its first way.
+        limits would need on its first way. At most :data:`lampyris.limits.DECISIONS` periods.
     obstacle_speed : m/s of a straight step of the scene's traffic; None: the robot's top speed. At most
         :data:`MAX_PASSED` cells between two decisions.
     know : what our law uses of the obstacles: their ``positions``; their ``velocities`` too; or whole
