@@ -255,7 +255,7 @@ def test_a_film_is_not_of_a_plan() -> None:
         (("plan", "guide", "--seed", "-1"), 2, "SEED]: --seed: -1"),
         (("simulate", "guide", "--mobility", "patrol", "--seed", "-1"), 2, "SEED]: --seed: -1"),
         (("simulate", "guide", "--mobility", "patroll"), 2, "did you mean patrol?"),
-        (("simulate", "full.txt", *ENDS, "--mobility", "patrol"), 2, "without a free"),
+        (("simulate", "full.txt", *ENDS, "--mobility", "patrol"), 3, "0 of 10 patrols fit"),
         (("simulate", "guide", "--track", "bad.csv"), 3, "bad.csv:3: x is 'no'"),
         (("run", "none.yaml"), 3, "FILE_MISSING"),
         (("run", "bad.yaml"), 3, "error[SEED]: bad.yaml:3:7: /seed: -1"),

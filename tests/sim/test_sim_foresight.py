@@ -20,13 +20,13 @@ def driven(seed: int) -> Drive:
     """A robot that turns on the spot again and again among fast obstacles whose velocities it knows."""
     document = load_map("env-1")
     scene = Scene(document.grid, (11, 8), (21, 45), robot=Robot(radius=0.4, turn_radius=2.0))
-    traffic = TrafficRequest(16, "mixed", None, 0.0, ()).traffic(scene.grid, seed)
+    traffic = TrafficRequest(16, "mixed", None, 0.0, ()).traffic(scene, seed)
     return api.drive(
         replace(scene, traffic=traffic), seed=seed, know="velocities", on_hit="go-on", obstacle_speed=2.0
     )
 
 
-@pytest.mark.parametrize("seed", [1, 3, 4])
+@pytest.mark.parametrize("seed", [0, 2, 4])
 def test_an_end_beside_a_stop_is_no_bar(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     true, refused, beside = foresight.through_tracks, [], 0
 

@@ -247,7 +247,7 @@ def test_a_late_end_is_refused() -> None:
 
 
 def test_lies_about_a_drive() -> None:
-    study = study_of("drive", ("astar",), REPLAYED, seeds=(6,))
+    study = study_of("drive", ("astar",), REPLAYED, seeds=(2,))
     true = honest(study)
     assert true["evidence"]["outcome"] == "arrived"
 

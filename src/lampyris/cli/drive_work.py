@@ -26,7 +26,7 @@ def drive(
     budget = verbs.budget_of("--plan-limit", limit)
     settings = _settings(how)
     scenario = request.scenario()
-    bodies = traffic.traffic(scenario.scene.grid, request.seed)
+    bodies = traffic.traffic(scenario.scene, request.seed)
     scene = replace(scenario.scene, traffic=bodies)
     return run(replace(scenario, scene=scene, drive=asdict(settings)), out, budget)
 

@@ -122,7 +122,12 @@ Track = Annotated[
         "--track", metavar="FILE", help="A recorded obstacle: a CSV with columns x,y, a row a tick."
     ),
 ]
-Obstacles = Annotated[int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles.")]
+Obstacles = Annotated[
+    int,
+    typer.Option(
+        "--obstacles", metavar="N", help="How many moving obstacles, besides those drawn in the map."
+    ),
+]
 Mobility = Annotated[
     str, typer.Option("--mobility", help="random-walk, patrol, crossing, or mixed (a third of each).")
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
@@ -104,7 +104,7 @@ class Request:
         return known("MOVES", "--moves", self.moves or moves, MOVES), self.law or law
 
     def scenario(self) -> Scenario:
-        """What was asked for, without traffic: to be planned."""
+        """What was asked for, to be planned; its traffic is what the map has drawn in it."""
         moves, law = self.preset_of()
         if not 0 <= self.seed <= MAX_SEED:
             raise SettingError("SEED", f"seed {self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
@@ -118,6 +118,7 @@ class Request:
             self._end("goal", self.goal, self.goal_m, document),
             moves=moves,  # type: ignore[arg-type]
             robot=robot,
+            traffic=document.traffic(),
             zones=zones,
         )
         bundled = self.map_ in library.names()
@@ -184,15 +185,23 @@ class TrafficRequest:
     radius: float
     tracks: tuple[Path, ...]
 
-    def traffic(self, grid: Grid, seed: int) -> tuple[Traffic, ...]:
-        """The specifications."""
+    def traffic(self, scene: Scene, seed: int) -> tuple[Traffic, ...]:
+        """All obstacles of a scene: those it has (drawn in its map), recorded ones, and the crowd.
+
+        Raises
+        ------
+        SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the scene.
+        """
         from lampyris.sim.mobility import MOBILITIES, crowd
 
         known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
             raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
-        made: list[Traffic] = [Recorded(read_track(p), self.radius) for p in self.tracks]
-        return (*made, *crowd(self.mobility, self.count, grid, seed, rate=self.rate, radius=self.radius))
+        made: list[Traffic] = [replace(one, radius=self.radius) for one in scene.traffic]
+        made += [Recorded(read_track(p), self.radius) for p in self.tracks]
+        fit = replace(scene, traffic=tuple(made))
+        more = crowd(self.mobility, self.count, scene.grid, seed, rate=self.rate, radius=self.radius, fit=fit)
+        return (*made, *more)
 
 
 def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:

@@ -95,7 +95,7 @@ def simulate(
     out.check()
     budget = budget_of("--plan-limit", limit)
     scenario = request.scenario()
-    bodies = traffic.traffic(scenario.scene.grid, request.seed)
+    bodies = traffic.traffic(scenario.scene, request.seed)
     scene = replace(scenario.scene, traffic=bodies)
     scenario = replace(scenario, scene=scene, simulated=True, ticks=ticks, patience=patience)
     return _simulate(scenario, out, budget)

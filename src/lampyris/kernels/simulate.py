@@ -105,26 +105,34 @@ def stroll(state, where, step_x, step_y, taken, left, gone, ways, stride, draws,
     taken[state[ROBOT]] = 0
 
 
+@kernel()
+def rank(cell, turn):
+    """The rank of a cell in a random order; :func:`lampyris.sim.draws.ranks` has the same numbers."""
+    x = (cell * 0x9E3779B1 + turn) & 0x7FFFFFFF
+    x = ((x ^ (x >> 16)) * 0x45D9F3B) & 0x7FFFFFFF
+    x = ((x ^ (x >> 15)) * 0x45D9F3B) & 0x7FFFFFFF
+    return x ^ (x >> 16)
+
+
 @kernel(out=("state", "where", "taken"))
 def appear(state, where, taken, opened, count, rate, chance, place):
-    """With chance ``rate`` one more walker, on the cell that ``place`` in [0, 1) means among those free."""
+    """With chance ``rate`` one more walker, on the free cell that is first in the order ``place`` means."""
     if state[BODIES] >= count or chance >= rate:
         return 0
-    room = 0
+    turn = int(place * 2147483648.0)
+    best = -1
+    least = 0
     for c in range(len(opened)):
         if opened[c] != 0 and taken[c] == 0 and c != state[ROBOT]:
-            room += 1
-    if room == 0:
+            found = rank(c, turn)
+            if best < 0 or found < least:
+                best = c
+                least = found
+    if best < 0:
         return 0
-    left = int(place * room)
-    for c in range(len(opened)):
-        if opened[c] != 0 and taken[c] == 0 and c != state[ROBOT]:
-            if left == 0:
-                where[state[BODIES]] = c
-                state[BODIES] += 1
-                taken[c] = state[BODIES]
-                break
-            left -= 1
+    where[state[BODIES]] = best
+    state[BODIES] += 1
+    taken[best] = state[BODIES]
     return 1
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lampyris.errors import FileError, LimitError, SettingError
 from lampyris.maps.make import MAX_CELLS
 from lampyris.model.grid import TERRAIN_UNIT, Grid
-from lampyris.model.traffic import MAX_BODIES
+from lampyris.model.traffic import MAX_BODIES, RandomWalk, Traffic
 from lampyris.typing import ByteGrid, Cell
 
 CodeGrid: TypeAlias = NDArray[np.uint8]
@@ -88,6 +88,17 @@ class MapDocument:
     notes: tuple[str, ...] = ()
     occupancy: Occupancy | None = None
     surface: CodeGrid | None = None
+
+    def traffic(self, radius: float = 0.0) -> tuple[Traffic, ...]:
+        """The moving obstacles drawn in the map: random walkers that begin on their cells.
+
+        Parameters
+        ----------
+        radius : metres, of each.
+        """
+        if not self.bodies:
+            return ()
+        return (RandomWalk(len(self.bodies), None, radius, self.bodies),)
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,7 +55,7 @@ class _Build:
         self.tried(("planner",), self.names.planner, planner, settings)
         self.tried(("law",), self.names.law, law, law_settings)
         robot = Robot(**file.robot.model_dump())
-        traffic = self._traffic(map_[0].grid if map_ else None, robot)
+        traffic = self._traffic(map_[0] if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
         zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
         edits = self._edits(map_[0].grid if map_ else None)
@@ -170,7 +170,11 @@ class _Build:
         made: Cell = cell
         return made
 
-    def _traffic(self, grid: Grid | None, robot: Robot) -> tuple[Traffic, ...]:
+    def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[Traffic, ...]:
+        """What the file lists; if it has no list, what is drawn in the map."""
+        grid, drawn = (None, ()) if found is None else (found.grid, found.bodies)
+        if found is not None and "obstacles" not in self.file.model_fields_set:
+            return found.traffic()
         made: list[Traffic] = []
         for k, spec in enumerate(self.file.obstacles):
             # One that cannot be made keeps its place, so that the others are called by theirs.
@@ -183,11 +187,17 @@ class _Build:
         if total > MAX_BODIES:
             fault = LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
             self.faults.keep(("obstacles",), fault)
+        left = set(drawn).difference(*(one.starts for one in made if isinstance(one, RandomWalk)))
+        if left:
+            self.notes.append(
+                f"{len(left)} of {len(drawn)} moving obstacles drawn in the map are left aside: `obstacles` "
+                "does not list them"
+            )
         return tuple(made)
 
     def _obstacle(self, spec: Any, k: int, grid: Grid | None, robot: Robot) -> tuple[Traffic, ...]:
         if isinstance(spec, form.WalkTable):
-            return (RandomWalk(spec.count, spec.rate, spec.radius),)
+            return (RandomWalk(spec.count, spec.rate, spec.radius, _cells(spec.starts)),)
         if isinstance(spec, form.CrossingTable):
             return (Crossing(spec.count, spec.radius),)
         if isinstance(spec, form.PatrolTable):

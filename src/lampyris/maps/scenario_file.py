@@ -187,6 +187,9 @@ class WalkTable(Table):
         Annotated[float, Field(gt=0, le=1)] | None, Rule("TRAFFIC_RATE", "0 < rate <= 1, or null")
     ] = Field(None, description="Chance a tick that one more appears; null: all are there from the start.")
     radius: Radius = Field(0.0, description=_RADIUS)
+    starts: Annotated[
+        list[Pair], Field(max_length=MAX_BODIES), Rule("TRAFFIC_STARTS", "cells [x, y], no more than `count`")
+    ] = Field([], description="Cells where the first of them begin; the others begin where the seed says.")
 
 
 class PatrolTable(Table):
@@ -317,7 +320,8 @@ class ScenarioFile(Table):
     obstacles: list[Obstacle] = Field(
         [],
         max_length=MAX_BODIES,
-        description="What moves besides the robot, for simulations; called by their places in the list.",
+        description="What moves besides the robot, for simulations; called by their places in the list. "
+        "Absent: the obstacles drawn in the map, as random walkers.",
     )
     edits: list[EditTable] = Field(
         [],

@@ -221,7 +221,8 @@ def _rows(grid: Grid) -> list[str]:
 
 def _obstacle(one: Traffic) -> dict[str, Any]:
     if isinstance(one, RandomWalk):
-        return {"kind": "random-walk", "count": one.count, "rate": one.rate, "radius": one.radius}
+        starts = {"starts": [list(c) for c in one.starts]} if one.starts else {}
+        return {"kind": "random-walk", "count": one.count, "rate": one.rate, "radius": one.radius, **starts}
     if isinstance(one, Crossing):
         return {"kind": "crossing", "count": one.count, "radius": one.radius}
     if isinstance(one, Patrol):

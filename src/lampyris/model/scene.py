@@ -12,7 +12,7 @@ from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import LEAST, Robot
-from lampyris.model.traffic import Patrol, Recorded, Traffic
+from lampyris.model.traffic import Patrol, RandomWalk, Recorded, Traffic
 from lampyris.typing import Cell, FloatGrid
 
 MAX_RADIUS = 250
@@ -108,6 +108,8 @@ def check_obstacle(grid: Grid, k: int, one: Traffic) -> None:
         cells = one.waypoints
     elif isinstance(one, Recorded):
         cells = one.track
+    elif isinstance(one, RandomWalk):
+        cells = one.starts
     for t, cell in enumerate(cells):
         if not grid.contains(cell):
             raise SceneError(

@@ -30,14 +30,24 @@ class RandomWalk:
     rate : mean number that appears each tick until ``count`` are there, 0 < rate <= 1 (1 is the
         dissertation's "one an iteration"); None: all are there from the start.
     radius : metres; 0 is one cell, as in the dissertation.
+    starts : cells (x, y) where the first of them begin, such as those drawn in a map; the others begin where
+        the simulation's seed says. No more than ``count``, each once, and without a rate.
     """
 
     count: int
     rate: float | None = None
     radius: float = 0.0
+    starts: tuple[Cell, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", _count(self.count))
+        starts = _cells("TRAFFIC_STARTS", self.starts) if len(self.starts) else ()
+        object.__setattr__(self, "starts", starts)
+        if len(starts) > self.count or (starts and self.rate is not None):
+            what = f"{len(starts)} starts of {self.count} walkers, rate {self.rate!r}"
+            raise SettingError("TRAFFIC_STARTS", what, allowed="no more than the count, and no rate")
+        if len(set(starts)) < len(starts):
+            raise SettingError("TRAFFIC_STARTS", "a cell twice", allowed="each cell once")
         object.__setattr__(self, "radius", _radius(self.radius))
         if self.rate is not None and not (_real(self.rate) and 0 < self.rate <= 1):
             raise SettingError("TRAFFIC_RATE", f"rate {self.rate!r}", allowed="0 < rate <= 1, or None")

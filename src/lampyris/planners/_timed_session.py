@@ -17,7 +17,7 @@ from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Recorded
+from lampyris.model.traffic import RandomWalk, Recorded
 from lampyris.planners._graph import check_cells
 from lampyris.planners._limits import limited
 from lampyris.planners._timed_search import LIMIT, Route, TimedSearch, Timetable
@@ -198,6 +198,18 @@ class TimedSession(SessionBase):
                 Seen(k, one.track, 0, 1, footprint(one.radius, resolution))
                 for k, one in enumerate(self._scene.traffic)
                 if isinstance(one, Recorded)
+            ]
+            # Where these begin is known; where they go is guessed.
+            first = len(self._scene.traffic)
+            begins = [
+                (cell, one.radius)
+                for one in self._scene.traffic
+                if isinstance(one, RandomWalk)
+                for cell in one.starts
+            ]
+            seen += [
+                Seen(first + n, (cell,), 0, None, footprint(radius, resolution))
+                for n, (cell, radius) in enumerate(begins)
             ]
         else:
             seen = list(change.bodies)

@@ -36,6 +36,7 @@ from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.ad_gso_walk import NO_LIMIT, Walker, walls
 from lampyris.planners.base import Budget, Planner
 from lampyris.sim import loop
+from lampyris.sim.draws import WALKERS, key_of, places, steps
 from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.pace import Pace, SpeedLaw
 from lampyris.sim.placing import Placing
@@ -93,7 +94,7 @@ def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     if not plain or len(scene.traffic) != 1 or scene.robot.radius > 0 or scene.moves.reach > 1:
         return False
     spec = scene.traffic[0]
-    small = isinstance(spec, RandomWalk) and spec.count > 0 and spec.radius == 0
+    small = isinstance(spec, RandomWalk) and spec.count > 0 and spec.radius == 0 and not spec.starts
     return small and scene.grid.terrain is None and scene.start != scene.goal
 
 
@@ -126,6 +127,9 @@ class FastRuns(Exclusive):
         free = bordered(living.free)
         self._room = len(free)
         self._cells, crowd = self._crowd(free, stride)
+        may_begin = np.zeros(len(free), dtype=np.uint8)
+        may_begin[self._cells] = 1
+        self._may_begin = may_begin.tobytes()
         robot = np.array([dy * stride + dx for dx, dy in moves.offsets], dtype=np.int64)
         self._given = (
             *crowd, free, stride, int(moves.corner_cutting), robot, self._space.number(scene.goal),
@@ -183,8 +187,8 @@ class FastRuns(Exclusive):
         """
         began = time.perf_counter()
         count = self._spec.count
-        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 1))))
-        there = rng.permutation(self._cells)[:count] if self._spec.rate is None else self._cells[:0]
+        key = key_of(seed, WALKERS, 0)
+        there = self._begin(key) if self._spec.rate is None else self._cells[:0]
         state = np.zeros(k.STATE, dtype=np.int64)
         state[k.BODIES], state[k.ROBOT], state[k.PATIENCE] = len(there), self._start, self._patience
         state[k.HEMMED_AT], state[k.STEPS] = -1, k.NOT_ASKED
@@ -204,13 +208,28 @@ class FastRuns(Exclusive):
         code = k.MORE_DRAWS
         while code == k.MORE_DRAWS:
             told = self._told = self._told.with_room(int(state[k.NOW]) + BLOCK + 1)
-            draws = rng.random(BLOCK * (count + 2))
+            draws = steps(key, count, int(state[k.NOW]) + 1, BLOCK).ravel()
             code = int(k.drive_ticks(*bodies, *told.arrays, draws, *rest))
         spent = int(state[k.EXPANSIONS])
         bound = budget is not None and budget.expansions is not None and spent > budget.expansions
         if code == k.ELSEWHERE or bound:
             return None
         return self._trace(seed, _OUTCOMES[code], state, began)
+
+    def _begin(self, key: int) -> Ints:
+        """Where walkers begin, as :meth:`lampyris.sim.placing.Placing.walkers` puts them."""
+        taken: dict[int, None] = {}
+        space, may = self._space, self._may_begin
+
+        def fits(number: int) -> bool:
+            return may[number] != 0 and number not in taken
+
+        def left() -> Ints:
+            return np.array([c for c in self._cells.tolist() if c not in taken], dtype=np.int64)
+
+        for number in places(key, 0, self._spec.count, (space.width, space.height), fits, left):
+            taken[number] = None
+        return np.array(list(taken), dtype=np.int64)
 
     def _trace(self, seed: int, outcome: Outcome, state: Ints, began: float) -> Trace:
         """The kernel's numbers as a noun."""

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lampyris.errors import SettingError, UsageError, did_you_mean
+from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean
+from lampyris.field.layers import free_cells
 from lampyris.halting import uninterrupted
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Traffic
+from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.sim.apart import beside_lanes
+from lampyris.sim.draws import PATROLS, PLACE, TRIES, first_of, key_of, ranks, uniforms
 from lampyris.sim.placing import Placing
 from lampyris.sim.space import Space, robot_shape
 from lampyris.sim.world import World
-from lampyris.typing import Cell
+from lampyris.typing import BoolGrid, Cell
 
 MOBILITIES = ("random-walk", "patrol", "crossing", "mixed")
 
 APART = 12
 """Cells along either axis that the two ends of a patrol are apart, at most."""
 
-_TRIES = 200
-"""Draws for each patrol before the map is called full."""
-
-_STREAM = 0x9A7901
-"""Second number of the seed of patrols, so that their draws are nobody else's."""
+_WIDE = 2 * APART + 1
 
 
 def crowd(
@@ -48,14 +47,16 @@ def crowd(
     grid, seed : where patrols go is drawn here; the others are drawn by the simulation.
     rate : chance a tick that a random walker appears; None: all are there from the start.
     radius : metres.
-    fit : patrols that this scene would refuse (over its start or goal, over one another, with no way for
-        their size and its moves) are not taken. None: they are drawn on the map as it is, whatever it is for.
+    fit : patrols that this scene, with what moves there already, would refuse (over its start or goal, over
+        one another, with no way for their size and its moves) are not taken. None: they are drawn on the map
+        as it is, for their size, whatever it is for.
 
     Raises
     ------
     SettingError : ``MOBILITY``: no such kind. A count, rate or radius out of its range.
     LimitError : more obstacles than a simulation may have.
-    UsageError : ``OPTIONS``: a rate without random walkers; patrols that do not fit the map.
+    UsageError : ``OPTIONS``: a rate without random walkers.
+    SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the map; it says how many do.
     """
     if kind not in (*MOBILITIES, "none"):
         raise SettingError(
@@ -84,55 +85,117 @@ def patrols(
 ) -> list[Traffic]:
     """Patrols between random cells of one region, a dozen cells or so apart; see :func:`crowd`.
 
+    Each draws for itself: a cell of the map that is painted, or a patrol more, moves only those that it
+    concerns. Where chance finds no pair of cells, all cells that are left are looked at.
+
     Raises
     ------
-    UsageError : ``OPTIONS``: they do not fit the map.
+    SceneError : ``OBSTACLE_ROOM``: they do not fit the map.
     """
     if not count:
         return []
-    with uninterrupted():
-        from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
-
-    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, _STREAM))))
-    region, _ = label(~grid.blocked, structure=np.ones((3, 3)))
-    ys, xs = np.nonzero(region)
-    if not len(xs):
-        raise UsageError("OPTIONS", f"{count} patrols on a map without a free cell", allowed="0")
+    room = _Room(grid, radius, fit)
+    key = key_of(seed, PATROLS, 0)
     made: list[Traffic] = []
-    taken: set[Cell] = set()
-    fits = None if fit is None else _fitting(fit, radius)
-    for _ in range(count * _TRIES):
-        if len(made) == count:
-            return made
-        i = int(rng.integers(len(xs)))
-        a = (int(xs[i]), int(ys[i]))
-        near = np.nonzero(
-            (np.maximum(np.abs(xs - a[0]), np.abs(ys - a[1])) <= APART)
-            & (region[ys, xs] == region[a[1], a[0]])
-        )[0]
-        j = int(near[int(rng.integers(len(near)))])
-        b = (int(xs[j]), int(ys[j]))
-        if a == b or {a, b} & taken or (fits is not None and not fits(a, b)):
-            continue
-        taken |= {a, b}
-        made.append(Patrol((a, b), radius))
-    raise UsageError("OPTIONS", f"{count} patrols do not fit this map", allowed=f"about {len(made)}")
+    for own in range(count):
+        ends = room.draw(key, own)
+        if ends is None:
+            raise SceneError(
+                "OBSTACLE_ROOM",
+                f"{len(made)} of {count} patrols fit on the map",
+                allowed="no more than the map has room for",
+                todo="ask for fewer or smaller ones",
+            )
+        made.append(Patrol(ends, radius))
+    return made
 
 
-def _fitting(scene: Scene, radius: float) -> Callable[[Cell, Cell], bool]:
-    """Whether one more patrol between two cells fits a scene, beside those that were found to fit before."""
-    space = Space(scene.grid)
-    world = World(space, robot_shape(scene, space), space.number(scene.start))
-    placing = Placing(replace(scene, traffic=()), world, 0)
-    shape = placing.shape(radius)
+class _Room:
+    """Where patrols fit: the check of the simulation itself, asked before they are made.
 
-    def fits(a: Cell, b: Cell) -> bool:
-        if not (shape.open[a[1], a[0]] and shape.open[b[1], b[0]]):
+    Parameters
+    ----------
+    fit : the scene that they are for, with all that moves there already; None: an empty map.
+    """
+
+    def __init__(self, grid: Grid, radius: float, fit: Scene | None) -> None:
+        with uninterrupted():
+            from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
+
+        self._placing: Placing | None = None
+        if fit is None:
+            self._open = free_cells(grid, radius)
+            cutting = False
+        else:
+            space = Space(fit.grid)
+            world = _LaneWorld(space, robot_shape(fit, space), space.number(fit.start))
+            world.resolution = grid.resolution
+            self._placing = Placing(fit, world, 0)
+            self._placing.given()
+            self._shape = self._placing.shape(radius)
+            self._open, cutting = self._shape.open, self._shape.corner_cutting
+        # Who cuts no corners goes round them by straight steps.
+        around = np.ones((3, 3)) if cutting else np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]])
+        self._region, _ = label(self._open, structure=around)
+        self._taken = np.zeros(self._open.shape, dtype=np.bool_)
+
+    def draw(self, key: int, own: int) -> tuple[Cell, Cell] | None:
+        """The ends of one more patrol, drawn; None: no two cells fit."""
+        who = np.array([own], dtype=np.int64)
+        height, width = self._open.shape
+        u = uniforms(key, PLACE, who, np.arange(4 * TRIES + 2, dtype=np.int64)).tolist()
+        for k in range(TRIES):
+            a = (int(u[4 * k] * width), int(u[4 * k + 1] * height))
+            if self._begins(a):
+                b = (a[0] + int(u[4 * k + 2] * _WIDE) - APART, a[1] + int(u[4 * k + 3] * _WIDE) - APART)
+                if self._joins(a, b):
+                    return self._take(a, b)
+        cells = np.flatnonzero(self._open & ~self._taken)
+        for number in cells[np.argsort(ranks(cells, u[-2]), kind="stable")].tolist():
+            a = (number % width, number // width)
+            near = self._near(a)
+            if len(near) and self._begins(a):
+                y, x = divmod(first_of(near, u[-1]), width)
+                return self._take(a, (x, y))
+        return None
+
+    def _near(self, a: Cell) -> NDArray[np.int64]:
+        """Numbers of the cells where a patrol that begins at ``a`` may turn."""
+        x, y = a
+        left, top = max(x - APART, 0), max(y - APART, 0)
+        part = (slice(top, y + APART + 1), slice(left, x + APART + 1))
+        ys, xs = np.nonzero((self._region[part] == self._region[y, x]) & ~self._taken[part])
+        numbers = (ys + top) * self._open.shape[1] + xs + left
+        return np.asarray(numbers[numbers != y * self._open.shape[1] + x])
+
+    def _begins(self, a: Cell) -> bool:
+        x, y = a
+        if not self._open[y, x] or self._taken[y, x]:
             return False
-        number = space.number(a)
-        if not placing.trial.fits(shape, number) or placing.way(shape, a, b) is None:
-            return False
-        placing.hold(0, shape, number)
-        return True
+        placing = self._placing
+        return placing is None or placing.trial.fits(self._shape, placing.space.number(a))
 
-    return fits
+    def _joins(self, a: Cell, b: Cell) -> bool:
+        height, width = self._open.shape
+        if a == b or not (0 <= b[0] < width and 0 <= b[1] < height):
+            return False
+        same = self._region[b[1], b[0]] == self._region[a[1], a[0]]
+        return bool(same and not self._taken[b[1], b[0]])
+
+    def _take(self, a: Cell, b: Cell) -> tuple[Cell, Cell]:
+        for x, y in (a, b):
+            self._taken[y, x] = True
+        if self._placing is not None:
+            self._placing.hold(0, self._shape, self._placing.space.number(a))
+        return a, b
+
+
+class _LaneWorld(World):
+    """A world in which others keep as far from recorded tracks as in a drive: what fits here fits both."""
+
+    resolution = 1.0
+
+    def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
+        if not tracks:
+            return None
+        return beside_lanes(self.space, tracks, max(radius / self.resolution, 0.5), self.resolution)

@@ -112,6 +112,10 @@ class Shape:
         self._opened, self._freed = _bordered(self.open), _bordered(self.free)
         self._steps: dict[int, tuple[Step, ...]] = {}
 
+    def is_open(self, number: int) -> bool:
+        """Whether the body may stand on a cell, by its number."""
+        return self._opened[number] != 0
+
     def cover(self, number: int) -> tuple[int, ...]:
         """Numbers of the cells covered by a body that stands on this one; cells off the map are left out."""
         if self.small:

@@ -13,6 +13,7 @@ from lampyris.kernels import simulate as k
 from lampyris.kernels.strollers import stroll_on
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
+from lampyris.sim.draws import steps
 from lampyris.sim.fast import bordered, walker_ways
 from lampyris.sim.traffic import Crowd
 
@@ -38,7 +39,8 @@ class Strollers:
         shape, stride = walkers.shape, world.space.stride
         opened, free = bordered(shape.open), bordered(shape.free)
         self._ways = walker_ways(opened, free, stride, shape.corner_cutting)
-        self._stride, self._rng, self._per_tick = stride, walkers.rng, walkers.spec.count + 2
+        self._stride, self._key, self._per_tick = stride, walkers.key, walkers.spec.count + 2
+        self._now = 0
         count = len(world.where)
         self._state = np.zeros(k.STATE, dtype=np.int64)
         self._state[k.BODIES], self._state[k.ROBOT] = count, world.robot
@@ -50,9 +52,10 @@ class Strollers:
     def go(self, ticks: int) -> NDArray[np.int64]:
         """So many ticks more: the number of each walker's cell after each; (ticks, walkers)."""
         tracks = np.zeros(ticks * len(self._where), dtype=np.int64)
+        draws = steps(self._key, self._per_tick - 2, self._now + 1, ticks).ravel()
+        self._now += ticks
         stroll_on(
             self._state, self._where, self._step_x, self._step_y, self._taken, self._left, self._gone,
-            self._ways, self._stride, self._rng.random(ticks * self._per_tick), self._per_tick,
-            tracks,
+            self._ways, self._stride, draws, self._per_tick, tracks,
         )  # fmt: skip
         return tracks.reshape(ticks, -1)

@@ -19,8 +19,9 @@ None but recorded ones ever covers a cell that the robot covers at its start or 
 making can park on the goal; and none but they enters a cell that a recorded track ever covers, so that a
 replay cannot run into anybody.
 
-Every specification has its own stream of draws, and draws the same number in every tick whatever happens,
-so two planners meet the same obstacles as far as their own deeds allow. Shortest ways come from the field.
+Every obstacle has draws of its own, whatever happens and whoever else is there, so two planners meet the same
+obstacles as far as their own deeds allow, and a cell that is painted or an obstacle that is added moves only
+those whose place or way it takes. Shortest ways come from the field.
 """
 
 from __future__ import annotations
@@ -28,11 +29,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-
 from lampyris.errors import LimitError
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import MAX_BODIES, Body, Crossing, Patrol, RandomWalk, Recorded
+from lampyris.sim.draws import first_of, steps
 from lampyris.sim.placing import Placing
 from lampyris.sim.recorded import position
 from lampyris.sim.space import Shape, Step
@@ -154,19 +154,27 @@ class Shuttle:
 class Walkers:
     """The random walkers of one specification.
 
-    One draw a walker and tick, and two for appearing, are always taken, used or not: that keeps streams
-    aligned.
+    What each draws depends on its number and on the tick alone (:mod:`lampyris.sim.draws`).
     """
 
     spec: RandomWalk
     shape: Shape
-    rng: np.random.Generator
+    key: int
     own: list[int] = field(default_factory=list)
     draws: list[float] = field(default_factory=list)
+    _block: list[list[float]] = field(default_factory=list)
+    _first: int = 0
+
+    def _drawn(self, tick: int) -> list[float]:
+        """The draws of a tick; those of a block of ticks are made at once."""
+        if not self._first <= tick < self._first + len(self._block):
+            ticks = max(1, min(64, 65_536 // (self.spec.count + 2)))
+            self._block, self._first = steps(self.key, self.spec.count, tick, ticks).tolist(), tick
+        return self._block[tick - self._first]
 
     def advance(self, world: World, tick: int) -> None:
         """Each steps to a uniformly chosen legal neighbour or stays."""
-        self.draws = self.rng.random(self.spec.count + 2).tolist()
+        self.draws = self._drawn(tick)
         for body, u in zip(self.own, self.draws, strict=False):
             options = world.options(body)
             pick = int(u * (len(options) + 1))
@@ -181,7 +189,7 @@ class Walkers:
         cells = crowd.world.space.numbers(crowd.world.room(self.shape))
         if not len(cells):
             return []
-        number = int(cells[int(self.draws[-1] * len(cells))])
+        number = first_of(cells, self.draws[-1])
         self.own.append(crowd.add(self.shape, number, "random-walk", self.spec.radius, tick))
         return self.own[-1:]
 
@@ -192,7 +200,8 @@ class Walkers:
 def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
     """The bodies of a scene at tick 0, placed in the world.
 
-    Tracks and patrols stand where they must; crossing obstacles are drawn next, random walkers last.
+    Tracks, walkers with given cells and patrols stand where they must; crossing obstacles are drawn next,
+    random walkers last.
 
     Raises
     ------
@@ -207,19 +216,14 @@ def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
         raise LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
     plans = Placing(scene, world, seed)
     places: list[list[list[int]]] = [[] for _ in specs]
-    for k, spec in enumerate(specs):
-        if isinstance(spec, Recorded):
-            places[k] = [[world.space.number(spec.track[0])]]
-            plans.hold(k, plans.shape(spec.radius), places[k][0][0])
-    for k, spec in enumerate(specs):
-        if isinstance(spec, Patrol):
-            places[k] = [plans.patrol(k, spec)]
+    for k, cells in plans.given().items():
+        places[k] = [cells] if isinstance(specs[k], Patrol) else [[n] for n in cells]
     for k, spec in enumerate(specs):
         if isinstance(spec, Crossing):
             places[k] = plans.crossing(k, spec)
     for k, spec in enumerate(specs):
         if isinstance(spec, RandomWalk) and spec.rate is None:
-            places[k] = [[n] for n in plans.walkers(k, spec)]
+            places[k] += [[n] for n in plans.walkers(k, spec)]
     return _assemble(scene, world, plans, places)
 
 
@@ -241,7 +245,7 @@ def _assemble(scene: Scene, world: World, plans: Placing, places: list[list[list
                 crossing.append(Shuttle(body, route, False, TURN_AFTER))
         else:
             own = [crowd.add(shape, at[0], "random-walk", spec.radius) for at in places[k]]
-            crowd.walkers.append(Walkers(spec, shape, plans.stream(k), own))
+            crowd.walkers.append(Walkers(spec, shape, plans.key(k), own))
     crowd.recording = Recording(tracks) if tracks else None
     crowd.drivers = [*crossing, *patrols, *crowd.walkers]
     return crowd
