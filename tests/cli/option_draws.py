@@ -155,6 +155,24 @@ def verbs() -> dict[str, Any]:
     return found
 
 
+@dataclass(frozen=True)
+class Chance:
+    """How the values of a case are drawn.
+
+    Parameters
+    ----------
+    rng : of the case.
+    verb : its words.
+    share : of good values.
+    chosen : the planner and the law, whose settings are drawn.
+    """
+
+    rng: np.random.Generator
+    verb: str
+    share: float
+    chosen: dict[str, str]
+
+
 def drawn(seed: int, number: int) -> tuple[str, ...]:
     """The words of a case."""
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, number])))
@@ -168,13 +186,15 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
         return odd[int(rng.integers(len(odd)))]
     command, words = verbs()[name], list(name.split())
     options, arguments = [], []
-    good = (0.6, 0.9, 1.0)[int(rng.integers(3))]
+    chance = Chance(
+        rng, name, (0.6, 0.9, 1.0)[int(rng.integers(3))], {"planner": "ad-gso", "law": "physical"}
+    )
     for parameter in command.params:
         if parameter.param_type_name == "argument":
             if parameter.required or rng.random() < 0.5:
-                arguments.append(_value(rng, name, parameter, good))
+                arguments.append(_value(chance, parameter))
         elif parameter.required or rng.random() < 5.0 / max(5, len(command.params)):
-            options.append(_option(rng, name, parameter, good))
+            options.append(_option(chance, parameter))
     if name == "selfcheck":
         arguments = [str(rng.choice(["grids", "metamorphic", "x", ""]))] if rng.random() < 0.9 else ["grids"]
         options.append(["--list"] if rng.random() < 0.5 else ["--cases", "0"])
@@ -182,6 +202,11 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
         # The ready studies run for minutes or hours.
         tiny = arguments == ["study.yaml"] and rng.random() < 0.4
         options.append(["--workers", "1"] if tiny else ["--dry-run"])
+    if "start_m" in {p.name for p in command.params} and rng.random() < 0.8:
+        ends = {option[0].partition("=")[0].removesuffix("-m") for option in options}
+        options += [
+            [f"--{end}", cell] for end, cell in (("start", "0,0"), ("goal", "5,4")) if f"--{end}" not in ends
+        ]
     options = [options[int(k)] for k in rng.permutation(len(options))]
     flat = [word for option in options for word in option]
     parts = [arguments, flat] if rng.random() < 0.5 else [flat, arguments]
@@ -195,19 +220,21 @@ def drawn(seed: int, number: int) -> tuple[str, ...]:
     return tuple(word.replace("\0", "") for word in words)
 
 
-def _option(rng: np.random.Generator, verb: str, parameter: Any, share: float) -> list[str]:
+def _option(chance: Chance, parameter: Any) -> list[str]:
+    rng = chance.rng
     name = str(rng.choice([*parameter.opts, *parameter.secondary_opts]))
     if parameter.is_flag:
         return [name]
-    value = _value(rng, verb, parameter, share)
+    value = _value(chance, parameter)
     if value.startswith("-") or (name.startswith("--") and rng.random() < 0.3):
         return [f"{name}={value}"] if name.startswith("--") else [name, value]
     return [name, value]
 
 
-def _value(rng: np.random.Generator, verb: str, parameter: Any, share: float) -> str:
-    """A value for a parameter; ``share``: of them that are good ones."""
-    good = rng.random() < share
+def _value(chance: Chance, parameter: Any) -> str:
+    """A value for a parameter."""
+    rng, verb = chance.rng, chance.verb
+    good = rng.random() < chance.share
     name = str(parameter.name)
     kind = str(parameter.type.name).partition(" ")[0]
     if name in NEVER:
@@ -227,18 +254,20 @@ def _value(rng: np.random.Generator, verb: str, parameter: Any, share: float) ->
     if name == "size" and verb == "maps make":
         return _one(rng, SIZES)
     if name == "planner" or (verb == "planners" and name == "name"):
-        return _one(rng, registry.names())
+        chance.chosen["planner"] = _one(rng, registry.names())
+        return chance.chosen["planner"]
     if name == "planners":
         return ",".join(_setting_list(rng, registry.names(), _planner_setting))
     if name == "law" or (verb == "laws" and name == "name"):
-        return _one(rng, tuple(laws.LAWS))
+        chance.chosen["law"] = _one(rng, tuple(laws.LAWS))
+        return chance.chosen["law"]
     if name in ("laws", "laws_"):
         return ",".join(_setting_list(rng, tuple(laws.LAWS), _law_setting))
     if name == "settings":
         recipe = verb == "maps make"
-        return _recipe_setting(rng) if recipe else _planner_setting(rng, _one(rng, registry.names()))
+        return _recipe_setting(rng) if recipe else _planner_setting(rng, chance.chosen["planner"])
     if name == "set_law":
-        return _law_setting(rng, _one(rng, tuple(laws.LAWS)))
+        return _law_setting(rng, chance.chosen["law"])
     if name == "study":
         return _one(rng, ("study.yaml", "study.yaml", "line-up", "density"))
     words = CHOICES.get(name) or tuple(re.findall(r"[a-z][a-z-]+", parameter.help or "")) or WORDS
