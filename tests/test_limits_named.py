@@ -216,7 +216,10 @@ NOT_INPUT = "not of what comes in: "
 ASKED: dict[str, str] = {
     "api.MAX_SEED": LIMITS_PY,
     "cli.compare_work.MAX_RUNS": "cli/test_cli_compare.py",
+    "checks.MOST_WHOLE": "test_bad_arguments.py",
+    "errors.MAX_DIGITS": "test_bad_arguments.py",
     "errors.MAX_PART": HERE,
+    "errors.MAX_SHOWN": "test_bad_arguments.py",
     "field.frame.MOST": NOT_INPUT + "as many cells as a number of 32 bits tells apart; maps are smaller",
     "maps.csv_table.MAX_BYTES": LIMITS_PY,
     "maps.csv_table.MAX_LINE": LIMITS_PY,

@@ -168,7 +168,7 @@ def test_the_map_is_the_one_beside_the_file(tmp_path: Path) -> None:
         ((line((0, 0), (5, 0), "5"), line((0, 0), (5, 0), "5", "b.map")), "SCEN_MAP", "line 3: map 'b.map'"),
         ((line((0, 0), (5, 0), "5", "b.map"),), "SCEN_MAP", "line 2"),
         ((line((0, 0), (5, 0), "5", "../a.map"),), "PATH_OUTSIDE", "line 2: map '../a.map'"),
-        ((line((0, 0), (5, 0), "5", r"..\a.map"),), "PATH_OUTSIDE", "--map"),
+        ((line((0, 0), (5, 0), "5", r"..\a.map"),), "PATH_OUTSIDE", "map=FILE"),
         ((line((0, 0), (5, 0), "5", size="7\t4"),), "SCEN_SIZE", "line 2"),
         ((line((0, 0), (6, 0), "5"),), "SCEN_RANGE", "line 2: goal x 6"),
         ((line((0, 0), (5, 0), "nan"),), "SCEN_LINE", "line 2"),
@@ -188,7 +188,7 @@ def test_what_is_refused_is_named_with_its_line(
 
 def test_a_map_that_is_not_there_is_asked_for(tmp_path: Path) -> None:
     path = files(tmp_path, line((0, 0), (5, 0), "5", "b.map"), called="c.scen")
-    with pytest.raises(FileError, match=r"FILE_MISSING.*line 2: map 'b.map'.*--map FILE"):
+    with pytest.raises(FileError, match=r"FILE_MISSING.*line 2: map 'b.map'.*map=FILE"):
         scen.load(path)
     for name in ("x" * 5000, "b\0.map", "maps/", "."):
         path.write_text(line((0, 0), (5, 0), "5", name))

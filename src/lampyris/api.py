@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lampyris import referee
-from lampyris.errors import SettingError, UsageError
+from lampyris.checks import in_range, is_whole, is_word, numbers
+from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.field.layers import free_space
 from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
 from lampyris.limits import NODES, PATH, PER_CELL, demand_memory
 from lampyris.maps.load import load_map
+from lampyris.maps.make import MAX_CELLS
 from lampyris.model.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
@@ -35,13 +37,14 @@ from lampyris.motion import laws
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import polyline_of
 from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.profile import start_speed
 from lampyris.motion.refine import refined
 from lampyris.motion.roomy import DRAWINGS, Drawing, drawn, wanted_of
 from lampyris.motion.scheduled import scheduled_profile
-from lampyris.planners import registry
 from lampyris.planners._limits import within
 from lampyris.planners.assess import assess
 from lampyris.planners.base import Budget, Planner
+from lampyris.planners.chosen import chosen_planner
 from lampyris.referee.caps import check_caps
 from lampyris.referee.curve import check_curve
 from lampyris.sim.endings import why
@@ -57,19 +60,38 @@ MIN_SPACING = 1e-3
 """Least distance of two nodes of a course, in cells."""
 
 
-def load_grid(path_or_name: str | os.PathLike[str]) -> Grid:
+def load_grid(
+    path_or_name: str | os.PathLike[str],
+    *,
+    values: str = "occupancy",
+    colour: str = "legend",
+    resolution: float | None = None,
+    max_cells: int = MAX_CELLS,
+    allow_outside: bool = False,
+    strict: bool = False,
+) -> Grid:
     """The grid of a map file or of a bundled map.
 
     Parameters
     ----------
     path_or_name : a picture (PNG, BMP, PGM), a MovingAI ``.map``, text, a NumPy file, or a bundled name.
+    values : what grey samples and numbers are: ``occupancy`` or ``costmap``.
+    colour : what to do with a colour that is not of the legend: ``legend`` refuses it, ``luminance`` reads
+        the picture as grey.
+    resolution : metres a cell; None: the file's own, or 1.
+    max_cells : maps of more cells are refused.
+    allow_outside, strict : see :func:`lampyris.maps.load.load_map`, as for all of these.
 
     Raises
     ------
     FileError : it cannot be read as a map.
     LimitError : it is larger than a map may be.
+    SettingError : an option out of its range, or one that does not go with the file.
     """
-    return load_map(path_or_name).grid
+    return load_map(
+        path_or_name, values=values, colour=colour, resolution=resolution, max_cells=max_cells,
+        allow_outside=allow_outside, strict=strict,
+    ).grid  # fmt: skip
 
 
 def plan(
@@ -79,6 +101,7 @@ def plan(
     *,
     budget: Budget | None = None,
     record: bool = True,
+    planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Plan:
     """A way from the scene's start to its goal, re-checked and measured against the optimum.
@@ -92,18 +115,21 @@ def plan(
     budget : when to give up. Its seconds are for opening, searching and judging (a plan found may be left
         without its optimum and gates); the referee's check comes on top.
     record : keep AD-GSO's per-iteration record in ``Plan.jumps``.
+    planner_settings : the planner's settings by name, for those called as an argument here is.
     settings : the planner's settings, such as ``choice="exact"``.
 
     Raises
     ------
-    UsageError : no such planner, or settings beside a planner object.
-    SettingError : a setting it does not have, or out of its range.
+    UsageError : no such planner; ``SETTING_CLASH``: an argument that is called as one of the planner's
+        settings is, without ``planner_settings``.
+    SettingError : a setting it does not have, or out of its range; settings beside a planner object.
     InternalFault : the referee refused the result; a bug of ours.
     """
-    chosen = _planner(planner, settings)
-    _typed("scene", scene, Scene)
+    chosen = chosen_planner(plan, locals())
+    of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "planning")
-    _typed("budget", budget or Budget(), Budget)
+    of_kind("budget", budget, Budget, none=True)
+    of_kind("record", record, bool)
     rng = np.random.Generator(np.random.PCG64(_seed(seed)))
     began, loaded = loading.wall(), loading.seconds()
     answers: list[tuple[Plan, float]] = []
@@ -153,20 +179,19 @@ def course(
     """
     usual: Drawing = COURSE_SMOOTH if isinstance(way, Plan | Path) else POINTS_SMOOTH
     drawing = usual if smooth is None else smooth
-    if drawing not in DRAWINGS:
-        raise SettingError("SMOOTH", f"{smooth!r}", where="smooth", allowed=", ".join(DRAWINGS))
-    _typed("scene", scene, Scene)
+    if not is_word(drawing, DRAWINGS):
+        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
+    of_kind("scene", scene, Scene)
     resolution = scene.grid.resolution
     step = COURSE_SPACING * resolution if spacing is None else spacing
-    real = isinstance(step, int | float) and not isinstance(step, bool)
-    if not (real and MIN_SPACING * resolution <= step <= 1e6):
+    if not in_range(step, MIN_SPACING * resolution, 1e6):
         raise SettingError(
             "SPACING",
-            f"{spacing!r} m",
+            f"{shown(spacing)} m",
             where="spacing",
             allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
         )
-    points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else way
+    points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else _points(way)
     _few_nodes(points, float(step) / resolution)
     wanted = wanted_of(way, resolution) if isinstance(way, Plan) else None
     curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
@@ -213,6 +238,12 @@ def profile(
     SettingError : a plan without a path; a setting it does not have; v0 too fast to stop in time.
     InternalFault : the referee refused the profile; a bug of ours.
     """
+    of_kind("scene", scene, Scene)
+    of_kind("movers", movers, Movers, none=True)
+    of_kind("law_settings", law_settings, Mapping, none=True)
+    if not is_word(smooth, DRAWINGS):
+        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
+    start_speed(v0)
     if law_settings:
         if not isinstance(law, str):
             raise UsageError("LAW", "settings beside settings", where="law_settings", allowed="a law's name")
@@ -306,11 +337,21 @@ def _small_enough(scene: Scene, planner: Planner, doing: str) -> None:
     demand_memory(grid.height, grid.width, border, getattr(planner, "bytes_a_cell", PER_CELL), what)
 
 
+def _points(way: object) -> Points:
+    """A polyline as an array, (n, 2)."""
+    points = numbers(way, (None, 2))
+    if points is None:
+        raise SettingError(
+            "PATH_POINTS", shown(way), where="way", allowed="a plan, a path, or numbers (n, 2)"
+        )
+    return points
+
+
 def _path(way: Plan | Path) -> Path:
     path = way.path if isinstance(way, Plan) else way
     if path is None:
         raise SettingError("PROFILE", "this plan holds no path", allowed="a plan whose status is found")
-    _typed("way", path, Path)
+    of_kind("way", path, Path)
     return path
 
 
@@ -318,7 +359,8 @@ def simulate(
     scene: Scene, planner: str | Planner = "ad-gso",
     traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None, seed: int = 0, *,
     ticks: int | None = None, law: str = "physical", patience: int | None = None,
-    budget: Budget | None = None, progress: Callable[[int], None] | None = None, **settings: Any,
+    budget: Budget | None = None, progress: Callable[[int], None] | None = None,
+    planner_settings: Mapping[str, Any] | None = None, **settings: Any,
 ) -> Trace:  # fmt: skip
     """Drive through moving obstacles, tick by tick, and have every tick re-checked.
 
@@ -333,21 +375,26 @@ def simulate(
     patience : ticks in a row the robot waits before it gives up.
     budget : when each call of the planner gives up; the robot then waits, and asks again in the next tick.
     progress : called with each tick.
-    settings : the planner's settings.
+    planner_settings : the planner's settings by name. A planner may have a setting called as an argument here
+        is (``patience`` of ``mmas-dstar``): the argument is then refused without this one, and with it, even
+        empty, it is the simulation's.
+    settings : the planner's settings that are called as nothing above is.
 
     Raises
     ------
+    UsageError : ``SETTING_CLASH``: an argument that might be the planner's setting.
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
     InternalFault : the referee refused the trace; a bug of ours.
     """
+    chosen = chosen_planner(simulate, locals())
     with uninterrupted():
         from lampyris.sim import loop
 
-    chosen = _planner(planner, settings)
-    _typed("scene", scene, Scene)
+    of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "simulating")
     scene = among(scene, traffic)
-    _typed("budget", budget or Budget(), Budget)
+    of_kind("budget", budget, Budget, none=True)
+    callable_or_none("progress", progress)
     trace = loop.run(
         scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, budget=budget,
         progress=progress,
@@ -369,6 +416,7 @@ def drive(
     feed: Feed | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
+    planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Drive:
     """Drive through moving obstacles in continuous time, and have every moment of it re-checked.
@@ -381,26 +429,33 @@ def drive(
     feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.feed.FaultyFeed`.
     budget : when each call of the planner gives up.
     progress : called with the seconds that are over.
+    planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
+        :func:`simulate`.
     settings : those of :class:`lampyris.sim.drive_settings.Settings`; all others are the planner's.
 
     Raises
     ------
+    UsageError : ``SETTING_CLASH``: a setting that might be the drive's or the planner's.
     SceneError : obstacles that do not fit the map.
     SettingError : a setting that neither a drive nor the planner has, or out of its range; ``EDITS``: walls
         change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
     InternalFault : the referee refused the drive; a bug of ours.
     """
+    given = locals()
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():
         from lampyris.sim import drive as driving
         from lampyris.sim.drive_settings import split_settings
 
     ours, rest = split_settings(settings)
-    chosen = _planner(planner, rest)
-    _typed("scene", scene, Scene)
+    chosen = chosen_planner(drive, given, ours, rest)
+    of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "driving")
     scene = among(scene, traffic)
-    _typed("budget", budget or Budget(), Budget)
+    of_kind("budget", budget, Budget, none=True)
+    callable_or_none("progress", progress)
+    _with_method("feed", () if feed is None else (feed,), "tell")
+    _with_method("sources", sources, "open")
     made = driving.drive(
         scene, chosen, law=law, seed=_seed(seed), sources=sources, feed=feed, budget=budget,
         progress=progress, **ours,
@@ -422,29 +477,15 @@ def among(scene: Scene, traffic: Traffic | tuple[Traffic, ...] | list[Traffic] |
     return scene
 
 
-def _planner(planner: str | Planner, settings: dict[str, Any]) -> Planner:
-    if isinstance(planner, str):
-        return registry.make(planner, settings)
-    if isinstance(planner, type) or not isinstance(planner, Planner):
-        raise SettingError(
-            "PLANNER", f"{planner!r} is no planner", allowed="a name, or an object with name, traits and open"
-        )
-    if settings:
-        raise SettingError(
-            "SETTING",
-            f"settings {sorted(settings)} beside a planner object",
-            allowed="settings inside the object",
-        )
-    return planner
-
-
-def _typed(what: str, value: object, kind: type) -> None:
-    if not isinstance(value, kind):
-        raise SettingError("TYPE", f"a {type(value).__name__}", where=what, allowed=f"a {kind.__name__}")
+def _with_method(where: str, given: object, method: str) -> None:
+    """Refuse what is no sequence of objects with a method."""
+    found = given if isinstance(given, tuple | list) else (None,)
+    for one in found:
+        if isinstance(one, type) or not callable(getattr(one, method, None)):
+            raise SettingError("TYPE", shown(given), where=where, allowed=f"objects with a method {method}")
 
 
 def _seed(seed: int) -> int:
-    whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
-    if not whole or not 0 <= seed <= MAX_SEED:
-        raise SettingError("SEED", f"seed {seed!r}", allowed=f"a whole number, 0 to {MAX_SEED}")
+    if not is_whole(seed, 0, MAX_SEED):
+        raise SettingError("SEED", f"seed {shown(seed)}", allowed=f"a whole number, 0 to {MAX_SEED}")
     return int(seed)

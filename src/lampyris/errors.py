@@ -8,7 +8,7 @@
     ├── InputError        exit 3  something given is wrong
     │   ├── FileError             a file cannot be read as what it claims to be
     │   ├── SceneError            an end outside the map, a body in a wall
-    │   └── SettingError          a number or name out of its range
+    │   └── SettingError          a number or name out of its range (a ValueError, too)
     ├── LimitError        exit 5  more than a stated limit allows
     └── InternalFault     exit 6  the referee refused our own result; must never be seen
 
@@ -19,6 +19,7 @@ Every message reads ``error[CODE]: WHERE: what is wrong (value); allowed: what i
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 
 
@@ -52,6 +53,67 @@ class LampyrisError(Exception):
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive Exception's own pickling; workers of a study send these home.
         return (_rebuild, (type(self), self.code, self.what, self.where, self.allowed, self.todo))
+
+
+MAX_SHOWN = 200
+"""Characters of a value in a message."""
+MAX_DIGITS = 60
+"""Digits of a whole number in a message; Python does not write those of more than 4300 at all."""
+
+
+def shown(value: object) -> str:
+    """A value as a message shows it; whatever it is, this does not raise, and is not long."""
+    if isinstance(value, int) and value.bit_length() > MAX_DIGITS / 0.30103:
+        about = int(value.bit_length() * 0.30103) + 1
+        return f"a whole number of about {about} digits"
+    try:
+        text = repr(value)
+    except Exception:
+        return f"a {type(value).__name__}"
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 4]} ..."
+
+
+def of_kind(where: str, value: object, kind: type, *, none: bool = False) -> None:
+    """Refuse what is of another type.
+
+    Parameters
+    ----------
+    where : the argument's name.
+    kind : the type.
+    none : whether None is allowed, too.
+
+    Raises
+    ------
+    SettingError : ``TYPE``.
+    """
+    if not (isinstance(value, kind) or (none and value is None)):
+        name = "True or False" if kind is bool else f"a {kind.__name__}{', or None' if none else ''}"
+        raise SettingError("TYPE", f"a {type(value).__name__}", where=where, allowed=name)
+
+
+def callable_or_none(where: str, value: object) -> None:
+    """Refuse what cannot be called.
+
+    Raises
+    ------
+    SettingError : ``TYPE``.
+    """
+    if value is not None and not callable(value):
+        raise SettingError("TYPE", f"a {type(value).__name__}", where=where, allowed="a function, or None")
+
+
+def file_name(where: str, value: object) -> str:
+    """A file's name as text.
+
+    Raises
+    ------
+    SettingError : ``TYPE``: neither text nor a path.
+    """
+    try:
+        return os.fsdecode(value)  # type: ignore[arg-type]
+    except TypeError:
+        what = f"a {type(value).__name__}"
+        raise SettingError("TYPE", what, where=where, allowed="a name or a path") from None
 
 
 MAX_PART = 1000
@@ -95,8 +157,8 @@ class SceneError(InputError):
     """The pieces of a scene do not fit: an end outside the map, a body in a wall."""
 
 
-class SettingError(InputError):
-    """A number or name is out of its range."""
+class SettingError(InputError, ValueError):
+    """A number or name is out of its range; a ``ValueError``, too, as Python says it."""
 
 
 class LimitError(LampyrisError):
@@ -122,5 +184,7 @@ def did_you_mean(word: object, known: Iterable[str], cutoff: float = 0.6) -> str
     """
     import difflib
 
-    near = difflib.get_close_matches(str(word)[:100], list(known), 1, cutoff)
+    if not isinstance(word, str):
+        return ""
+    near = difflib.get_close_matches(word[:100], list(known), 1, cutoff)
     return f"did you mean {near[0]}?" if near else ""

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from lampyris import referee
-from lampyris.errors import FileError, SettingError
+from lampyris.checks import is_whole
+from lampyris.errors import FileError, SettingError, shown
 from lampyris.kernels import loading
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
@@ -27,7 +28,7 @@ from lampyris.maps.movingai import ScenQuery, check_query, grid_for, read_scen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
-from lampyris.planners import registry
+from lampyris.planners.chosen import chosen_planner
 
 RELATIVE = 1e-5
 """How far a published length may be off beside its last digit: some were summed up in single precision."""
@@ -187,7 +188,7 @@ def beside(name: str, queries: Sequence[ScenQuery]) -> Path:
                 "PATH_OUTSIDE",
                 f"map {query.map[:60]!r} is outside the file's folder",
                 where=where,
-                todo="say which map is meant with --map FILE",
+                todo="say which map is meant with map=FILE",
             )
         if _last(query.map) != _last(first.map):
             raise FileError(
@@ -205,7 +206,7 @@ def beside(name: str, queries: Sequence[ScenQuery]) -> Path:
         "FILE_MISSING",
         f"map {_last(first.map)[:60]!r} is not beside the file",
         where=f"{name}: line {first.line}",
-        todo="put it there, or give --map FILE",
+        todo="put it there, or give map=FILE",
     )
 
 
@@ -242,6 +243,7 @@ def ask(
     seed: int = 0,
     limit: int | None = None,
     progress: Callable[[int], None] | None = None,
+    planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Answers:
     """Ask a planner every query.
@@ -254,6 +256,7 @@ def ask(
     seed : every query draws from a stream of its own, by its line.
     limit : only so many queries, the first; None: all.
     progress : called with the number of queries answered.
+    planner_settings : the planner's, for those called as an argument here is.
     settings : the planner's.
 
     Raises
@@ -261,12 +264,13 @@ def ask(
     UsageError, SettingError : no such planner, setting or moves, a value out of its range.
     InternalFault : the referee refused a way; a bug of ours.
     """
-    if limit is not None and (not isinstance(limit, int) or isinstance(limit, bool) or limit < 1):
-        raise SettingError("LIMIT", f"limit {limit!r}", allowed="a whole number >= 1")
-    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**63:
-        raise SettingError("SEED", f"seed {seed!r}", allowed=f"a whole number, 0 to {2**63 - 1}")
+    chosen = chosen_planner(ask, locals())
+    if limit is not None and not is_whole(limit, 1):
+        raise SettingError("LIMIT", f"limit {shown(limit)}", allowed="a whole number >= 1")
+    if not is_whole(seed, 0):
+        raise SettingError("SEED", f"seed {shown(seed)}", allowed=f"a whole number, 0 to {2**63 - 1}")
     began, loaded = time.perf_counter(), loading.seconds()
-    chosen, steps = registry.make(planner, settings), moves_named(moves)
+    steps = moves_named(moves)
     rule = "found" if steps.name != "octile" else "equal" if chosen.traits.optimal else "not shorter"
     # The digits of the whole file count, however few queries are asked.
     slack = tolerances(benchmark.queries)

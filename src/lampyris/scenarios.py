@@ -11,7 +11,7 @@ from dataclasses import asdict, fields, replace
 from typing import Any, NamedTuple
 
 from lampyris import api
-from lampyris.errors import LampyrisError
+from lampyris.errors import LampyrisError, callable_or_none, file_name, of_kind
 from lampyris.maps import scenario as reading
 from lampyris.maps.document import MapDocument
 from lampyris.maps.make import MAX_CELLS, recipe_named
@@ -107,6 +107,10 @@ def run(
     ------
     LampyrisError : as :func:`lampyris.plan`, :func:`lampyris.profile` and :func:`lampyris.simulate`.
     """
+    of_kind("scenario", scenario, Scenario)
+    of_kind("record", record, bool)
+    of_kind("budget", budget, Budget, none=True)
+    callable_or_none("progress", progress)
     try:
         law: Any = speed_law(scenario.law, scenario.law_settings)
         # An object, not a name with settings: a setting may be called as an argument is (patience).
@@ -182,7 +186,8 @@ def save_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> tuple[str
     LimitError : longer than such a file may be.
     FileError : it cannot be written.
     """
-    return write_scenario(completed(scenario), path)
+    of_kind("scenario", scenario, Scenario)
+    return write_scenario(completed(scenario), file_name("path", path))
 
 
 def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:

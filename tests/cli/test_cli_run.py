@@ -296,7 +296,7 @@ def test_allow_outside_on_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "runs").mkdir()
     Path("m.txt").write_text("S.G\n")
     _, first, err = call("plan", "m.txt", "--save-scenario", "runs/s.yaml", "--json", "--no-timing")
-    assert "needs --allow-outside" in err
+    assert "(--allow-outside)" in err
     assert call("run", "runs/s.yaml")[0] == 3
     assert call("run", "runs/s.yaml", "--allow-outside", "--json", "--no-timing")[1] == first
     (tmp_path / "maps").mkdir()

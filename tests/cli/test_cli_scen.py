@@ -76,7 +76,7 @@ def test_json_has_the_counts_by_bucket(tmp_path: Path) -> None:
     assert [b["bucket"] for b in record["buckets"]] == [0, 1, 2, 3]
     assert [b["disagree"] for b in record["buckets"]] == [0, 0, 0, 1]
     assert sum(b["expansions"] for b in record["buckets"]) == record["expansions"]
-    assert set(record["timing"]) == {"plan_s", "referee_s", "total_s"}
+    assert set(record["timing"]) == {"plan_s", "referee_s", "loading_s", "total_s"}
     first = (tmp_path / "out.csv").read_bytes()
     rows = list(csv.DictReader(first.decode().splitlines()))
     assert [r["agrees"] for r in rows] == ["yes", "yes", "yes", "no"]

@@ -130,7 +130,7 @@ def test_only_its_suffix_or_its_first_line_make_a_csv(tmp_path: Path) -> None:
         (b"# made by hand\n0,1\n", "CSV_CELL", "no header and no comment"),
         (b"# lampyris occupancy\n0,1\n", "CSV_CELL", "no header and no comment"),
         (b"x,y\n1,1\n", "CSV_CELL", "line 1 column 1: 'x'"),
-        (b"t;X;Y\n1;1;1\n", "CSV_CELL", "a recorded track: --track"),
+        (b"t;X;Y\n1;1;1\n", "CSV_CELL", "a recorded track, not of a map"),
         # Known by its first 64 cells: a row may have fifteen million, and all of them took 2 s.
         (b"a," * 64 + b"1\n", "CSV_CELL", "no header and no comment"),
         (b"#..#\n", "CSV_CELL", "line 1 column 1: '#..#'"),

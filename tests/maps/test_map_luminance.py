@@ -66,7 +66,7 @@ def test_without_it_the_colour_is_named(tmp_path: Path) -> None:
         load_map(put(tmp_path, png(2, 1, 8, 2, rows([255, 255, 255, 0, 255, 0]))))
     assert caught.value.code == "IMG_COLOUR"
     assert "pixel (1,0): (0,255,0)" in str(caught.value)
-    assert caught.value.todo == "read it with --colour luminance, or save it as grey"
+    assert caught.value.todo == 'read it with colour="luminance", or save it as grey'
 
 
 def test_grey_pictures_are_what_they_were(tmp_path: Path) -> None:

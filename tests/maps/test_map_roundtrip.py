@@ -270,7 +270,7 @@ def test_limits_and_rules_of_the_source_are_passed_on(tmp_path: Path) -> None:
     with pytest.raises(LampyrisError, match="MAP_NEGATE"):
         convert(tmp_path / "maps" / "m.yaml", tmp_path / "b.png", allow_outside=True, strict=True)
     (tmp_path / "c.ppm").write_bytes(b"P6 1 1 255\n\xff\xff\0")
-    with pytest.raises(LampyrisError, match=r"IMG_COLOUR.*--colour luminance"):
+    with pytest.raises(LampyrisError, match=r"IMG_COLOUR.*colour=\"luminance\""):
         convert(tmp_path / "c.ppm", tmp_path / "d.png")
     assert convert(tmp_path / "c.ppm", tmp_path / "d.png", colour="luminance").notes == (
         "a colour picture: its brightness decides (Rec. 601), not the legend of drawings",

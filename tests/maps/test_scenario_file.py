@@ -393,7 +393,7 @@ def test_allow_outside_is_the_callers_to_give(tmp_path: Path) -> None:
     for text in ("../out.txt", str(tmp_path / "out.txt")):
         path.write_text(f"version: 1\nmap: {{file: {text}}}\n")
         assert lampyris.load_scenario(path, allow_outside=True).scene.goal == (2, 0)
-        with pytest.raises(LampyrisError, match="--allow-outside"):
+        with pytest.raises(LampyrisError, match="allow_outside=True"):
             lampyris.load_scenario(path)
 
 

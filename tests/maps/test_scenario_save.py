@@ -198,7 +198,7 @@ def test_paths_are_relative_to_the_file() -> None:
     assert lampyris.save_scenario(x, "maps/s.yaml") == ()
     assert "file: deep/m.txt" in Path("maps/s.yaml").read_text()
     (note,) = lampyris.save_scenario(x, "runs/s.yaml")
-    assert "--allow-outside" in note
+    assert "allow_outside=True" in note
     assert "file: ../maps/deep/m.txt" in Path("runs/s.yaml").read_text().replace('"', "")
     with pytest.raises(LampyrisError, match="PATH_OUTSIDE"):
         lampyris.load_scenario("runs/s.yaml")
@@ -228,9 +228,9 @@ def test_zones_and_drives_are_saved_and_are_part_of_what_decides() -> None:
     assert x != replace(x, scene=replace(scene, zones=None))
     assert x != replace(x, scene=replace(scene, zones=np.where(zones < 1, 0.4, zones)))
     Path("in").mkdir()
-    assert lampyris.save_scenario(x, "in/s.yaml") == (
-        "the file of zones is outside the scenario's folder: running the scenario needs --allow-outside",
-    )
+    why = "running the scenario needs allow_outside=True (--allow-outside)"
+    told = f"the file of zones is outside the scenario's folder: {why}"
+    assert lampyris.save_scenario(x, "in/s.yaml") == (told,)
     with pytest.raises(LampyrisError, match=r"ZONES.*in no file.*Scenario\.zones"):
         lampyris.save_scenario(replace(x, zones=None), "t.yaml")
 

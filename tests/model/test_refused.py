@@ -51,23 +51,23 @@ def test_a_patrol_without_waypoints() -> None:
 @pytest.mark.parametrize("values", [[0.0], [0.0, math.nan]])
 def test_a_profile_of_other_length_or_not_finite(name: str, values: list[float]) -> None:
     words: dict[str, Any] = {**{key: [0.0, 1.0] for key in "svat"}, name: values}
-    with pytest.raises(ValueError, match=f"Profile.{name} must be 2 finite numbers"):
+    with pytest.raises(SettingError, match=rf"profile\.{name}: .*; allowed: finite numbers of shape \(2,\)"):
         Profile("physical", **words, cause=("limit", "approach"), units="m/s")
 
 
 @pytest.mark.parametrize("words", [{"about": [0]}, {"caps": (("limit", [1.0]),)}])
 def test_a_profile_whose_causes_do_not_go_with_it(words: dict[str, Any]) -> None:
     zero = np.zeros(2)
-    with pytest.raises(ValueError, match="must have 2 values"):
+    with pytest.raises(SettingError, match=r"profile\.(about: .* shape \(2,\)|caps: .* 2 numbers)"):
         Profile("physical", zero, zero, zero, zero, ("limit", "approach"), "m/s", **words)
 
 
 @pytest.mark.parametrize(
     ("change", "what"),
     [
-        ({"curvature": [math.inf]}, "Curve.curvature must be finite"),
-        ({"heading": [[1.0]]}, "Curve.heading must be finite numbers of shape"),
-        ({"lengths": [0.0]}, "Curve.lengths must be positive"),
+        ({"curvature": [math.inf]}, r"curve\.curvature: .*; allowed: finite"),
+        ({"heading": [[1.0]]}, r"curve\.heading: .*; allowed: finite numbers of shape \(1, 2\)"),
+        ({"lengths": [0.0]}, r"curve\.lengths: .*; allowed: numbers > 0"),
     ],
 )
 def test_a_curve_with_a_piece_that_is_none(change: dict[str, Any], what: str) -> None:
@@ -76,7 +76,7 @@ def test_a_curve_with_a_piece_that_is_none(change: dict[str, Any], what: str) ->
         "end": (1.0, 0.0), "resolution": 1.0,
     }  # fmt: skip
     assert Curve(**words).begins.tolist() == [0.0, 1.0]
-    with pytest.raises(ValueError, match=what):
+    with pytest.raises(SettingError, match=what):
         Curve(**{**words, **change})
 
 

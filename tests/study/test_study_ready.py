@@ -93,7 +93,7 @@ def test_what_they_ask() -> None:
 
 def test_data_are_needed_where_files_are_named(bench: Path) -> None:
     with pytest.raises(
-        LampyrisError, match=r"^error\[FILE_MISSING\]: movingai\.yaml \(ready\):\d+.*--data DIR"
+        LampyrisError, match=r"^error\[FILE_MISSING\]: movingai\.yaml \(ready\):\d+.*data=FOLDER"
     ):
         load_study("movingai")
     study = load_study("movingai", data=bench)

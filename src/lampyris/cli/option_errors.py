@@ -42,6 +42,7 @@ ALIASES: Mapping[str, str] = {
 }
 """Codes of errors about settings that an option has another name for."""
 
+_ARGUMENT = re.compile(r"\b([a-z_]+)=(?:\"(\w+)\"|(True|[A-Z]+))")
 _FIRST = re.compile(r"([a-z][a-z0-9_.]*)[ :]")
 _NO_SETTING = re.compile(r"has no setting '([^']*)'")
 _SIDES = ("width", "height")
@@ -62,10 +63,22 @@ class Command(TyperCommand):
         try:
             return super().invoke(ctx)
         except (InputError, UsageError, LimitError) as error:
+            error.todo = with_options(error.todo, ctx)
             named = as_typed(error, ctx)
             if named is error:
                 raise
             raise named from error
+
+
+def with_options(todo: str, ctx: Any) -> str:
+    """Advice that names arguments of Python (``values="costmap"``), with the verb's options instead."""
+    options = {p.name: max(p.opts, key=len) for p in ctx.command.params if p.param_type_name == "option"}
+
+    def option(found: re.Match[str]) -> str:
+        name, word = options.get(found[1]) or options.get(f"{found[1]}_"), found[2] or found[3] or ""
+        return found[0] if name is None else name if word == "True" else f"{name} {word}"
+
+    return _ARGUMENT.sub(option, todo)
 
 
 def as_typed(error: LampyrisError, ctx: Any) -> LampyrisError:

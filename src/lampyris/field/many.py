@@ -8,7 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 
 from lampyris import halting
-from lampyris.errors import SettingError
+from lampyris.checks import is_whole
+from lampyris.errors import SettingError, of_kind, shown
 from lampyris.field.layers import free_space, moves_for
 from lampyris.field.solve import solve
 from lampyris.model.field import Field
@@ -43,6 +44,7 @@ def solve_fields(
     SettingError : a setting out of its range.
     SceneError : a goal outside the map, when its field's turn has come.
     """
+    of_kind("scene", scene, Scene)
     return solve_many(
         free_space(scene), moves_for(scene), goals, terrain=scene.grid.terrain, rho=rho, gamma=gamma,
         workers=workers,
@@ -75,8 +77,8 @@ def solve_many(
     ------
     SettingError : fewer than one worker; and what ``solve`` raises, when its field's turn has come.
     """
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise SettingError("WORKERS", f"{workers!r}", where="workers", allowed="1 or more, or None")
+    if workers is not None and not is_whole(workers, 1):
+        raise SettingError("WORKERS", shown(workers), where="workers", allowed="1 or more, or None")
     return _solve_many(free, moves, goals, terrain, rho, gamma, workers or processors())
 
 

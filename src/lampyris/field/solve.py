@@ -5,13 +5,13 @@ Everything is laid out once in a padded frame; the Field's arrays are read-only 
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SceneError, SettingError
+from lampyris.checks import is_real, is_word
+from lampyris.errors import SceneError, SettingError, of_kind, shown
 from lampyris.field.frame import Frame, carve
 from lampyris.field.gates import gate_mask
 from lampyris.field.layers import free_space, moves_for
@@ -36,8 +36,9 @@ def solve_field(scene: Scene, *, rho: float = 0.4, gamma: float = 0.6, gates: st
     ------
     SettingError : a setting out of its range.
     """
-    if gates not in ("ignore", "close"):
-        raise SettingError("GATES", f"{gates!r}", where="gates", allowed="ignore, close")
+    of_kind("scene", scene, Scene)
+    if not is_word(gates, ("ignore", "close")):
+        raise SettingError("GATES", shown(gates), where="gates", allowed="ignore, close")
     free = free_space(scene)
     if gates == "close":
         closed = gate_mask(scene.grid, scene.robot).copy()
@@ -236,7 +237,7 @@ def _own(array: BoolGrid) -> BoolGrid:
 
 
 def _check(rho: float, gamma: float) -> None:
-    if isinstance(rho, bool) or not isinstance(rho, int | float) or not 0 < rho <= 1:
-        raise SettingError("RHO", f"{rho!r}", where="rho", allowed="0 < rho <= 1")
-    if isinstance(gamma, bool) or not isinstance(gamma, int | float) or not 0 < gamma < math.inf:
-        raise SettingError("GAMMA", f"{gamma!r}", where="gamma", allowed="a finite number > 0")
+    if not (is_real(rho) and 0 < rho <= 1):
+        raise SettingError("RHO", shown(rho), where="rho", allowed="0 < rho <= 1")
+    if not (is_real(gamma) and gamma > 0):
+        raise SettingError("GAMMA", shown(gamma), where="gamma", allowed="a finite number > 0")

@@ -267,7 +267,7 @@ def _colour_error(source: Source, x: int, y: int, colour: NDArray[np.uint8]) -> 
         f"({r},{g},{b}) is not a colour of a map",
         f"pixel ({x},{y})",
         _COLOURS,
-        "read it with --colour luminance, or save it as grey",
+        'read it with colour="luminance", or save it as grey',
     )
 
 

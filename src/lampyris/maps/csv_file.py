@@ -242,11 +242,11 @@ def _advice(word: bytes, row: bytes, shape: _Shape, first: bool) -> str:
         cells = row.split(bytes((shape.separator,)), _HEADER)[:_HEADER]
         names = {cell.strip(b" \t\"'").lower() for cell in cells}
         if {b"x", b"y"} <= names:
-            return "a header of columns x and y is that of a recorded track: --track"
+            return "a header of columns x and y is that of a recorded track, not of a map"
         if not any(cell.isdigit() for cell in names):
             return "a CSV map has numbers only, no header and no comment"
     if not shape.costmap and word.isdigit() and len(word) <= 3 and int(word) <= NO_INFORMATION:
-        return f"costmap values are read with --values costmap, or after a first line {MARKER!r}"
+        return f'costmap values are read with values="costmap", or after a first line {MARKER!r}'
     if word[:1] in (b'"', b"'"):
         return "numbers stand without quotation marks"
     return ""

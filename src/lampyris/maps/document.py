@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import FileError, LimitError, SettingError
+from lampyris.errors import FileError, LimitError, SettingError, shown
 from lampyris.maps.make import MAX_CELLS
 from lampyris.model.grid import TERRAIN_UNIT, Grid
 from lampyris.model.traffic import MAX_BODIES, RandomWalk, Traffic
@@ -180,7 +180,7 @@ def check_limit(max_cells: int) -> int:
     SettingError : not 1 to 2^24.
     """
     if not isinstance(max_cells, int) or isinstance(max_cells, bool) or not 1 <= max_cells <= MAX_CELLS:
-        raise SettingError("MAX_CELLS", f"max_cells {max_cells!r}", allowed=f"1 to {MAX_CELLS:,}")
+        raise SettingError("MAX_CELLS", f"max_cells {shown(max_cells)}", allowed=f"1 to {MAX_CELLS:,}")
     return max_cells
 
 

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lampyris.errors import FileError, SettingError, did_you_mean
+from lampyris.checks import is_word
+from lampyris.errors import FileError, SettingError, did_you_mean, of_kind, shown
 from lampyris.maps import bmp, csv_file, image, library, movingai, numpy_file, pgm, ros, text
 from lampyris.maps.document import (
     MapDocument,
@@ -97,6 +98,8 @@ def load_map(
         costmap values asked for where there are no numbers.
     """
     check_limit(max_cells)
+    of_kind("allow_outside", allow_outside, bool)
+    of_kind("strict", strict, bool)
     try:
         name = os.fsdecode(name_or_path)
     except TypeError:
@@ -104,8 +107,8 @@ def load_map(
             "MAP_NAME", f"{type(name_or_path).__name__} given", allowed="a name or a path"
         ) from None
     for what, word, known in (("VALUES", values, VALUES), ("COLOUR", colour, COLOURS)):
-        if word not in known:
-            raise SettingError(what, repr(word), where=what.lower(), allowed=" or ".join(known))
+        if not is_word(word, known):
+            raise SettingError(what, shown(word), where=what.lower(), allowed=" or ".join(known))
     if isinstance(name_or_path, str) and name in library.names():
         if values != VALUES[0]:
             what, todo = "a bundled map says itself what its cells are", "leave the option out"

@@ -111,7 +111,7 @@ def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dt
             str(cells[y, x]),
             f"cell ({x},{y})",
             "0 free, 1 blocked, -1 unknown",
-            "save `blocked` as a bool array, or read costmap values with --values costmap",
+            'save `blocked` as a bool array, or read costmap values with values="costmap"',
         )
     return codes
 

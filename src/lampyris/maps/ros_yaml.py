@@ -216,7 +216,7 @@ def image_path(document: YamlDocument, name: str, source: Source, doubts: Doubts
         "PATH_OUTSIDE",
         f"{shown(name)} is outside the map's folder",
         "image",
-        todo="put the picture beside it, or give --allow-outside if you trust the map",
+        todo="put the picture beside it, or give allow_outside=True if you trust the map",
     )
     if not absolute or source.confined:
         raise problem

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import FileError, LimitError
+from lampyris.errors import FileError, LimitError, SettingError, file_name, of_kind, shown
 from lampyris.maps.csv_table import MAX_BYTES
 from lampyris.maps.document import read_regular
 from lampyris.maps.make import MAX_CELLS
@@ -109,6 +109,9 @@ class Scenario:
     ground: Grid | None = None
 
     def __post_init__(self) -> None:
+        for what, value, kind in (("scene", self.scene, Scene), ("ground", self.ground, Grid)):
+            if not isinstance(value, kind) and not (what == "ground" and value is None):
+                raise SettingError("TYPE", shown(value), where=what, allowed=f"a {kind.__name__}")
         scene, given = self.scene, self.ground
         edits = scene.edits if self.edits is None else check_edits(scene.grid, self.edits)
         object.__setattr__(self, "edits", edits)
@@ -192,10 +195,13 @@ def read_scenario(
     ------
     LampyrisError : the first mistake in the file; the others are its notes, a line each.
     """
+    from lampyris.maps.document import check_limit
     from lampyris.maps.scenario_file import VERSION
     from lampyris.maps.scenario_maps import Files
 
-    said = read_document(os.fspath(path), VERSION)
+    check_limit(max_cells)
+    of_kind("allow_outside", allow_outside, bool)
+    said = read_document(file_name("path", path), VERSION)
     return _built(said, names, lambda: Files(said, allow_outside, max_cells))
 
 

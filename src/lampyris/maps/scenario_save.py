@@ -111,7 +111,7 @@ def _needs(scenario: Scenario, data: Mapping[str, Any]) -> tuple[str, ...]:
         return ()
     verb = "is" if len(outside) == 1 else "are"
     told = f"{' and '.join(outside)} {verb} outside the scenario's folder"
-    return (f"{told}: running the scenario needs --allow-outside",)
+    return (f"{told}: running the scenario needs allow_outside=True (--allow-outside)",)
 
 
 def _outside(name: str) -> bool:

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import elementary
-from lampyris.model.grid import frozen
+from lampyris.errors import SettingError, shown
+from lampyris.model.arrays import numbers_of, whole_of
+from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 _STRAIGHT = 1e-9
@@ -16,7 +18,7 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class Curve(Value):
     """Straight lines and circular arcs, end to end; the robot drives it from s = 0 to ``length``.
 
     Positions are in cells: the centre of cell (x, y) is at (x, y), x to the right and y *down*, so that a
@@ -43,16 +45,15 @@ class Curve:
     stops: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
-        n = len(self.lengths)
+        lengths = numbers_of("curve", "lengths", self.lengths, (None,))
+        n = len(lengths)
         for name, shape in (("xy", (n, 2)), ("heading", (n, 2)), ("lengths", (n,)), ("curvature", (n,))):
-            array = frozen(np.array(getattr(self, name), dtype=np.float64))
-            if array.shape != shape or not np.isfinite(array).all():
-                raise ValueError(f"Curve.{name} must be finite numbers of shape {shape}")
-            object.__setattr__(self, name, array)
-        if not (self.lengths > 0).all():
-            raise ValueError("Curve.lengths must be positive")
-        object.__setattr__(self, "end", (float(self.end[0]), float(self.end[1])))
-        object.__setattr__(self, "stops", frozen(np.array(self.stops, dtype=np.int64).reshape(-1)))
+            object.__setattr__(self, name, numbers_of("curve", name, getattr(self, name), shape))
+        if not (lengths > 0).all():
+            raise SettingError("ARRAY", shown(self.lengths), where="curve.lengths", allowed="numbers > 0")
+        x, y = numbers_of("curve", "end", self.end, (2,)).tolist()
+        object.__setattr__(self, "end", (x, y))
+        object.__setattr__(self, "stops", whole_of("curve", "stops", self.stops, (None,)))
 
     @property
     def begins(self) -> Floats:

@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.model.arrays import items_of, numbers_of, whole_of
 from lampyris.model.curve import Curve
-from lampyris.model.grid import frozen
 from lampyris.model.movers import Track
 from lampyris.model.profile import reason
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Body
+from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 AT_GOAL = 1e-6
@@ -43,7 +44,7 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drive:
+class Drive(Value):
     """A simulation in continuous time, whole.
 
     The robot's motion is a list of stretches: stretch k begins at ``t[k]`` on curve ``leg[k]`` at distance
@@ -94,10 +95,10 @@ class Drive:
     expansions: int = 0
     error: float = 0.0
     detail: str = ""
-    timing: Mapping[str, float] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        n = len(self.cause)
+        n = len(items_of("drive", "cause", self.cause))
         for name, kind in (
             ("t", float),
             ("s", float),
@@ -106,10 +107,8 @@ class Drive:
             ("leg", int),
             ("about", int),
         ):
-            array = frozen(np.array(getattr(self, name), dtype=np.float64 if kind is float else np.int64))
-            if array.shape != (n,) or not np.isfinite(array).all():
-                raise ValueError(f"Drive.{name} must be {n} finite numbers")
-            object.__setattr__(self, name, array)
+            checked = numbers_of if kind is float else whole_of
+            object.__setattr__(self, name, checked("drive", name, getattr(self, name), (n,)))
 
     @property
     def duration(self) -> float:

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import LimitError, SceneError, SettingError
+from lampyris.checks import cell_of, is_whole, items_of
+from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
 
@@ -38,8 +39,8 @@ class Edit:
 
     def __post_init__(self) -> None:
         t: Any = self.tick
-        if not isinstance(t, int | np.integer) or isinstance(t, bool) or t < 0:
-            raise SettingError("EDIT", f"tick {t!r}", where="edit", allowed="a whole number >= 0")
+        if not is_whole(t, 0):
+            raise SettingError("EDIT", f"tick {shown(t)}", where="edit", allowed="a whole number >= 0")
         object.__setattr__(self, "tick", int(t))
         seen: set[Cell] = set()
         for what in ("blocked", "freed"):
@@ -129,12 +130,11 @@ def applied(grid: Grid, edits: Iterable[Edit]) -> Grid:
 
 def _cells(what: str, given: Any) -> tuple[Cell, ...]:
     made = []
-    for cell in given if isinstance(given, tuple | list | np.ndarray) else (given,):
-        pair = tuple(cell) if isinstance(cell, tuple | list | np.ndarray) else ()
-        whole = all(isinstance(v, int | np.integer) and not isinstance(v, bool | np.bool_) for v in pair)
-        if len(pair) != 2 or not whole:
+    for one in items_of(given):
+        cell = cell_of(one)
+        if cell is None:
             raise SettingError(
-                "EDIT", f"{cell!r} is not a cell", where=f"edit.{what}", allowed="two whole numbers x, y"
+                "EDIT", f"{shown(one)} is not a cell", where=f"edit.{what}", allowed="two whole numbers x, y"
             )
-        made.append((int(pair[0]), int(pair[1])))
+        made.append(cell)
     return tuple(made)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lampyris.model.moves import Moves
+from lampyris.model.value import Value
 from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Field:
+class Field(Value):
     """What each cell knows of the way to the goal. Arrays are (height, width) and read-only.
 
     Parameters

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris import elementary
-from lampyris.errors import SettingError
+from lampyris.checks import array_of, in_range, numbers
+from lampyris.errors import SettingError, shown
+from lampyris.model.value import Value
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 TERRAIN_UNIT = 63
@@ -25,7 +27,7 @@ def frozen(array: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Grid:
+class Grid(Value):
     """An occupancy grid.
 
     Parameters
@@ -68,23 +70,17 @@ class Grid:
             object.__setattr__(self, "unknown", unknown if unknown.any() else None)
         if self.terrain is not None:
             object.__setattr__(self, "terrain", _terrain(self.terrain, self.blocked))
-        if not (
-            isinstance(self.resolution, int | float | np.integer | np.floating)
-            and 1e-6 <= self.resolution <= 1000
-        ):
+        if not in_range(self.resolution, 1e-6, 1000):
             raise SettingError(
-                "MAP_RESOLUTION", f"resolution {self.resolution!r}", allowed="1e-6 to 1000 metres a cell"
+                "MAP_RESOLUTION", f"resolution {shown(self.resolution)}", allowed="1e-6 to 1000 metres a cell"
             )
         object.__setattr__(self, "resolution", float(self.resolution))
-        try:
-            origin = tuple(float(v) for v in self.origin)
-        except (TypeError, ValueError):
-            origin = ()
-        if len(origin) != 3 or not all(map(math.isfinite, origin)):
+        origin = numbers(self.origin, (3,))
+        if origin is None or not np.isfinite(origin).all():
             raise SettingError(
-                "MAP_ORIGIN", f"origin {self.origin!r}", allowed="three finite numbers: x, y, yaw"
+                "MAP_ORIGIN", f"origin {shown(self.origin)}", allowed="three finite numbers: x, y, yaw"
             )
-        object.__setattr__(self, "origin", origin)
+        object.__setattr__(self, "origin", tuple(origin.tolist()))
 
     @property
     def height(self) -> int:
@@ -139,11 +135,11 @@ class Grid:
 
 
 def _terrain(value: ArrayLike, blocked: BoolGrid) -> ByteGrid | None:
-    array = np.asarray(value)
-    if array.shape != blocked.shape:
+    array = array_of(value)
+    if array is None or array.shape != blocked.shape:
         raise SettingError(
             "GRID_SHAPE",
-            f"terrain has shape {array.shape}",
+            f"terrain has shape {array.shape if array is not None else shown(value)}",
             allowed=f"the shape of blocked, {blocked.shape}",
         )
     if array.dtype.kind not in "iu":
@@ -163,10 +159,11 @@ def _terrain(value: ArrayLike, blocked: BoolGrid) -> ByteGrid | None:
 
 
 def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:
-    array = np.asarray(value)
-    if array.ndim != 2 or array.size == 0:
+    array = array_of(value)
+    if array is None or array.ndim != 2 or array.size == 0:
+        shape = array.shape if array is not None else shown(value)
         raise SettingError(
-            "GRID_SHAPE", f"{what} has shape {array.shape}", allowed="two axes (height, width), not empty"
+            "GRID_SHAPE", f"{what} has shape {shape}", allowed="two axes (height, width), not empty"
         )
     if array.dtype != np.bool_:
         if array.dtype.kind not in "iu" or not np.isin(array, (0, 1)).all():

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from lampyris import elementary
-from lampyris.errors import SettingError
+from lampyris.checks import array_of, numbers
+from lampyris.errors import SettingError, shown
 from lampyris.model.grid import frozen
+from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Movers:
+class Movers(Value):
     """What is known now of the moving obstacles: discs that may go anywhere at up to their top speed.
 
     Parameters
@@ -36,20 +38,18 @@ class Movers:
     age: float = 0.0
 
     def __post_init__(self) -> None:
-        m = len(self.xy)
+        given = array_of(self.xy)
+        m = len(given) if given is not None and given.ndim else 0
         for name, shape in (("xy", (m, 2)), ("radius", (m,)), ("top_speed", (m,)), ("velocity", (m, 2))):
             value = getattr(self, name)
             if value is None and name == "velocity":
                 continue
-            array = np.array(value, dtype=np.float64)
-            if array.shape == (0,) and shape[0] == 0:
-                array = array.reshape(shape)
-            if array.shape != shape or not np.isfinite(array).all():
-                raise SettingError(
-                    "MOVERS", f"shape {array.shape}", where=name, allowed=f"finite numbers of shape {shape}"
-                )
+            array = numbers(value, shape)
+            if array is None or not np.isfinite(array).all():
+                allowed = f"finite numbers of shape {shape}"
+                raise SettingError("MOVERS", shown(value), where=name, allowed=allowed)
             if name in ("radius", "top_speed") and (array < 0).any():
-                raise SettingError("MOVERS", f"{array.min()!r}", where=name, allowed="0 or more")
+                raise SettingError("MOVERS", f"{shown(array.min())}", where=name, allowed="0 or more")
             object.__setattr__(self, name, frozen(array))
 
     def __len__(self) -> int:
@@ -57,7 +57,7 @@ class Movers:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class Track(Value):
     """Where one moving obstacle is over time: straight and uniform between the points told.
 
     Before the first time it is not there; after the last it stays where it is.
@@ -76,12 +76,13 @@ class Track:
     top_speed: float
 
     def __post_init__(self) -> None:
-        t, xy = np.array(self.t, dtype=np.float64), np.array(self.xy, dtype=np.float64)
-        ok = t.ndim == 1 and len(t) >= 1 and xy.shape == (len(t), 2)
-        if not (ok and np.isfinite(t).all() and np.isfinite(xy).all() and (np.diff(t) > 0).all()):
+        t = numbers(self.t, (None,))
+        xy = None if t is None else numbers(self.xy, (len(t), 2))
+        rises = t is not None and len(t) and bool(np.isfinite(t).all() and (t[1:] > t[:-1]).all())
+        if t is None or xy is None or not (rises and np.isfinite(xy).all()):
             raise SettingError(
                 "TRACK",
-                f"times of shape {t.shape}, points of shape {xy.shape}",
+                f"times {shown(self.t)}, points {shown(self.xy)}",
                 allowed="finite times, strictly rising, with a point each",
             )
         object.__setattr__(self, "t", frozen(t))

@@ -22,7 +22,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.checks import cell_of, is_whole
+from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.typing import FloatGrid, IntGrid
 
@@ -65,6 +66,13 @@ class Moves:
     """Exact costs of a diagonal and of a knight's step: every query asks for them."""
 
     def __post_init__(self) -> None:
+        if not _are_moves(self):
+            raise SettingError(
+                "MOVES",
+                f"offsets {shown(self.offsets)}, costs {shown(self.costs)}, unit {shown(self.unit)}",
+                where=shown(self.name),
+                allowed="pairs of whole numbers, a whole cost for each, a whole unit",
+            )
         steps: dict[int, int] = {}
         for (dx, dy), cost in zip(self.offsets, self.costs, strict=False):
             steps.setdefault(abs(dx * dy), cost)
@@ -128,6 +136,18 @@ class Moves:
         return np.where(e < 0, np.inf, out)
 
 
+def _are_moves(one: Moves) -> bool:
+    """Whether its parts are of the right kinds, and fit."""
+    listed = isinstance(one.offsets, tuple) and isinstance(one.costs, tuple)
+    return (
+        isinstance(one.name, str)
+        and listed
+        and 0 < len(one.offsets) == len(one.costs)
+        and all(cell_of(offset) is not None for offset in one.offsets)
+        and all(map(is_whole, (*one.costs, one.unit, one.scale)))
+    )
+
+
 def octile_pair(exact: int) -> tuple[int, int]:
     """The (straights, diagonals) that an exact octile cost stands for."""
     m = (exact % PELL_Q) * _INVERSE_P % PELL_Q
@@ -162,5 +182,5 @@ def moves_named(name: str | Moves) -> Moves:
         return MOVES[name]
     except (KeyError, TypeError):
         raise SettingError(
-            "MOVES", f"moves {name!r}", allowed=", ".join(MOVES), todo=did_you_mean(name, MOVES)
+            "MOVES", f"moves {shown(name)}", allowed=", ".join(MOVES), todo=did_you_mean(name, MOVES)
         ) from None

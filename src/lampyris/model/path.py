@@ -8,13 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import elementary
-from lampyris.model.grid import TERRAIN_UNIT, frozen
+from lampyris.errors import SettingError, shown
+from lampyris.model.arrays import cells_of
+from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
+from lampyris.model.value import Value
 from lampyris.typing import ByteGrid, Cells, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Path:
+class Path(Value):
     """A walk from cell to cell by single steps of ``moves``.
 
     Parameters
@@ -31,9 +34,9 @@ class Path:
     paid: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(
-            self, "cells", frozen(np.array(self.cells, dtype=np.int32, copy=True).reshape(-1, 2))
-        )
+        object.__setattr__(self, "cells", cells_of("path", "cells", self.cells))
+        if not isinstance(self.moves, Moves):
+            raise SettingError("TYPE", shown(self.moves), where="path.moves", allowed="Moves")
 
     @property
     def exact(self) -> int:

@@ -9,9 +9,11 @@ from enum import StrEnum
 
 import numpy as np
 
+from lampyris.errors import SettingError, shown
+from lampyris.model.arrays import cells_of
 from lampyris.model.field import Gate
-from lampyris.model.grid import frozen
 from lampyris.model.path import Path
+from lampyris.model.value import Value
 from lampyris.typing import Cell, Cells, Ticks
 
 
@@ -75,7 +77,7 @@ class Jump:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class Plan(Value):
     """A planner's answer.
 
     Parameters
@@ -123,7 +125,7 @@ class Plan:
     mended: bool = False
     gates_on_path: tuple[Gate, ...] = ()
     gates_in_map: tuple[Gate, ...] = ()
-    timing: Mapping[str, float] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     detail: str = ""
     attributes: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -131,11 +133,12 @@ class Plan:
     schedule: Ticks | None = None
 
     def __post_init__(self) -> None:
-        if (self.path is not None) != (self.status is Status.FOUND):
-            raise ValueError("a Plan holds a path exactly when its status is found")
+        held = self.path if self.status is Status.FOUND else None
+        if held is not self.path or (self.status is Status.FOUND and not isinstance(held, Path)):
+            what, allowed = f"status {shown(self.status)}", "a Path exactly when the status is found"
+            raise SettingError("PLAN", what, where="plan.path", allowed=allowed)
         if self.waypoints is not None:
-            points = np.array(self.waypoints, dtype=np.int32, copy=True).reshape(-1, 2)
-            object.__setattr__(self, "waypoints", frozen(points))
+            object.__setattr__(self, "waypoints", cells_of("plan", "waypoints", self.waypoints))
 
     @property
     def cells(self) -> Cells | None:

@@ -7,12 +7,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.checks import numbers
+from lampyris.errors import SettingError, shown
+from lampyris.model.arrays import items_of, numbers_of, whole_of
 from lampyris.model.grid import frozen
+from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Profile:
+class Profile(Value):
     """A speed for every node of a way, with the cause that binds it.
 
     A wait is two nodes at one distance, both with v = 0 and a = 0, the second later than the first.
@@ -46,20 +50,15 @@ class Profile:
     xy: Points | None = None
 
     def __post_init__(self) -> None:
-        n = len(self.cause)
+        n = len(items_of("profile", "cause", self.cause))
         for name in "svat":
-            array = frozen(np.array(getattr(self, name), dtype=np.float64))
-            if array.shape != (n,) or not np.isfinite(array).all():
-                raise ValueError(f"Profile.{name} must be {n} finite numbers")
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, numbers_of("profile", name, getattr(self, name), (n,)))
         about = np.full(n, -1) if self.about is None else self.about
-        object.__setattr__(self, "about", frozen(np.array(about, dtype=np.int64)))
-        caps = tuple((cause, frozen(np.array(v, dtype=np.float64))) for cause, v in self.caps)
+        object.__setattr__(self, "about", whole_of("profile", "about", about, (n,)))
+        caps = tuple(_cap(pair, n) for pair in items_of("profile", "caps", self.caps))
         object.__setattr__(self, "caps", caps)
-        if any(len(v) != n for v in (self.about, *(v for _, v in caps))):
-            raise ValueError(f"Profile.about and each of Profile.caps must have {n} values")
         if self.xy is not None:
-            object.__setattr__(self, "xy", frozen(np.array(self.xy, dtype=np.float64).reshape(n, 2)))
+            object.__setattr__(self, "xy", numbers_of("profile", "xy", self.xy, (n, 2)))
 
     @property
     def metric(self) -> bool:
@@ -90,3 +89,13 @@ def reason(cause: tuple[str, ...], about: NDArray[np.int64], k: int) -> str:
     if word == "braking":
         return f"braking for node {of} ({cause[of]})"
     return f"wait for obstacle {of}" if word == "wait" else f"{word} {of}"
+
+
+def _cap(pair: object, n: int) -> tuple[str, Floats]:
+    """A cause and its speeds; infinity where it says nothing."""
+    cause, values = pair if isinstance(pair, tuple | list) and len(pair) == 2 else ("", None)
+    speeds = numbers(values, (n,))
+    if speeds is None:
+        allowed = f"pairs of a cause and {n} numbers"
+        raise SettingError("ARRAY", shown(pair), where="profile.caps", allowed=allowed)
+    return cause, frozen(speeds)

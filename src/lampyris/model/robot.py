@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
-import numpy as np
-
-from lampyris.errors import SettingError
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, shown
 
 LEAST, GREATEST = 1e-6, 1e6
 """Range of every limit: what lies beyond is a wrong unit."""
@@ -46,12 +44,11 @@ class Robot:
             value = getattr(self, f.name)
             if f.name == "jerk_max" and value is None:
                 continue
-            real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
             least = 0.0 if f.name.endswith("radius") else LEAST
-            if not (real and math.isfinite(value) and least <= value <= GREATEST):
+            if not in_range(value, least, GREATEST):
                 raise SettingError(
                     "ROBOT_LIMIT",
-                    f"{value!r}",
+                    f"{shown(value)}",
                     where=f"robot.{f.name}",
                     allowed=f"a number from {least:g} to {GREATEST:g}",
                 )

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import LimitError, SceneError, SettingError
+from lampyris.checks import array_of, cell_of
+from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import LEAST, Robot
 from lampyris.model.traffic import Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.value import Value
 from lampyris.typing import Cell, FloatGrid
 
 MAX_RADIUS = 250
@@ -20,7 +22,7 @@ MAX_RADIUS = 250
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class Scene(Value):
     """A grid, two ends, a robot with its moves, what moves around it, and how fast it may drive where.
 
     Parameters
@@ -78,13 +80,11 @@ class Scene:
         object.__setattr__(self, "edits", check_edits(self.grid, self.edits, first=1))
 
     def _end(self, what: str, given: Any) -> Cell:
-        pair = tuple(given) if isinstance(given, tuple | list | np.ndarray) else ()
-        whole = all(isinstance(v, int | np.integer) and not isinstance(v, bool | np.bool_) for v in pair)
-        if len(pair) != 2 or not whole:
+        cell = cell_of(given)
+        if cell is None:
             raise SettingError(
-                "TYPE", f"{given!r} is not a cell", where=what, allowed="two whole numbers x, y"
+                "TYPE", f"{shown(given)} is not a cell", where=what, allowed="two whole numbers x, y"
             )
-        cell = (int(pair[0]), int(pair[1]))
         if not self.grid.contains(cell):
             raise SceneError(
                 f"{what.upper()}_OUTSIDE",
@@ -121,11 +121,11 @@ def check_obstacle(grid: Grid, k: int, one: Traffic) -> None:
 
 def _zones(grid: Grid, given: Any) -> FloatGrid | None:
     """Speed limits, checked; None where they limit nothing."""
-    array = np.asarray(given)
-    if array.shape != grid.blocked.shape or array.dtype.kind not in "fiu":
+    array = array_of(given)
+    if array is None or array.shape != grid.blocked.shape or array.dtype.kind not in "fiu":
         raise SettingError(
             "ZONES",
-            f"shape {array.shape} of {array.dtype}",
+            shown(given) if array is None else f"shape {array.shape} of {array.dtype}",
             where="zones",
             allowed=f"m/s, one number a cell: shape {grid.blocked.shape}",
         )
@@ -135,7 +135,7 @@ def _zones(grid: Grid, given: Any) -> FloatGrid | None:
         y, x = divmod(int(wrong.argmax()), grid.width)
         raise SettingError(
             "ZONES",
-            f"{float(limits[y, x])!r} m/s at ({x}, {y})",
+            f"{shown(float(limits[y, x]))} m/s at ({x}, {y})",
             where="zones",
             allowed=f"at least {LEAST:g} m/s, or infinity: no limit",
             todo="block the cells of a map where the robot must not drive",

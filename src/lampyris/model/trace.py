@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-import numpy as np
-
+from lampyris.model.arrays import cells_of, items_of, numbers_of
 from lampyris.model.edit import Edit
-from lampyris.model.grid import frozen
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Body
+from lampyris.model.value import Value
 from lampyris.typing import Cell, Cells, Floats
 
 
@@ -62,7 +61,7 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trace:
+class Trace(Value):
     """A simulation, whole.
 
     Parameters
@@ -108,17 +107,16 @@ class Trace:
     expansions: int
     path: Path | None
     detail: str = ""
-    timing: Mapping[str, float] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     last_tick: int | None = None
     flips: int = 0
     edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "robot", frozen(np.array(self.robot, dtype=np.int32).reshape(-1, 2)))
-        object.__setattr__(self, "speed", frozen(np.array(self.speed, dtype=np.float64)))
-        object.__setattr__(
-            self, "tracks", tuple(frozen(np.array(t, dtype=np.int32).reshape(-1, 2)) for t in self.tracks)
-        )
+        object.__setattr__(self, "robot", cells_of("trace", "robot", self.robot))
+        object.__setattr__(self, "speed", numbers_of("trace", "speed", self.speed, (None,), finite=False))
+        tracks = items_of("trace", "tracks", self.tracks)
+        object.__setattr__(self, "tracks", tuple(cells_of("trace", "tracks", t) for t in tracks))
 
     @property
     def ticks(self) -> int:

@@ -8,13 +8,13 @@ the robot's own making.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from lampyris.errors import LimitError, SettingError
+from lampyris.checks import cell_of, in_range, is_real, items_of
+from lampyris.errors import LimitError, SettingError, shown
 from lampyris.typing import Cell
 
 MAX_BODIES = 10_000
@@ -41,16 +41,16 @@ class RandomWalk:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", _count(self.count))
-        starts = _cells("TRAFFIC_STARTS", self.starts) if len(self.starts) else ()
+        starts = _cells("TRAFFIC_STARTS", self.starts)
         object.__setattr__(self, "starts", starts)
         if len(starts) > self.count or (starts and self.rate is not None):
-            what = f"{len(starts)} starts of {self.count} walkers, rate {self.rate!r}"
+            what = f"{len(starts)} starts of {self.count} walkers, rate {shown(self.rate)}"
             raise SettingError("TRAFFIC_STARTS", what, allowed="no more than the count, and no rate")
         if len(set(starts)) < len(starts):
             raise SettingError("TRAFFIC_STARTS", "a cell twice", allowed="each cell once")
         object.__setattr__(self, "radius", _radius(self.radius))
-        if self.rate is not None and not (_real(self.rate) and 0 < self.rate <= 1):
-            raise SettingError("TRAFFIC_RATE", f"rate {self.rate!r}", allowed="0 < rate <= 1, or None")
+        if self.rate is not None and not (is_real(self.rate) and 0 < self.rate <= 1):
+            raise SettingError("TRAFFIC_RATE", f"rate {shown(self.rate)}", allowed="0 < rate <= 1, or None")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,31 +139,25 @@ class Body:
 
 
 def _count(count: Any) -> int:
-    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 0:
-        raise SettingError("TRAFFIC_COUNT", f"count {count!r}", allowed="a whole number >= 0")
+    if not (isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 0):
+        raise SettingError("TRAFFIC_COUNT", f"count {shown(count)}", allowed="a whole number >= 0")
     if count > MAX_BODIES:
-        raise LimitError("LIMIT", f"{count} obstacles", allowed=f"at most {MAX_BODIES}")
+        raise LimitError("LIMIT", f"{shown(count)} obstacles", allowed=f"at most {MAX_BODIES}")
     return int(count)
 
 
-def _real(value: Any) -> bool:
-    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    return number and math.isfinite(value)
-
-
 def _radius(radius: Any) -> float:
-    if not (_real(radius) and 0 <= radius <= 1e6):
-        raise SettingError("TRAFFIC_RADIUS", f"radius {radius!r}", allowed="0 to 1e6 metres")
+    if not in_range(radius, 0, 1e6):
+        raise SettingError("TRAFFIC_RADIUS", f"radius {shown(radius)}", allowed="0 to 1e6 metres")
     return float(radius)
 
 
 def _cells(code: str, cells: Any) -> tuple[Cell, ...]:
     """Cells as pairs of whole numbers; nothing is rounded."""
     made = []
-    for cell in cells if isinstance(cells, tuple | list | np.ndarray) else (cells,):
-        pair = tuple(cell) if isinstance(cell, tuple | list | np.ndarray) else ()
-        whole = all(isinstance(v, int | np.integer) and not isinstance(v, bool | np.bool_) for v in pair)
-        if len(pair) != 2 or not whole:
-            raise SettingError(code, f"{cell!r} is not a cell", allowed="two whole numbers x, y")
-        made.append((int(pair[0]), int(pair[1])))
+    for one in items_of(cells):
+        cell = cell_of(one)
+        if cell is None:
+            raise SettingError(code, f"{shown(one)} is not a cell", allowed="two whole numbers x, y")
+        made.append(cell)
     return tuple(made)

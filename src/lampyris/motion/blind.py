@@ -15,7 +15,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SettingError
+from lampyris.checks import is_word
+from lampyris.errors import SettingError, shown
 from lampyris.kernels.visibility import UNIT, cells_in_sight, nearest_hiding
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
@@ -64,9 +65,9 @@ class BlindArea:
             object.__setattr__(self, name, number(f"physical.blind.{name}", getattr(self, name), least, most))
         if self.reach is not None:
             object.__setattr__(self, "reach", number("physical.blind.reach", self.reach, 1e-6, 1e6))
-        if self.unknown not in ("dark", "map"):
+        if not is_word(self.unknown, ("dark", "map")):
             raise SettingError(
-                "LAW_SETTING", f"{self.unknown!r}", where="physical.blind.unknown", allowed="dark or map"
+                "LAW_SETTING", shown(self.unknown), where="physical.blind.unknown", allowed="dark or map"
             )
 
 

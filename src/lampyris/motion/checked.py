@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
-from lampyris.errors import SettingError
+from lampyris.checks import in_range, is_whole
+from lampyris.errors import SettingError, shown
 
 
 def number(where: str, value: object, least: float, most: float) -> float:
@@ -16,10 +13,9 @@ def number(where: str, value: object, least: float, most: float) -> float:
     ------
     SettingError : ``LAW_SETTING``.
     """
-    real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not (real and math.isfinite(value) and least <= value <= most):  # type: ignore[arg-type, operator]
-        raise SettingError("LAW_SETTING", f"{value!r}", where=where, allowed=f"{least:g} to {most:g}")
-    return float(value)  # type: ignore[arg-type]
+    if not in_range(value, least, most):
+        raise SettingError("LAW_SETTING", shown(value), where=where, allowed=f"{least:g} to {most:g}")
+    return float(value)
 
 
 def whole(where: str, value: object, least: int, most: int) -> int:
@@ -29,8 +25,7 @@ def whole(where: str, value: object, least: int, most: int) -> int:
     ------
     SettingError : ``LAW_SETTING``.
     """
-    real = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not (real and least <= value <= most):  # type: ignore[operator]
+    if not is_whole(value, least, most):
         allowed = f"a whole number, {least} to {most}"
-        raise SettingError("LAW_SETTING", f"{value!r}", where=where, allowed=allowed)
-    return int(value)  # type: ignore[call-overload, no-any-return]
+        raise SettingError("LAW_SETTING", shown(value), where=where, allowed=allowed)
+    return int(value)

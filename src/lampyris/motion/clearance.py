@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, shown
 from lampyris.kernels.reach import nearest_walls
 from lampyris.model.grid import Grid
 from lampyris.typing import BoolGrid, Floats, Points
@@ -37,8 +37,8 @@ def wall_distance(xy: Points, grid: Grid, reach: float) -> Floats:
     points = np.asarray(xy, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
         raise SettingError("PATH_POINTS", f"an array of shape {points.shape}", allowed="finite, (n, 2)")
-    if not reach >= 0.0:
-        raise SettingError("REACH", f"{reach!r}", allowed="metres, 0 or more")
+    if not (isinstance(reach, int | float) and reach >= 0.0):
+        raise SettingError("REACH", shown(reach), allowed="metres, 0 or more")
     far = reach / grid.resolution
     # The kernel tells what is nearer than it was given; a wall at the very reach is still within it.
     squared = np.full(len(points), np.nextafter(far * far, np.inf))

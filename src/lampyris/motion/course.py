@@ -11,6 +11,7 @@ from lampyris.limits import NODES
 from lampyris.model.curve import Curve
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
+from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 _STRAIGHT = 1e-9
@@ -18,7 +19,7 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class Course(Value):
     """Nodes along a way, from start to goal.
 
     Parameters
@@ -81,7 +82,7 @@ class CellCourse(Course):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Corners:
+class Corners(Value):
     """How the corners of a path of cells are driven, see :func:`corners_of_path`.
 
     Parameters

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import elementary
-from lampyris.errors import SettingError
+from lampyris.checks import is_word
+from lampyris.errors import SettingError, shown
 from lampyris.kernels.bends import fit_bends, share
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
@@ -68,8 +69,8 @@ def curve_of(
     SettingError : ``PATH_POINTS`` (none, or not finite), ``PATH_OUTSIDE`` (off the map), ``PATH_BLOCKED``
         (the polyline goes through a blocked square; names the first), ``CURVE_SMOOTH``.
     """
-    if smooth not in ("arcs", "none"):
-        raise SettingError("CURVE_SMOOTH", f"{smooth!r}", where="smooth", allowed="arcs, none")
+    if not is_word(smooth, ("arcs", "none")):
+        raise SettingError("CURVE_SMOOTH", shown(smooth), where="smooth", allowed="arcs, none")
     lines = lines_of(points, grid, robot.radius / grid.resolution)
     if shortcut and grid.terrain is None:
         lines = taut(lines)

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris.errors import SettingError
+from lampyris.checks import array_of, in_range, is_real, is_word
+from lampyris.errors import SettingError, shown
 from lampyris.kernels.speed import sweep
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -75,19 +76,18 @@ class DissertationLaw:
         for f in fields(self):
             value = getattr(self, f.name)
             if f.name in ("ring1", "ring2"):
-                ok, allowed = value in ("all", "ahead"), "all or ahead"
+                ok, allowed = is_word(value, ("all", "ahead")), "all or ahead"
             elif f.name.startswith("outside"):
                 ok, allowed = isinstance(value, bool), "true or false"
             else:
                 drop = f.name.endswith("_drop")
-                real = isinstance(value, int | float) and not isinstance(value, bool)
-                ok = real and (1e-6 <= value <= 1e6 or (drop and value == 0))
+                ok = in_range(value, 1e-6, 1e6) or (drop and is_real(value) and value == 0)
                 allowed = "0, or 1e-6 to 1e6" if drop else "1e-6 to 1e6"
                 if ok:
                     object.__setattr__(self, f.name, float(value))
             if not ok:
                 raise SettingError(
-                    "LAW_SETTING", f"{value!r}", where=f"dissertation.{f.name}", allowed=allowed
+                    "LAW_SETTING", shown(value), where=f"dissertation.{f.name}", allowed=allowed
                 )
         if self.v_min > self.v_max:
             raise SettingError(
@@ -282,6 +282,9 @@ def _rises(heading: NDArray[np.int64], law: DissertationLaw) -> Floats:
 def _counts(given: Sequence[Any], n: int, ring: int) -> NDArray[np.int64]:
     """Whole numbers from what a table may hold; the two ends may be empty."""
     most = 8 * ring
+    counts = array_of(given)
+    if counts is None or counts.ndim != 1:
+        raise SettingError("RING_COUNT", shown(given), where=f"ring{ring}", allowed=f"one a node: {n}")
     values = list(given)
     if len(values) != n:
         raise SettingError(
@@ -295,12 +298,12 @@ def _counts(given: Sequence[Any], n: int, ring: int) -> NDArray[np.int64]:
             continue
         try:
             number = float(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             number = math.nan
         if not (0 <= number <= most and number == int(number)):
             raise SettingError(
                 "RING_COUNT",
-                f"{value!r} at node {i}",
+                f"{shown(value)} at node {i}",
                 where=f"ring{ring}",
                 allowed=f"a whole number, 0 to {most}; blank only at the two ends",
             )

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import elementary
-from lampyris.errors import LimitError, SettingError
+from lampyris.checks import in_range
+from lampyris.errors import LimitError, SettingError, shown
 from lampyris.kernels.path_time import allow_pairs, fewest_steps
 from lampyris.model.robot import Robot
 from lampyris.typing import Floats
@@ -236,8 +237,8 @@ def best_lattice(
     """
     top = math.sqrt(float(x[s >= begin].max()))
     rate = rates(robot)
-    if step is not None and not (isinstance(step, int | float) and 1e-9 <= step <= 1e9):
-        raise SettingError("STEP", f"{step!r}", where="step", allowed="seconds, > 0")
+    if step is not None and not in_range(step, 1e-9, 1e9):
+        raise SettingError("STEP", shown(step), where="step", allowed="seconds, > 0")
     best: Found | None = None
     for count in (*LEVELS, *_COARSE) if step is None else (0,):
         if best is not None and count in _COARSE:

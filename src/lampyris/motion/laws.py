@@ -9,7 +9,8 @@ from typing import Any, Protocol, TypeAlias
 
 from numpy.typing import NDArray
 
-from lampyris.errors import UsageError, did_you_mean
+from lampyris.checks import is_word
+from lampyris.errors import UsageError, did_you_mean, shown
 from lampyris.model.movers import Movers
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -195,9 +196,9 @@ def profile(
         names.
     """
     row, chosen = _found(law)
-    if on_infeasible not in ("raise", "brake"):
+    if not is_word(on_infeasible, ("raise", "brake")):
         raise UsageError(
-            "ON_INFEASIBLE", f"{on_infeasible!r}", where="on_infeasible", allowed="raise or brake"
+            "ON_INFEASIBLE", shown(on_infeasible), where="on_infeasible", allowed="raise or brake"
         )
     return row.build(
         way,
@@ -311,7 +312,7 @@ def _found(law: Any) -> tuple[Law, Any]:
             return row, law
     raise UsageError(
         "LAW",
-        f"no speed law is called {law!r}",
+        f"no speed law is called {shown(law)}",
         where="law",
         allowed=", ".join(names()),
         todo=did_you_mean(law, names()),

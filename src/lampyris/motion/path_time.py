@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import elementary
-from lampyris.errors import SettingError
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, shown
 from lampyris.model.movers import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
@@ -97,10 +98,9 @@ def through_tracks(
 def _check_numbers(**given: float) -> None:
     for where, value in given.items():
         least = -math.inf if where == "t0" else 0.0
-        real = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
-        if not (real and math.isfinite(value) and value >= least):
+        if not in_range(value, least, math.inf):
             allowed = "a finite number of metres or seconds" + ("" if where == "t0" else ", >= 0")
-            raise SettingError("TRACK", f"{value!r}", where=where, allowed=allowed)
+            raise SettingError("TRACK", shown(value), where=where, allowed=allowed)
 
 
 def _blocked(blocked: Blocked, fastest_meets: int) -> SettingError:

@@ -16,7 +16,8 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SettingError, UsageError
+from lampyris.checks import in_range, is_real
+from lampyris.errors import SettingError, UsageError, shown
 from lampyris.kernels.speed import ACCELERATION, BRAKING, brake_floor, clock, sweep
 from lampyris.motion.jerk import limited, rest_to_rest
 from lampyris.motion.lowest import GOAL, JERK, START, TURN, CapLike, Lowest
@@ -56,9 +57,10 @@ def start_speed(v0: float) -> float:
     ------
     SettingError : ``START_SPEED``: negative, not finite, or not a number.
     """
-    real = isinstance(v0, int | float | np.floating | np.integer) and not isinstance(v0, bool)
-    if not (real and (v0 == 0 or _SMALL <= v0 <= _LARGE)):
-        raise SettingError("START_SPEED", f"{v0!r}", where="v0", allowed=f"0, or {_SMALL:g} to {_LARGE:g}")
+    if not (is_real(v0) and (v0 == 0 or in_range(v0, _SMALL, _LARGE))):
+        raise SettingError(
+            "START_SPEED", f"{shown(v0)}", where="v0", allowed=f"0, or {_SMALL:g} to {_LARGE:g}"
+        )
     return float(v0)
 
 
@@ -116,7 +118,7 @@ def feasible_profile(
     """
     if on_infeasible not in get_args(OnInfeasible):
         raise UsageError(
-            "ON_INFEASIBLE", f"{on_infeasible!r}", where="on_infeasible", allowed="raise or brake"
+            "ON_INFEASIBLE", shown(on_infeasible), where="on_infeasible", allowed="raise or brake"
         )
     v0 = start_speed(v0)
     s = np.asarray(s, dtype=np.float64)
@@ -208,8 +210,8 @@ def stop_to_stop(ds: float, a_max: float, d_max: float, cap: float) -> tuple[flo
 
 def _limit(name: str, value: float) -> float:
     """A limit, checked."""
-    if not _SMALL <= value <= _LARGE:
-        raise SettingError("PROFILE_LIMIT", f"{value!r}", where=name, allowed=f"{_SMALL:g} to {_LARGE:g}")
+    if not in_range(value, _SMALL, _LARGE):
+        raise SettingError("PROFILE_LIMIT", shown(value), where=name, allowed=f"{_SMALL:g} to {_LARGE:g}")
     return value
 
 
@@ -243,7 +245,7 @@ def _checked(
         k = int(bad.argmax())
         raise SettingError(
             "PROFILE_LIMIT",
-            f"{float(low.v[k])!r} m/s at node {k}",
+            f"{shown(float(low.v[k]))} m/s at node {k}",
             where=low.names[low.cause[k]],
             allowed=f"0, or at least {_SMALL:g}",
         )
@@ -318,7 +320,7 @@ def _infeasible(way: _Way, v0: float) -> SettingError:
         f"{v0:g} m/s at the start is too fast for {float(cap[k]):g} m/s at node {k} ({why}): "
         f"braking needs {needed:.6g} m and {float(s[k] - s[0]):.6g} m are there",
         where="v0",
-        allowed=f"at most {greatest!r} m/s",
+        allowed=f"at most {shown(greatest)} m/s",
         todo="start slower, or brake harder",
     )
 
@@ -338,6 +340,6 @@ def _too_jerky(way: _Way, v0: float, jerk_max: float) -> SettingError:
         f"no profile was found from {v0:g} m/s at the start that changes its acceleration by at most "
         f"{jerk_max:g} m/s3",
         where="v0",
-        allowed=f"at most {known!r} m/s",
+        allowed=f"at most {shown(known)} m/s",
         todo="start slower, or allow more jerk",
     )

@@ -10,7 +10,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris.errors import SettingError
+from lampyris.checks import array_of, fits, is_word
+from lampyris.errors import SettingError, shown
 from lampyris.typing import BoolGrid, Cell
 
 Reading: TypeAlias = Literal["all", "ahead"]
@@ -83,8 +84,8 @@ def ring_counts(
     SettingError : ``PATH_CELLS``, ``PATH_STEP``, ``READING``.
     """
     for name, reading in (("ring1", ring1), ("ring2", ring2)):
-        if reading not in ("all", "ahead"):
-            raise SettingError("READING", f"{reading!r}", where=name, allowed="all or ahead")
+        if not is_word(reading, ("all", "ahead")):
+            raise SettingError("READING", shown(reading), where=name, allowed="all or ahead")
     cells = cells_of(path_cells)
     return count(cells, headings(cells, previous), blocked, obstacles, ring1, ring2, outside1, outside2)
 
@@ -137,14 +138,11 @@ def cells_of(path_cells: ArrayLike) -> NDArray[np.int64]:
     ------
     SettingError : ``PATH_CELLS``: empty, not pairs, or not whole numbers.
     """
-    given = np.asarray(path_cells)
-    if given.ndim != 2 or given.shape[1] != 2 or len(given) == 0 or given.dtype.kind not in "iu":
-        raise SettingError(
-            "PATH_CELLS",
-            f"shape {given.shape} of {given.dtype}",
-            where="cells",
-            allowed="whole numbers, shape (n, 2), n >= 1",
-        )
+    given = array_of(path_cells)
+    if given is None or not fits(given, (None, 2)) or len(given) == 0 or given.dtype.kind not in "iu":
+        what = shown(path_cells) if given is None else f"shape {given.shape} of {given.dtype}"
+        allowed = "whole numbers, shape (n, 2), n >= 1"
+        raise SettingError("PATH_CELLS", what, where="cells", allowed=allowed)
     return given.astype(np.int64)
 
 

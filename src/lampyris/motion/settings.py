@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.errors import SettingError, did_you_mean, shown
 
 _HIDDEN = frozenset(("name",))
 """Fields that say which law the settings belong to."""
@@ -21,7 +21,7 @@ def checked_kind(where: str, value: Any, kind: type, *, none: bool = False) -> N
     """
     if not (isinstance(value, kind) or (none and value is None)):
         allowed = "true or false" if kind is bool else f"{kind.__name__}{' or nothing' if none else ''}"
-        raise SettingError("LAW_SETTING", f"{value!r}", where=where, allowed=allowed)
+        raise SettingError("LAW_SETTING", shown(value), where=where, allowed=allowed)
 
 
 def told(settings: Any) -> dict[str, Any]:
@@ -67,7 +67,10 @@ def changed(settings: Any, given: Mapping[str, Any], kinds: Mapping[str, type], 
         elif rule in kinds and not isinstance(value, kinds[rule]):
             own = ", ".join(f"{rule}.{f.name}" for f in fields(kinds[rule]))
             raise SettingError(
-                "LAW_SETTING", f"{value!r}", where=f"{law}.{rule}", allowed=f"on, off; its settings are {own}"
+                "LAW_SETTING",
+                f"{shown(value)}",
+                where=f"{law}.{rule}",
+                allowed=f"on, off; its settings are {own}",
             )
         else:
             plain[str(key)] = value
@@ -96,7 +99,7 @@ def _known(given: Mapping[str, Any], settings: Any, where: str, kinds: Mapping[s
             nested = [f"{rule}.{f.name}" for rule, kind in kinds.items() for f in fields(kind)]
             raise SettingError(
                 "LAW_SETTING",
-                f"{where} has no setting {key!r}",
+                f"{where} has no setting {shown(key)}",
                 allowed=", ".join([*known, *nested]),
                 todo=did_you_mean(key, [*known, *nested], cutoff=0.5),
             )

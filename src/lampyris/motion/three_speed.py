@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import elementary
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, shown
 from lampyris.model.movers import Movers
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
@@ -98,7 +98,7 @@ class ThreeSpeed:
 def _three(name: str, value: object) -> Sequence[object]:
     if not isinstance(value, tuple | list) or len(value) != 3:
         raise SettingError(
-            "LAW_SETTING", f"{value!r}", where=f"physical.three_speed.{name}", allowed="three numbers"
+            "LAW_SETTING", shown(value), where=f"physical.three_speed.{name}", allowed="three numbers"
         )
     return value
 

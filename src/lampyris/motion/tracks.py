@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SettingError
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, shown
 from lampyris.kernels.meeting import first_meeting
 from lampyris.model.movers import Track
 from lampyris.model.traffic import Recorded, Traffic
@@ -126,6 +127,5 @@ def meeting(way: Way, motion: Motion, discs: Discs) -> tuple[float, int]:
 
 
 def _positive(code: str, where: str, value: float) -> None:
-    real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not (real and 1e-9 <= value <= 1e9):
-        raise SettingError(code, f"{value!r}", where=where, allowed="1e-9 to 1e9 seconds")
+    if not in_range(value, 1e-9, 1e9):
+        raise SettingError(code, shown(value), where=where, allowed="1e-9 to 1e9 seconds")

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.field.footprint import footprint
 from lampyris.field.layers import free_cells, free_space, moves_for
 from lampyris.kernels import loading
@@ -69,15 +70,15 @@ class Timed:
         for what, word, known in (("forecast", self.forecast, GUESSES), ("tracks", self.tracks, TRACKS)):
             if not isinstance(word, str) or word not in known:
                 todo = did_you_mean(word, known)
-                raise SettingError(what.upper(), f"{what} {word!r}", allowed=", ".join(known), todo=todo)
+                raise SettingError(what.upper(), f"{what} {shown(word)}", allowed=", ".join(known), todo=todo)
         for what, n in (("horizon", self.horizon), ("margin", self.margin)):
             if not isinstance(n, int) or isinstance(n, bool) or not 0 <= n <= MAX_HORIZON:
                 raise SettingError(
-                    what.upper(), f"{what} {n!r}", allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
+                    what.upper(), f"{what} {shown(n)}", allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
                 )
         g: Any = self.growth
-        if not isinstance(g, int | float) or isinstance(g, bool) or not 0 <= g <= 10:
-            raise SettingError("GROWTH", f"growth {g!r}", allowed="0 to 10 cells a tick")
+        if not in_range(g, 0, 10):
+            raise SettingError("GROWTH", f"growth {shown(g)}", allowed="0 to 10 cells a tick")
 
 
 class TimedSession(SessionBase):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.checks import is_real
+from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.scene import Scene
 from lampyris.planners.ad_gso_layers import LayeredSession
 from lampyris.planners.ad_gso_session import AdGsoSession
@@ -88,19 +88,21 @@ class AdGso:
         if self.iter_max is not None:
             _whole("ITER_MAX", "iter_max", self.iter_max, 10**9)
         _whole("WINDOW", "window", self.window, MAX_MVR)
-        if self.keep_away != 0 or isinstance(self.keep_away, bool):
+        if not (is_real(self.keep_away) and self.keep_away == 0):
             _whole("KEEP_AWAY", "keep_away", self.keep_away, MAX_MVR)
         for what, weight in (("crowding", self.crowding), ("warmth", self.warmth)):
-            if not (_number(weight) and 0 <= weight <= 4):
-                raise SettingError(what.upper(), f"{what} {weight!r}", where="ad-gso", allowed="0 to 4")
-        if self.max_extra is not None and not (_number(self.max_extra) and self.max_extra >= 0):
+            if not (is_real(weight) and 0 <= weight <= 4):
+                raise SettingError(what.upper(), f"{what} {shown(weight)}", where="ad-gso", allowed="0 to 4")
+        if self.max_extra is not None and not (is_real(self.max_extra) and self.max_extra >= 0):
             allowed = "a share >= 0 (0.25: a quarter longer at most), or None"
-            raise SettingError("MAX_EXTRA", f"max_extra {self.max_extra!r}", where="ad-gso", allowed=allowed)
-        if not (_number(self.rho) and 0 < self.rho <= 1):
-            raise SettingError("RHO", f"rho {self.rho!r}", where="ad-gso", allowed="0 < rho <= 1")
-        if not (_number(self.gamma) and self.gamma > 0):
             raise SettingError(
-                "GAMMA", f"gamma {self.gamma!r}", where="ad-gso", allowed="a finite number > 0"
+                "MAX_EXTRA", f"max_extra {shown(self.max_extra)}", where="ad-gso", allowed=allowed
+            )
+        if not (is_real(self.rho) and 0 < self.rho <= 1):
+            raise SettingError("RHO", f"rho {shown(self.rho)}", where="ad-gso", allowed="0 < rho <= 1")
+        if not (is_real(self.gamma) and self.gamma > 0):
+            raise SettingError(
+                "GAMMA", f"gamma {shown(self.gamma)}", where="ad-gso", allowed="a finite number > 0"
             )
 
     def open(
@@ -119,16 +121,16 @@ class AdGso:
         return AdGsoSession(self, scene, rng, record=record)
 
 
-def _number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _one_of(code: str, what: str, value: object, allowed: tuple[str, ...]) -> None:
     if not isinstance(value, str) or value not in allowed:
         todo = did_you_mean(value, allowed)
-        raise SettingError(code, f"{what} {value!r}", where="ad-gso", allowed=", ".join(allowed), todo=todo)
+        raise SettingError(
+            code, f"{what} {shown(value)}", where="ad-gso", allowed=", ".join(allowed), todo=todo
+        )
 
 
 def _whole(code: str, what: str, value: object, most: int) -> None:
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= most:
-        raise SettingError(code, f"{what} {value!r}", where="ad-gso", allowed=f"a whole number, 1 to {most}")
+        raise SettingError(
+            code, f"{what} {shown(value)}", where="ad-gso", allowed=f"a whole number, 1 to {most}"
+        )

@@ -5,13 +5,13 @@ Adding a planner is one file and one line: see CONTRIBUTING.md.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.checks import MOST_WHOLE, is_real, is_whole
+from lampyris.errors import SettingError, shown
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.halting import Stop
 from lampyris.model.change import Change
@@ -60,14 +60,14 @@ class Budget:
 
     def __post_init__(self) -> None:
         e = self.expansions
-        if e is not None and (not isinstance(e, int) or isinstance(e, bool) or e < 1):
-            raise SettingError("BUDGET", f"expansions {e!r}", allowed="a whole number >= 1, or None")
+        if e is not None and not is_whole(e, 1):
+            allowed = f"a whole number, 1 to {MOST_WHOLE}, or None"
+            raise SettingError("BUDGET", f"expansions {shown(e)}", allowed=allowed)
         s = self.seconds
-        real = isinstance(s, int | float) and not isinstance(s, bool)
-        if s is not None and not (real and 0 < s < math.inf):
-            raise SettingError("BUDGET", f"seconds {s!r}", allowed="a number > 0, or None")
+        if s is not None and not (is_real(s) and s > 0):
+            raise SettingError("BUDGET", f"seconds {shown(s)}", allowed="a finite number > 0, or None")
         if self.stop is not None and not isinstance(self.stop, Stop):
-            raise SettingError("BUDGET", f"stop {self.stop!r}", allowed="a lampyris.Stop, or None")
+            raise SettingError("BUDGET", f"stop {shown(self.stop)}", allowed="a lampyris.Stop, or None")
 
 
 @runtime_checkable

@@ -10,7 +10,7 @@ from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any, cast
 
-from lampyris.errors import InputError, SettingError, UsageError, did_you_mean
+from lampyris.errors import InputError, SettingError, UsageError, did_you_mean, shown
 from lampyris.halting import uninterrupted
 from lampyris.planners.base import Planner, Traits
 
@@ -61,7 +61,7 @@ def _entry(name: str) -> EntryPoint:
     except (KeyError, TypeError):
         raise UsageError(
             "PLANNER",
-            f"no planner is called {name!r}",
+            f"no planner is called {shown(name)}",
             allowed=", ".join(names()),
             todo=did_you_mean(name, names()),
         ) from None
@@ -138,7 +138,7 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
         if key not in known:
             raise SettingError(
                 "SETTING",
-                f"{name} has no setting {key!r}",
+                f"{name} has no setting {shown(key)}",
                 allowed=", ".join(known) or "none: it has no settings",
                 todo=did_you_mean(key, known, cutoff=0.5),  # names are short: nq, nt
             )

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, did_you_mean, shown
 
 
 def whole(where: str, name: str, value: object, least: int, most: int) -> None:
@@ -15,8 +14,7 @@ def whole(where: str, name: str, value: object, least: int, most: int) -> None:
 
 def number(where: str, name: str, value: object, least: float, most: float) -> None:
     """A finite number from least to most."""
-    real = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not real or not least <= value <= most:  # type: ignore[operator]
+    if not in_range(value, least, most):
         _refuse(where, name, value, f"a number, {least:g} to {most:g}")
 
 
@@ -33,4 +31,4 @@ def one_of(where: str, name: str, value: object, allowed: tuple[str, ...]) -> No
 
 
 def _refuse(where: str, name: str, value: object, allowed: str, todo: str = "") -> None:
-    raise SettingError(name.upper(), f"{name} {value!r}", where=where, allowed=allowed, todo=todo)
+    raise SettingError(name.upper(), f"{name} {shown(value)}", where=where, allowed=allowed, todo=todo)

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, shown
 from lampyris.model.scene import Scene
 from lampyris.planners._any_angle import AnyAngleSearch
 from lampyris.planners._session import GraphSession
@@ -86,7 +86,7 @@ class LazyThetaStar:
 
     def __post_init__(self) -> None:
         if not isinstance(self.put_back, bool):
-            raise SettingError("LAZY_THETA", f"put_back {self.put_back!r}", allowed="true or false")
+            raise SettingError("LAZY_THETA", f"put_back {shown(self.put_back)}", allowed="true or false")
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> GraphSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""

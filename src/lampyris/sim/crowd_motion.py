@@ -26,7 +26,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, shown
 from lampyris.model.movers import Track
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
@@ -188,10 +189,9 @@ class CrowdMotion:
         SettingError : ``OBSTACLE_SPEED``.
         """
         speed = scene.robot.v_max if self.obstacle_speed is None else self.obstacle_speed
-        real = isinstance(speed, int | float | np.integer | np.floating) and not isinstance(speed, bool)
-        if not (real and 1e-6 <= speed <= 1e6):
+        if not in_range(speed, 1e-6, 1e6):
             raise SettingError(
-                "OBSTACLE_SPEED", f"{speed!r}", where="obstacle_speed", allowed="1e-6 to 1e6 m/s"
+                "OBSTACLE_SPEED", shown(speed), where="obstacle_speed", allowed="1e-6 to 1e6 m/s"
             )
         space = Space(scene.grid)
         radius = scene.robot.radius / scene.grid.resolution

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.checks import in_range, is_whole
+from lampyris.errors import SettingError, shown
 from lampyris.field.layers import free_cells
 from lampyris.model.traffic import Body
 from lampyris.sim.going import Going
@@ -53,15 +54,14 @@ class Cutter:
             value = getattr(self, name)
             if value is None and name in ("radius", "near"):
                 continue
-            real = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-            if not (real and 1e-6 <= value <= 1e6):
-                raise SettingError("CUTTER", f"{value!r}", where=f"cutter.{name}", allowed="1e-6 to 1e6")
+            if not in_range(value, 1e-6, 1e6):
+                raise SettingError("CUTTER", shown(value), where=f"cutter.{name}", allowed="1e-6 to 1e6")
         for name in ("count", "runs"):
             value = getattr(self, name)
             if value is None and name == "runs":
                 continue
-            if not isinstance(value, int | np.integer) or isinstance(value, bool) or not 0 <= value <= 10_000:
-                raise SettingError("CUTTER", f"{value!r}", where=f"cutter.{name}", allowed="0 to 10000")
+            if not is_whole(value, 0, 10_000):
+                raise SettingError("CUTTER", shown(value), where=f"cutter.{name}", allowed="0 to 10000")
 
     def open(self, opening: Opening) -> RunningCutters:
         """Put them in their places: clear of walls, of the robot, and of the way that it has planned."""

@@ -21,7 +21,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.checks import MOST_WHOLE, is_whole
+from lampyris.errors import SettingError, shown
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.kernels import loading
 from lampyris.limits import DECISIONS
@@ -423,6 +424,6 @@ class DriveSimulation(Exclusive):
 
 
 def _seed(seed: int) -> int:
-    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
-        raise SettingError("SEED", f"seed {seed!r}", allowed="a whole number >= 0")
+    if not is_whole(seed, 0):
+        raise SettingError("SEED", f"seed {shown(seed)}", allowed=f"a whole number, 0 to {MOST_WHOLE}")
     return int(seed)

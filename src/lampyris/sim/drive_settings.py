@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
-import numpy as np
-
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.checks import in_range, is_word
+from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.scene import Scene
 from lampyris.motion.curve import Smooth
 from lampyris.sim.tracking import Tracking
@@ -85,18 +83,17 @@ class Settings:
         for f in fields(self):
             value = getattr(self, f.name)
             if f.name in _WORDS:
-                ok, allowed = value in _WORDS[f.name], ", ".join(_WORDS[f.name])
+                ok, allowed = is_word(value, _WORDS[f.name]), ", ".join(_WORDS[f.name])
             elif value is None and f.name in _MAY_BE_NONE:
                 continue
             else:
-                real = isinstance(value, int | float | np.integer | np.floating)
                 least = 0.0 if f.name in _MAY_BE_ZERO else 1e-6
-                ok = real and not isinstance(value, bool) and math.isfinite(value) and least <= value <= 1e6
+                ok = in_range(value, least, 1e6)
                 allowed = f"{least:g} to 1e6"
                 if ok:
                     object.__setattr__(self, f.name, float(value))
             if not ok:
-                raise SettingError("DRIVE_SETTING", f"{value!r}", where=f.name, allowed=allowed)
+                raise SettingError("DRIVE_SETTING", shown(value), where=f.name, allowed=allowed)
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Settings:
@@ -111,7 +108,7 @@ class Settings:
             if name not in names:
                 raise SettingError(
                     "DRIVE_SETTING",
-                    f"a drive has no setting {name!r}",
+                    f"a drive has no setting {shown(name)}",
                     allowed=", ".join(names),
                     todo=did_you_mean(name, names),
                 )
@@ -140,9 +137,9 @@ class Settings:
         if scene.traffic and speed > most:
             raise SettingError(
                 "OBSTACLE_SPEED",
-                f"at {speed!r} m/s obstacles pass more than {MAX_PASSED:,} cells between two decisions",
+                f"at {shown(speed)} m/s obstacles pass more than {MAX_PASSED:,} cells between two decisions",
                 where="obstacle_speed" if self.obstacle_speed is not None else "v_max",
-                allowed=f"at most {most!r} m/s",
+                allowed=f"at most {shown(most)} m/s",
                 todo=f"slower obstacles (obstacle_speed) or a shorter {self._decided_by}",
             )
 

@@ -28,7 +28,8 @@ from typing import Literal, Protocol, get_args
 
 import numpy as np
 
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.checks import is_word
+from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.typing import Cell, Floats, Points
 
 
@@ -118,10 +119,10 @@ class FaultyFeed:
     _kept: list[Told] = field(default_factory=list, repr=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in FAULTS:
+        if not is_word(self.kind, FAULTS):
             raise SettingError(
                 "FAULT",
-                f"{self.kind!r}",
+                f"{shown(self.kind)}",
                 where="kind",
                 allowed=", ".join(FAULTS),
                 todo=did_you_mean(self.kind, FAULTS),

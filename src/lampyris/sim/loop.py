@@ -40,7 +40,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lampyris.errors import SettingError
+from lampyris.checks import MOST_WHOLE, is_whole
+from lampyris.errors import SettingError, shown
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.field.layers import moves_on
 from lampyris.kernels import loading
@@ -418,6 +419,7 @@ class Simulation(Exclusive):
 
 
 def _whole(what: str, value: int, least: int) -> int:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
-        raise SettingError(what.upper(), f"{value!r}", where=what, allowed=f"a whole number >= {least}")
+    if not is_whole(value, least):
+        allowed = f"a whole number, {least} to {MOST_WHOLE}"
+        raise SettingError(what.upper(), shown(value), where=what, allowed=allowed)
     return int(value)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean
+from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean, shown
 from lampyris.field.layers import free_cells
 from lampyris.halting import uninterrupted
 from lampyris.model.grid import Grid
@@ -60,7 +60,7 @@ def crowd(
     """
     if kind not in (*MOBILITIES, "none"):
         raise SettingError(
-            "MOBILITY", f"{kind!r}", where="kind", allowed=", ".join((*MOBILITIES, "none")),
+            "MOBILITY", shown(kind), where="kind", allowed=", ".join((*MOBILITIES, "none")),
             todo=did_you_mean(kind, MOBILITIES),
         )  # fmt: skip
     RandomWalk(count, rate, radius)  # refuses what is out of range, whatever the kind

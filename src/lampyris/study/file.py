@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lampyris.errors import FileError, LimitError, did_you_mean
+from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
 from lampyris.maps.make import MAX_CELLS
 from lampyris.maps.scenario import PRESETS, read_document
 from lampyris.model.robot import Robot
@@ -51,10 +51,12 @@ def load_study(
     from lampyris.maps.document import check_limit
     from lampyris.maps.scenario_maps import Files
 
-    said, is_ready = _said(os.fspath(path))
+    check_limit(max_cells)
+    of_kind("allow_outside", allow_outside, bool)
+    folder = None if data is None else file_name("data", data)
+    said, is_ready = _said(file_name("path", path))
     file = _checked(said)
-    folder = None if data is None else os.fspath(data)
-    files = Files(said, allow_outside, check_limit(max_cells), "study", folder)
+    files = Files(said, allow_outside, max_cells, "study", folder)
     return _study(said, file, files, folder is not None or not is_ready)
 
 

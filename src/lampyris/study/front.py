@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, callable_or_none, file_name
 from lampyris.study import run as running
 from lampyris.study.design import Study
 from lampyris.study.row import Row
@@ -43,6 +43,7 @@ def run_study(
     if not isinstance(asked, Study):
         what = f"a {type(asked).__name__}"
         raise SettingError("TYPE", what, where="study", allowed="a Study, a file or a ready study's name")
+    callable_or_none("progress", progress)
     where = Where(workers=workers, dask=dask)
     if store is None:
         rows: dict[str, Row] = {}
@@ -54,7 +55,7 @@ def run_study(
         return table_of(asked, rows)
     from lampyris.study.store import open_for
 
-    with open_for(store, asked) as kept:
+    with open_for(file_name("store", store), asked) as kept:
 
         def keep(some: Sequence[Row]) -> None:
             kept.add(some)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, NoReturn, get_args
 
 from lampyris import __version__
-from lampyris.errors import FileError
+from lampyris.errors import FileError, SettingError
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.yaml_text import shown
 from lampyris.model.grid import Grid
@@ -85,6 +85,8 @@ def study_of(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
                 todo="read it with that release, or run the study again",
             )
         return _study(plain, grounds)
+    except SettingError:
+        raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as problem:
         what = f"{type(problem).__name__} ({str(problem)[:60]})"
         raise FileError("STUDY_PLAIN", what, where="study", allowed="a study made plain") from None
@@ -104,7 +106,7 @@ def demand_same(there: Mapping[str, Any], study: Study, where: str) -> None:
     found = differing(there, study_plain(study))
     if found:
         what = f"made for another study, which differs in {found}"
-        raise FileError("STORE_OTHER", what, where=where, todo="give another --store")
+        raise FileError("STORE_OTHER", what, where=where, todo="give another store")
 
 
 def differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:

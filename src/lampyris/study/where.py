@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lampyris.errors import SettingError, UsageError
+from lampyris.checks import is_whole
+from lampyris.errors import SettingError, UsageError, shown
 from lampyris.study.row import Row
 
 MAX_WORKERS = 512
@@ -37,16 +38,16 @@ class Where:
     shuffle: int | None = None
 
     def __post_init__(self) -> None:
-        if not 1 <= self.workers <= MAX_WORKERS:
+        if not is_whole(self.workers, 1, MAX_WORKERS):
             raise SettingError(
-                "WORKERS", f"{self.workers} workers", where="workers", allowed=f"1 to {MAX_WORKERS}"
+                "WORKERS", f"{shown(self.workers)} workers", where="workers", allowed=f"1 to {MAX_WORKERS}"
             )
-        if self.shuffle is not None and not 0 <= self.shuffle < 2**63:
-            raise SettingError("SEED", f"{self.shuffle}", where="shuffle", allowed="0 to 2^63 - 1")
-        if self.dask is not None and not self.dask.startswith(SCHEMES):
+        if self.shuffle is not None and not is_whole(self.shuffle, 0):
+            raise SettingError("SEED", shown(self.shuffle), where="shuffle", allowed="0 to 2^63 - 1")
+        if self.dask is not None and not (isinstance(self.dask, str) and self.dask.startswith(SCHEMES)):
             raise UsageError(
                 "CLUSTER_ADDRESS",
-                f"{self.dask!r} is not the address of a Dask scheduler",
+                f"{shown(self.dask)} is not the address of a Dask scheduler",
                 where="dask",
                 allowed="tcp://HOST:PORT or tls://HOST:PORT",
             )

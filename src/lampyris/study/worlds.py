@@ -163,7 +163,7 @@ class Worlds:
             raise FileError(
                 "FILE_MISSING",
                 "a ready study that needs files of yours",
-                todo="say in which folder they are with --data DIR",
+                todo="say in which folder they are with data=FOLDER",
             )
 
     def _drawn(self, ground: Ground, free: BoolGrid, asked: form.RandomTable) -> list[tuple[Cell, Cell]]:
@@ -243,7 +243,7 @@ class Worlds:
                 "PATH_OUTSIDE",
                 f"map {shown(found.name)} is outside the study's folder",
                 where=spot(self.tried.said, way),
-                todo="put the file there, or give --allow-outside if you trust the study",
+                todo="put the file there, or give allow_outside=True if you trust the study",
             )
         return found
 

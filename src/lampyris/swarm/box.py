@@ -8,7 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris.errors import SettingError
+from lampyris.checks import is_real, numbers
+from lampyris.errors import SettingError, shown
 
 Points: TypeAlias = NDArray[np.float64]
 """float64, (n, d): n points of d coordinates."""
@@ -34,7 +35,10 @@ class Box:
 
     def __post_init__(self) -> None:
         for name in ("low", "high"):
-            corner = np.array(getattr(self, name), dtype=np.float64, ndmin=1)
+            given = getattr(self, name)
+            corner = numbers([given] if is_real(given) else given, (None,))
+            if corner is None:
+                raise SettingError("BOX", f"{name} {shown(given)}", allowed="numbers, (d,)")
             corner.setflags(write=False)
             object.__setattr__(self, name, corner)
         fits = self.low.shape == self.high.shape and self.low.ndim == 1 and self.low.size > 0

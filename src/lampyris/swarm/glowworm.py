@@ -23,7 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris.errors import SettingError
+from lampyris.checks import in_range, is_word
+from lampyris.errors import SettingError, shown
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.swarm.box import Box, Points, Values, norms, told
 from lampyris.swarm.steps import CoolingStep, DecayingStep, FixedStep, StepRule
@@ -70,9 +71,11 @@ class GSO:
 
     def __post_init__(self) -> None:
         if not isinstance(self.n, int) or isinstance(self.n, bool) or not 1 <= self.n <= MOST:
-            raise SettingError("SWARM", f"n {self.n!r}", where="gso", allowed=f"a whole number, 1 to {MOST}")
-        if self.choice not in CHOICES:
-            raise SettingError("CHOICE", f"{self.choice!r}", where="gso", allowed=", ".join(CHOICES))
+            raise SettingError(
+                "SWARM", f"n {shown(self.n)}", where="gso", allowed=f"a whole number, 1 to {MOST}"
+            )
+        if not is_word(self.choice, CHOICES):
+            raise SettingError("CHOICE", shown(self.choice), where="gso", allowed=", ".join(CHOICES))
         ranges = (
             ("rho", 0.0, 1.0),
             ("gamma", 5e-324, math.inf),
@@ -86,10 +89,9 @@ class GSO:
             value = getattr(self, name)
             if name == "sensor" and value is None:
                 continue
-            real = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-            if not (real and least <= value <= most):
+            if not in_range(value, least, most):
                 allowed = f"a finite number, {least:g} to {most:g}"
-                raise SettingError("GSO", f"{name} {value!r}", where="gso", allowed=allowed)
+                raise SettingError("GSO", f"{name} {shown(value)}", where="gso", allowed=allowed)
 
     def start(self, box: Box, rng: np.random.Generator, first: ArrayLike | None = None) -> GlowwormSwarm:
         """A swarm at its first iteration; see :meth:`lampyris.swarm.loop.Optimiser.start`."""

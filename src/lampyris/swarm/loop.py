@@ -13,7 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, shown
 from lampyris.halting import look
 from lampyris.swarm.box import Box, Points, Values
 
@@ -75,9 +75,10 @@ class Stop:
             if value is None and name != "iterations":
                 continue
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                raise SettingError("STOP", f"{name} {value!r}", allowed="a whole number >= 1")
-        if self.target is not None and not self.target == self.target:
-            raise SettingError("STOP", "target is not a number", allowed="a number, or None")
+                raise SettingError("STOP", f"{name} {shown(value)}", allowed="a whole number >= 1")
+        target: object = self.target
+        if target is not None and (not isinstance(target, float | int) or target != target):
+            raise SettingError("STOP", f"target {shown(target)}", allowed="a number, or None")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lampyris.errors import SettingError
+from lampyris.checks import in_range
+from lampyris.errors import SettingError, shown
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.swarm.box import Box, Points, Values, told
 
@@ -41,9 +42,10 @@ class Inertia(Protocol):
 def _within(rule: Any, least: float, most: float) -> None:
     for f in fields(rule):
         value = getattr(rule, f.name)
-        real = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (real and least <= value <= most):
-            raise SettingError("INERTIA", f"{f.name} {value!r}", allowed=f"a number, {least:g} to {most:g}")
+        if not in_range(value, least, most):
+            raise SettingError(
+                "INERTIA", f"{f.name} {shown(value)}", allowed=f"a number, {least:g} to {most:g}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,16 +113,19 @@ class PSO:
 
     def __post_init__(self) -> None:
         if not isinstance(self.n, int) or isinstance(self.n, bool) or not 1 <= self.n <= MOST:
-            raise SettingError("SWARM", f"n {self.n!r}", where="pso", allowed=f"a whole number, 1 to {MOST}")
+            raise SettingError(
+                "SWARM", f"n {shown(self.n)}", where="pso", allowed=f"a whole number, 1 to {MOST}"
+            )
         ring = self.ring
         if ring is not None and (not isinstance(ring, int) or isinstance(ring, bool) or ring < 1):
-            raise SettingError("RING", f"ring {ring!r}", where="pso", allowed="a whole number >= 1, or None")
+            raise SettingError(
+                "RING", f"ring {shown(ring)}", where="pso", allowed="a whole number >= 1, or None"
+            )
         for name, least in (("own", 0.0), ("others", 0.0), ("clamp", 5e-324)):
             value = getattr(self, name)
-            real = isinstance(value, int | float) and not isinstance(value, bool)
-            if not (real and math.isfinite(value) and value >= least):
+            if not in_range(value, least, math.inf):
                 allowed = f"a finite number from {least:g}"
-                raise SettingError("PSO", f"{name} {value!r}", where="pso", allowed=allowed)
+                raise SettingError("PSO", f"{name} {shown(value)}", where="pso", allowed=allowed)
 
     def start(self, box: Box, rng: np.random.Generator, first: ArrayLike | None = None) -> ParticleSwarm:
         """A swarm at its first iteration; see :meth:`lampyris.swarm.loop.Optimiser.start`."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import Protocol
 
+from lampyris.checks import is_real
 from lampyris.elementary import exp
-from lampyris.errors import SettingError
+from lampyris.errors import SettingError, shown
 
 
 class StepRule(Protocol):
@@ -53,7 +53,9 @@ class DecayingStep:
     def __post_init__(self) -> None:
         _positive(self)
         if not (self.mu < 1 and self.psi < 1):
-            raise SettingError("STEP", f"mu {self.mu!r}, psi {self.psi!r}", allowed="0 < mu, psi < 1")
+            raise SettingError(
+                "STEP", f"mu {shown(self.mu)}, psi {shown(self.psi)}", allowed="0 < mu, psi < 1"
+            )
 
     def at(self, t: int) -> float:
         """Length of the steps of iteration t; the published t + 1 is the move that follows."""
@@ -75,7 +77,9 @@ class CoolingStep:
     def __post_init__(self) -> None:
         _positive(self)
         if self.least > self.most:
-            raise SettingError("STEP", f"least {self.least!r}, most {self.most!r}", allowed="least <= most")
+            raise SettingError(
+                "STEP", f"least {shown(self.least)}, most {shown(self.most)}", allowed="least <= most"
+            )
 
     def at(self, t: int) -> float:
         """Length of the steps of iteration t."""
@@ -86,6 +90,5 @@ class CoolingStep:
 def _positive(rule: FixedStep | DecayingStep | CoolingStep) -> None:
     for f in fields(rule):
         value = getattr(rule, f.name)
-        real = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (real and math.isfinite(value) and value > 0):
-            raise SettingError("STEP", f"{f.name} {value!r}", allowed="a finite number > 0")
+        if not (is_real(value) and value > 0):
+            raise SettingError("STEP", f"{f.name} {shown(value)}", allowed="a finite number > 0")

@@ -72,6 +72,8 @@ class Setting:
             if self.kind == "number":
                 return self.check(float(text))
             return self.check([tuple(map(int, c.split(","))) for c in text.split(";") if c])
+        except SettingError:
+            raise
         except ValueError:
             raise self._error(text) from None
 

@@ -1,0 +1,71 @@
+"""Values with arrays in them: equal when their contents are, and read-only in every copy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+
+class Value:
+    """What nouns with arrays derive from; a dataclass with ``frozen=True, slots=True, eq=False``.
+
+    Two of one class are equal if all their fields are that are compared (``field(compare=False)`` leaves one
+    out); arrays are if their shape, element type and elements are. Copies, pickled ones too, are equal to
+    their original, and their arrays are read-only, as those of the original are.
+    """
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if type(self) is not type(other):
+            return NotImplemented
+        compared = (f.name for f in fields(self) if f.compare)  # type: ignore[arg-type]
+        return all(_same(getattr(self, name), getattr(other, name)) for name in compared)
+
+    def __hash__(self) -> int:
+        compared = (f.name for f in fields(self) if f.compare)  # type: ignore[arg-type]
+        key = (type(self), *(_hashed(getattr(self, name)) for name in compared))
+        return hash(key)  # bits: for sets and dicts of the caller; nothing is sorted or drawn by it
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        names = [f.name for f in fields(self)]  # type: ignore[arg-type]
+        return _rebuilt, (type(self), {name: getattr(self, name) for name in names})
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a is b or (a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind in "fc"))
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(_same, a, b))
+    return type(a) is type(b) and bool(a == b or (a != a and b != b))
+
+
+def _hashed(value: Any) -> Any:
+    """Something hashable that equal values share, quickly: of arrays the shape."""
+    if isinstance(value, np.ndarray):
+        return value.shape
+    if isinstance(value, tuple):
+        return len(value)
+    return len(value) if isinstance(value, Mapping) else value
+
+
+def _rebuilt(kind: type[Value], values: dict[str, Any]) -> Value:
+    """A value from its fields, without the checks that they have passed."""
+    made = object.__new__(kind)
+    for name, value in values.items():
+        _freeze(value)
+        object.__setattr__(made, name, value)
+    return made
+
+
+def _freeze(value: Any) -> None:
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    elif isinstance(value, tuple):
+        for one in value:
+            _freeze(one)

@@ -1,0 +1,193 @@
+"""What a caller may hand in by mistake, and arguments that are right, for every public class and function."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import math
+import pkgutil
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+import lampyris
+from lampyris.errors import LampyrisError, shown
+from lampyris.model.path import path_of
+from lampyris.planners import registry
+
+ROOMS = ("model", "planners", "motion", "sim", "swarm")
+"""Rooms whose public classes with checks of their own are found by themselves."""
+
+HUGE = 10**400
+
+SCALARS: tuple[Any, ...] = (
+    HUGE, -HUGE, 10**5000, 2**64, -(2**64), 2**63, 10**9, -1, 0, 1, 0.5, -0.0, 1e308, 5e-324,
+    math.nan, math.inf, -math.inf, True, False, None, "x", "", "1", b"x", 1j, object(), int, len,
+    Ellipsis, NotImplemented, Decimal("NaN"), Decimal(1), Fraction(1, 3), Fraction(HUGE),
+    np.float64(math.nan), np.float64(1), np.float32(2), np.int64(-1), np.int8(3),
+    np.uint64(2**64 - 1), np.bool_(True), np.str_("x"), np.datetime64("2026-01-01"),
+)  # fmt: skip
+"""Numbers of every size and kind, and what is no number."""
+
+
+class Odd:
+    """Has a length and items, and both fail."""
+
+    def __len__(self) -> int:
+        raise RuntimeError("no length")
+
+    def __getitem__(self, key: object) -> object:
+        raise RuntimeError("no items")
+
+
+def bad_values() -> list[Any]:
+    """Scalars, and collections of one, two, three and four of them."""
+    within = (HUGE, -(2**64), math.nan, "x", None, 1j, True, 0.5, -1, ())
+    made: list[Any] = [*SCALARS, [], (), {}, set(), "abc", range(3), iter(()), {"x": 1}, Odd()]
+    for value in within:
+        made += [(value,), [value] * 2, (value,) * 3, [value] * 4, ((value, value),), [(0, 0), (value, 1)]]
+        made += [{"a_max": value}, {value: value} if value != () else {}, frozenset({value})]
+    made += [
+        np.zeros(0), np.zeros((0, 2)), np.zeros((2, 2)), np.full((2, 2), math.nan), np.full((3, 2), 1e308),
+        np.array("x"), np.array(["x", "y"]), np.array([None, 1]), np.zeros((2, 2), complex), np.array(7),
+        np.zeros((1, 2, 3)), np.array([[0, 0], [2**62, 1]]), np.array([HUGE, 1], dtype=object),
+        np.zeros((4, 5), dtype="datetime64[s]"), np.zeros(3, dtype=[("a", "i4")]),
+    ]  # fmt: skip
+    return made
+
+
+BAD = bad_values()
+
+
+def grid() -> lampyris.Grid:
+    blocked = np.zeros((4, 5), dtype=bool)
+    blocked[1, 1:4] = True
+    return lampyris.Grid(blocked)
+
+
+def scene() -> lampyris.Scene:
+    return lampyris.Scene(grid(), (0, 0), (4, 3))
+
+
+def path() -> lampyris.Path:
+    return path_of(np.array([(0, 0), (0, 1), (0, 2)]), scene().moves)
+
+
+def samples() -> dict[str, dict[str, Any]]:
+    """Right arguments for the parameters without a default, by class or function."""
+    xy, where = np.array([[0.0, 0.0], [1.0, 0.0]]), scene()
+    plan, trace, driven = (
+        lampyris.plan(where, "astar"),
+        lampyris.simulate(where, "astar"),
+        lampyris.drive(where),
+    )
+    field, speeds = lampyris.solve_field(where), lampyris.profile(plan, where)
+    made = {kind: {f.name: getattr(one, f.name) for f in dataclasses.fields(one) if f.init} for kind, one in (
+        ("Path", path()), ("Plan", plan), ("Trace", trace), ("Drive", driven), ("Field", field),
+        ("Profile", speeds), ("Curve", driven.curves[0]), ("Moves", where.moves),
+    )}  # fmt: skip
+    return {
+        **made,
+        "Grid": {"blocked": np.zeros((4, 5), dtype=bool)},
+        "Scene": {"grid": where.grid, "start": (0, 0), "goal": (4, 3)},
+        "Scenario": {"scene": where},
+        "Gate": {"cell": (0, 0), "axis": "x", "width_m": 0.5, "dead_end": False},
+        "Study": {"name": "x", "kind": "plan", "worlds": (), "planners": (), "laws": ()},
+        "RandomWalk": {"count": 1}, "Crossing": {"count": 1},
+        "Patrol": {"waypoints": ((0, 0),)}, "Recorded": {"track": ((0, 0),)},
+        "Edit": {"tick": 1},
+        "Movers": {"xy": xy, "radius": np.ones(2), "top_speed": np.ones(2)},
+        "Track": {"t": np.array([0.0, 1.0]), "xy": xy, "radius": 1.0, "top_speed": 1.0},
+        "Cutter": {"top_speed": 1.0}, "FaultyFeed": {"kind": "stops", "at": 1.0},
+        "Box": {"low": [0.0], "high": [1.0]},
+        "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
+        "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},
+        "course": {"way": plan, "scene": where}, "profile": {"way": plan, "scene": where},
+        "solve_field": {"scene": where}, "solve_fields": {"scene": where, "goals": [(0, 0)]},
+        "load_grid": {"path_or_name": "env-1"}, "load_scenario": {"path": "right.yaml"},
+        "save_scenario": {"scenario": lampyris.Scenario(where), "path": "saved.yaml"},
+        "run": {"scenario": lampyris.Scenario(where)},
+        "load_study": {"path": "study.yaml"}, "run_study": {"study": "study.yaml"},
+        "dissertation_speeds": {"cells": path().cells, "ring1": [0, 0, 0], "ring2": [0, 0, 0]},
+    }  # fmt: skip
+
+
+NOT_FOR_CALLERS = frozenset(("Careful",))
+"""Classes with checks of their own that a drive makes, of what was checked."""
+
+
+def public_classes() -> Iterator[tuple[str, type]]:
+    """Every class that a caller makes: public names, planners, laws' settings, and what checks itself."""
+    seen: set[type] = set()
+
+    def new(kind: Any) -> bool:
+        fresh = inspect.isclass(kind) and dataclasses.is_dataclass(kind) and kind not in seen
+        seen.add(kind) if fresh else None
+        return fresh
+
+    for name in lampyris.__all__:
+        kind = getattr(lampyris, name)
+        if new(kind):
+            yield name, kind
+    for name in registry.names():
+        kind = registry.planner_class(name)
+        if new(kind):
+            yield kind.__name__, kind
+    for room in ROOMS:
+        package = importlib.import_module(f"lampyris.{room}")
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if any(part.startswith("_") for part in found.name.split(".")):
+                continue
+            module = importlib.import_module(found.name)
+            for name, kind in sorted(vars(module).items()):
+                own = inspect.isclass(kind) and kind.__module__ == found.name and not name.startswith("_")
+                abstract = room == "planners" and hasattr(kind, "open") and not hasattr(kind, "name")
+                wanted = own and hasattr(kind, "__post_init__") and not abstract
+                if wanted and name not in NOT_FOR_CALLERS and new(kind):
+                    yield name, kind
+
+
+def public_functions() -> Iterator[tuple[str, Callable[..., Any]]]:
+    for name in lampyris.__all__:
+        call = getattr(lampyris, name)
+        if inspect.isfunction(call):
+            yield name, call
+
+
+def required(kind: Any) -> list[str]:
+    given = inspect.signature(kind).parameters.values()
+    open_ended = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    return [p.name for p in given if p.default is p.empty and p.kind not in open_ended]
+
+
+def names_of(call: Callable[..., Any]) -> list[str]:
+    given = inspect.signature(call).parameters.values()
+    open_ended = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    return [p.name for p in given if p.kind not in open_ended]
+
+
+def what_comes(call: Callable[..., Any], given: dict[str, Any]) -> BaseException | None:
+    """What is raised that is none of ours."""
+    try:
+        call(**given)
+    except LampyrisError as error:
+        str(error)
+    except Exception as error:
+        return error
+    return None
+
+
+__all__ = [
+    "BAD",
+    "names_of",
+    "public_classes",
+    "public_functions",
+    "required",
+    "samples",
+    "shown",
+    "what_comes",
+]

@@ -1,0 +1,135 @@
+"""Copies of nouns: read-only and equal. Pickled grids, fields, paths could be written to and were unequal."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import importlib
+import pickle
+import pkgutil
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lampyris
+from lampyris import model
+from lampyris.model.change import Change, Seen
+from lampyris.model.plan import Jump, Plan
+from lampyris.model.value import Value
+
+WAYS: dict[str, Callable[[Any], Any]] = {
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+    "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+    "pickle of protocol 2": lambda one: pickle.loads(pickle.dumps(one, 2)),
+}
+
+
+def nouns() -> dict[type, Any]:
+    """One of each class of the room, with every array that it may have."""
+    rng = np.random.default_rng(2)
+    blocked = rng.random((9, 11)) < 0.15
+    blocked[0, 0] = blocked[8, 10] = False
+    terrain = rng.integers(0, 100, (9, 11)).astype(np.uint8)
+    grid = lampyris.Grid(blocked, unknown=blocked, terrain=terrain, resolution=0.5, name="a")
+    zones = np.full((9, 11), np.inf)
+    zones[3, 3] = 0.5
+    walks = lampyris.RandomWalk(2)
+    scene = lampyris.Scene(
+        grid, (0, 0), (10, 8), traffic=walks, zones=zones, edits=lampyris.Edit(4, ((5, 5),))
+    )
+    still = dataclasses.replace(scene, edits=())
+    plan = lampyris.plan(scene, "ad-gso")
+    trace, driven = lampyris.simulate(scene, "astar"), lampyris.drive(still, "astar")
+    field, speeds = lampyris.solve_field(scene), lampyris.profile(plan, still)
+    seen = Seen(0, ((0, 0), (1, 0)))
+    found = [
+        grid, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0],
+        driven.tracks[0], driven.bodies[0], scene.moves, scene.robot, walks, scene.edits[0], seen,
+        Change((0, 0), frozenset({(1, 1)}), bodies=(seen,)), lampyris.Patrol(((0, 0), (1, 1))),
+        lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
+        lampyris.Movers(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
+        *trace.events[:1], *driven.moments[:1],
+    ]  # fmt: skip
+    jump = next(one for one in found if isinstance(one, Jump))
+    return {type(one): one for one in [*found, *jump.candidates[:1]]}
+
+
+NOUNS = nouns()
+
+
+def classes() -> Iterator[type]:
+    for found in pkgutil.iter_modules(model.__path__, f"{model.__name__}."):
+        module = importlib.import_module(found.name)
+        for kind in vars(module).values():
+            if isinstance(kind, type) and kind.__module__ == found.name and dataclasses.is_dataclass(kind):
+                yield kind
+
+
+def arrays_in(value: Any) -> Iterator[np.ndarray]:
+    if isinstance(value, np.ndarray):
+        yield value
+    elif isinstance(value, tuple):
+        for one in value:
+            yield from arrays_in(one)
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        for f in dataclasses.fields(value):
+            yield from arrays_in(getattr(value, f.name))
+
+
+def test_there_is_one_of_each_class() -> None:
+    missing = [kind.__name__ for kind in classes() if kind not in NOUNS]
+    assert not missing, f"no copy of {missing} is looked at"
+    assert len(NOUNS) > 20
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", NOUNS, ids=lambda kind: kind.__name__)
+def test_a_copy_is_equal_and_read_only(kind: type, way: str) -> None:
+    original = NOUNS[kind]
+    made = WAYS[way](original)
+    assert type(made) is kind
+    assert made == original
+    assert original == made
+    assert hash(made) == hash(original)
+    theirs, ours = list(arrays_in(made)), list(arrays_in(original))
+    assert [a.tolist() for a in theirs] == [a.tolist() for a in ours]
+    assert not [a for a in theirs if a.flags.writeable]
+    for a in theirs[:1]:
+        with pytest.raises(ValueError, match="read-only"):
+            a[...] = 0
+
+
+@pytest.mark.parametrize("kind", [k for k in NOUNS if issubclass(k, Value)], ids=lambda kind: kind.__name__)
+def test_any_other_content_is_unequal(kind: type) -> None:
+    original = NOUNS[kind]
+    for f in dataclasses.fields(kind):
+        other = copy.copy(original)
+        value = getattr(original, f.name)
+        changed: Any = "of another type"
+        if isinstance(value, np.ndarray) and value.size:
+            changed = value.copy()
+            changed.flat[0] = not changed.flat[0]
+        object.__setattr__(other, f.name, changed)
+        assert (other == original) is not f.compare, f.name
+    assert original != object()
+
+
+def test_two_plans_of_one_scene_are_equal_whatever_time_they_took() -> None:
+    scene = NOUNS[lampyris.Scene]
+    one, two = (lampyris.plan(scene, "ad-gso", record=False) for _ in range(2))
+    assert one == two
+    assert len({one, two}) == 1
+    assert one != NOUNS[Plan]
+
+
+def test_copies_plan_as_their_original() -> None:
+    scene = NOUNS[lampyris.Scene]
+    want = lampyris.plan(scene, "astar").cells
+    assert want is not None
+    for way in WAYS.values():
+        got = lampyris.plan(way(scene), "astar").cells
+        assert got is not None
+        assert got.tolist() == want.tolist()
