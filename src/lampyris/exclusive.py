@@ -16,12 +16,19 @@ import functools
 from collections.abc import Callable
 from copy import deepcopy
 from threading import get_ident
-from typing import Any, Concatenate, ParamSpec, Self, TypeAlias, TypeVar
+from typing import Any, Concatenate, ParamSpec, Self, TypeVar
 
 from lampyris.errors import BusyError
 
-Call: TypeAlias = tuple[int, Callable[..., Any]]
-"""A call that has begun: its thread, and the function called."""
+
+class Call:
+    """A call that has begun. Two calls are equal only if they are the same."""
+
+    __slots__ = ("method", "thread")
+
+    def __init__(self, method: Callable[..., Any]) -> None:
+        self.thread = get_ident()
+        self.method = method
 
 
 class Exclusive:
@@ -85,7 +92,7 @@ def one_call(method: Callable[Concatenate[O, P], R]) -> Callable[Concatenate[O, 
         # Appending, reading the first and taking it off are single steps of the interpreter: no other thread
         # and no signal comes between. Whatever ends the call, Ctrl-C included, takes it off the list.
         calls = self._calls
-        call = (get_ident(), method)
+        call = Call(method)
         try:
             calls.append(call)
             if calls[0] is not call and not _overrides(calls[0], call):
@@ -102,8 +109,8 @@ def one_call(method: Callable[Concatenate[O, P], R]) -> Callable[Concatenate[O, 
 
 def _overrides(first: Call, call: Call) -> bool:
     """Whether a call comes from within an overriding method."""
-    (thread, one), (here, other) = first, call
-    return thread == here and one is not other and one.__name__ == other.__name__
+    one, other = first.method, call.method
+    return first.thread == call.thread and one is not other and one.__name__ == other.__name__
 
 
 def _busy(owner: object, what: str) -> BusyError:

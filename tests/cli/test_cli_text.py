@@ -120,6 +120,10 @@ def test_csv_to_standard_output(
     assert "--csv - and --json both write to standard output" in both.err
 
 
+def test_a_device_that_keeps_nothing_may_be_written_to(here: Callable[..., Outcome]) -> None:
+    assert here("plan", "guide", "--csv", "/dev/null").exit == 0
+
+
 @pytest.mark.parametrize(
     ("words", "allowed"),
     [

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 import numpy as np
@@ -145,3 +146,34 @@ def test_a_plan_that_compiles_says_how_long_that_took_and_plans_no_longer(tmp_pa
     assert first["plan_s"] < first["loading_s"]
     assert seconds < loaded
     assert again >= second["plan_s"]
+
+
+def test_a_thread_that_runs_compiled_code_only_leaves_other_threads_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two overlapping blocks once left the process without plain forms for good."""
+    ran: list[str] = []
+    monkeypatch.setattr(_jit, "KERNELS", [])
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+
+    def plain(numbers: Any) -> None:
+        ran.append("plain")
+
+    kernel = Kernel(plain, ())  # type: ignore[arg-type]
+    monkeypatch.setattr(_jit, "_compile", lambda k: lambda *given: ran.append("compiled"))
+    outer, inner = Event(), Event()
+
+    def other() -> None:
+        with _jit.compiled_only():
+            outer.set()
+            inner.wait(60)
+
+    thread = Thread(target=other)
+    thread.start()
+    assert outer.wait(60)
+    kernel(np.zeros(3))
+    with _jit.compiled_only():
+        inner.set()
+        thread.join(60)
+    kernel(np.zeros(3))
+    assert ran == ["plain", "plain"]

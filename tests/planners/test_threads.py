@@ -337,3 +337,21 @@ def test_every_session_of_ours_derives_from_the_base() -> None:
     for name in registry.names():
         session = registry.make(name).open(scene, np.random.default_rng(0))
         assert isinstance(session, SessionBase), name
+
+
+def test_a_plan_that_a_mixin_brings_is_guarded_too() -> None:
+    class Answers:
+        def plan(self, change: Change | None = None, budget: Any = None) -> str:
+            return self.ask()  # type: ignore[attr-defined, no-any-return]
+
+    class First(Answers, SessionBase):
+        def ask(self) -> str:
+            return self.plan()
+
+    class Last(SessionBase, Answers):
+        def ask(self) -> str:
+            return self.plan()
+
+    for kind in (First, Last):
+        with pytest.raises(BusyError):
+            kind().plan()

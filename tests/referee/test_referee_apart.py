@@ -80,6 +80,7 @@ def test_only_kinds_that_avoid_others_are_judged() -> None:
     for bodies, judged in (
         ([WALKER, WALKER], True), ([WALKER, TOLD], True), ([TOLD, WALKER], True), ([TOLD, TOLD], False),
         ([WALKER, CUTTER], False), ([CUTTER, TOLD], False),
+        ([WALKER, Body("of a new kind", 0.5, True)], True),
     ):  # fmt: skip
         assert (bodies_violation(tracks, bodies, 1.0, 2.0) is not None) == judged
 

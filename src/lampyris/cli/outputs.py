@@ -86,7 +86,7 @@ def check_ending(kind: str, path: Path) -> None:
 
 
 def demand_place(path: Path, *, append: bool = False) -> bool:
-    """See that a file can be written there; whether there is one.
+    """See that a file can be written there; whether there is one that would be lost.
 
     Folders, pipes, sockets and disks are refused: opening a pipe nobody reads from would wait for ever.
     ``/dev/null`` and other devices of characters may be written to, but not read back (``append``).
@@ -112,7 +112,7 @@ def demand_place(path: Path, *, append: bool = False) -> bool:
         raise FileError(
             "FILE_WRITE", "cannot write there", where=str(path), allowed="a folder you may write in"
         )
-    return mode is not None
+    return mode is not None and stat.S_ISREG(mode)
 
 
 @contextmanager

@@ -43,6 +43,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -200,6 +201,8 @@ class Kernel:
         global _spent
         if jit_disabled():
             return True
+        if _compiled_only.depth:
+            return False
         price = self.price(args)
         spent, most = (self._spent, OWN_NS) if "numba" in sys.modules else (_spent, PLAIN_NS)
         if spent + price > most:
@@ -293,20 +296,25 @@ def prefer_compiled() -> None:
     PLAIN_NS = OWN_NS = -1
 
 
+class _CompiledOnly(threading.local):
+    depth = 0
+
+
+_compiled_only = _CompiledOnly()
+
+
 @contextmanager
 def compiled_only() -> Iterator[None]:
-    """Run every kernel in its compiled form meanwhile, for times that are compared with one another.
+    """Run every kernel of this thread in its compiled form, for times that are compared with one another.
 
     Otherwise the first of those compared would run in plain form, up to a hundred times slower, until what
     may be spent on it is. Loading and compiling are told apart: see :mod:`.loading`.
     """
-    global PLAIN_NS, OWN_NS
-    before = PLAIN_NS, OWN_NS
-    PLAIN_NS = OWN_NS = -1
+    _compiled_only.depth += 1
     try:
         yield
     finally:
-        PLAIN_NS, OWN_NS = before
+        _compiled_only.depth -= 1
 
 
 @contextmanager

@@ -102,9 +102,11 @@ class SessionBase(Exclusive):
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        plan = cls.__dict__.get("plan")
-        if plan is not None:
-            setattr(cls, "plan", one_call(plan))  # noqa: B010 - a type checker knows no assigned methods
+        owner = next((kind for kind in cls.__mro__ if "plan" in kind.__dict__), None)
+        # A mixin that is no session itself may bring the method.
+        if owner is cls or (owner is not None and not issubclass(owner, SessionBase)):
+            guarded = one_call(owner.__dict__["plan"])
+            setattr(cls, "plan", guarded)  # noqa: B010 - a type checker knows no assigned methods
 
 
 @runtime_checkable

@@ -16,8 +16,10 @@ from lampyris.referee.shapes import TOUCH, Ints
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 
-AVOIDING = ("random-walk", "patrol", "crossing")
-"""Kinds that keep off all others of these kinds, and off recorded ones. Other kinds promise nothing."""
+UNAVOIDING = ("cutter",)
+"""Kinds that run into others on purpose: they are not judged."""
+FIXED = ("recorded",)
+"""Kinds whose tracks are given: two of them may overlap. Every other kind keeps off all that are judged."""
 
 _AT_ONCE = 1_000_000
 """Pairs of pieces that are looked at in one go."""
@@ -55,8 +57,8 @@ def least_gap(
     centres; None: no two boxes meet.
     """
     word = [body.kind for body in bodies]
-    judged = np.array([w in AVOIDING or w == "recorded" for w in word], dtype=np.bool_)
-    avoids = np.array([w in AVOIDING for w in word], dtype=np.bool_)
+    judged = np.array([w not in UNAVOIDING for w in word], dtype=np.bool_)
+    avoids = np.array([w not in UNAVOIDING and w not in FIXED for w in word], dtype=np.bool_)
     if judged.sum() < 2 or not avoids.any() or duration <= 0.0:
         return None
     # As many windows as the busiest track has pieces: a box is then seldom longer than one step.

@@ -299,7 +299,7 @@ _JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
 CHECK = Check(
     "sim",
     ("G10",),
-    "no two bodies ever share a cell, swap, cross or come nearer than both radii, in ticks or between them",
+    "obstacles never share a cell, swap or cross, nor overlap in drives; contacts with the robot are told",
     KINDS,
     _run,
 )
