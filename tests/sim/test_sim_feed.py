@@ -9,6 +9,7 @@ import pytest
 from sim_planners import grid_of
 
 from lampyris.errors import SettingError
+from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
@@ -176,3 +177,14 @@ def test_a_map_update_elsewhere_is_driven_round():
     after = np.linspace(0, run.curves[1].length, 500)
     gap = np.maximum(np.abs(run.curves[1].at(after)[0] - 8.0) - 0.5, 0.0)
     assert np.hypot(*gap.T).min() >= 0.2 - 1e-6
+
+
+def test_a_feed_of_one_drive_tells_the_next_nothing_of_it():
+    """A faulty feed kept the late messages of the drive before, and handed them to the next one."""
+    scene = Scene(Grid(np.zeros((8, 12), bool)), (0, 0), (11, 7), traffic=RandomWalk(2))
+    feed = FaultyFeed("late", at=0.0, by=0.2)
+    first, second = (drive(scene, AStar(), seed=3, feed=feed, max_age=1.0) for _ in range(2))
+    assert (first.outcome, first.t.tolist(), first.s.tolist()) == (
+        second.outcome, second.t.tolist(), second.s.tolist()
+    )  # fmt: skip
+    assert feed == FaultyFeed("late", at=0.0, by=0.2)
