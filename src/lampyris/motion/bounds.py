@@ -19,6 +19,7 @@ from lampyris.motion.checked import number
 from lampyris.motion.course import Course, course_of_path, places
 from lampyris.motion.physical import STATIC, PhysicalLaw, ground_of
 from lampyris.motion.profile import OnInfeasible, feasible_profile
+from lampyris.motion.switches import with_switches
 from lampyris.typing import Cell
 
 
@@ -86,7 +87,25 @@ def optimum_profile(
 ) -> Profile:
     """The quickest drive of the way that the robot's limits allow: top speed, bends, acceleration, braking.
 
-    Walls, zones and whatever moves say nothing here: no law that keeps the robot's limits is quicker.
+    Walls, zones and whatever moves say nothing here: no law that keeps the robot's limits is quicker. On a
+    course the profile has the course's nodes and those where its acceleration changes within an edge; without
+    a limit on jerk it is the optimum of the curve, not of a grid. On a path of cells it has a node a cell.
+
+    Raises
+    ------
+    SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
+    """
+    made = optimum_at_nodes(way, scene, v0, on_infeasible)
+    if not isinstance(way, Course) or way.curve is None or scene.robot.jerk_max is not None:
+        return made
+    finer = with_switches(way, made.v, scene.robot)
+    return made if len(finer) == len(way) else optimum_at_nodes(finer, scene, v0, on_infeasible)
+
+
+def optimum_at_nodes(
+    way: Path | Course, scene: Scene, v0: float = 0.0, on_infeasible: OnInfeasible = "raise"
+) -> Profile:
+    """The optimum whose acceleration changes at the nodes of the way alone; its speeds there are exact.
 
     Raises
     ------

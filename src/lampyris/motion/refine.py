@@ -16,6 +16,7 @@ from lampyris.motion import caps
 from lampyris.motion.around import edge_room, edge_zones, reach_of, zones_at
 from lampyris.motion.clearance import wall_distance
 from lampyris.motion.course import Course
+from lampyris.motion.switches import inserted
 from lampyris.typing import Floats
 
 CREEP = 0.1
@@ -63,18 +64,4 @@ def _speed(away: Floats, scene: Scene, zone: Floats | None) -> Floats:
 
 def _halved(course: Course, split: NDArray[np.int64]) -> Course:
     """A node more in the middle of each of these edges, by number."""
-    curve = course.curve
-    assert curve is not None
-    s = 0.5 * (course.s[split] + course.s[split + 1])
-    xy, heading = curve.at(s)
-    piece = np.clip(np.searchsorted(curve.begins, s, side="right") - 1, 0, len(curve.lengths) - 1)
-    at = split + 1
-    return Course(
-        np.insert(course.s, at, s),
-        np.insert(course.xy, at, xy, axis=0),
-        np.insert(course.heading, at, heading, axis=0),
-        np.insert(course.curvature, at, np.abs(curve.curvature[piece])),
-        np.insert(course.stop, at, False),
-        course.resolution,
-        curve,
-    )
+    return inserted(course, split, 0.5 * (course.s[split] + course.s[split + 1]))

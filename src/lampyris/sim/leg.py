@@ -22,11 +22,12 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion import laws
+from lampyris.motion.bounds import optimum_at_nodes
 from lampyris.motion.course import Course, course_of
 from lampyris.motion.curve import Smooth, curve_of
 from lampyris.motion.refine import refined
 from lampyris.motion.roomy import Wanted, roomy_curve, wanted_of
+from lampyris.motion.switches import with_switches
 from lampyris.sim.cutting import line_is_clear, square_distances
 from lampyris.sim.feed import Told
 from lampyris.sim.going import Route
@@ -71,12 +72,19 @@ def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
         zero = np.zeros(1)
         still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
         return Leg(Route(curve), course, still, zero, zero, zero, 0.0)
-    own = laws.profile(course, scene, law="optimum")
+    own = optimum_at_nodes(course, scene)
     made = ceiling(course)
     profile = own if made is None else made
     squares = np.ascontiguousarray(np.minimum(profile.v * profile.v, own.v * own.v))
     nodes = np.ascontiguousarray(course.s)
-    return Leg(Route(curve), course, profile, nodes, squares, own.v * own.v, float(own.t[-1]))
+    return Leg(Route(curve), course, profile, nodes, squares, own.v * own.v, _seconds(course, scene, own))
+
+
+def _seconds(course: Course, scene: Scene, own: Profile) -> float:
+    """What the optimum of the curve takes, whose acceleration changes between nodes, too."""
+    if scene.robot.jerk_max is not None:
+        return float(own.t[-1])
+    return float(optimum_at_nodes(with_switches(course, own.v, scene.robot), scene).t[-1])
 
 
 def standing(scene: Scene, xy: tuple[float, float]) -> Curve:
