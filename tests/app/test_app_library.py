@@ -18,6 +18,7 @@ from lampyris.app import library as room
 from lampyris.app.library import Library, container
 from lampyris.app.names import check_file_name, is_plain_name
 from lampyris.app.said import said_scenario
+from lampyris.app.watched import standing
 from lampyris.errors import FileError, LimitError
 from lampyris.maps import library as bundled
 from lampyris.maps.map_hash import map_hash
@@ -309,3 +310,21 @@ def test_plain_names(name: str) -> None:
 @pytest.mark.parametrize("name", ["Café plan.png", "Halle (2).pgm", "étage-1.map", "地図.png", "a_b.yaml"])
 def test_names_that_people_give_files(name: str) -> None:
     assert check_file_name(name) == name
+
+
+def test_obstacles_drawn_in_a_map_reach_the_page(folder: Path, library: Library) -> None:
+    """From the folder and from an upload; the page makes random walkers of them."""
+    (folder / "drawn.txt").write_text("S.o.\n....\no..G\n")
+    row = library.add(container({"drawn.txt": b"S.o.\n....\no..G\n"}))
+    for name in ("drawn.txt", row["id"]):
+        (_, head), (_, cells) = framed(library.ground(name))
+        assert json.loads(head)["bodies"] == [[2, 0], [0, 2]]
+        assert cells == bytes(12)
+    (_, head), *_ = framed(library.ground("map.png"))
+    assert json.loads(head)["bodies"] == []
+    asked = {
+        "version": 1, "map": row["id"], "start": [0, 0], "goal": [3, 2], "simulate": {},
+        "obstacles": [{"kind": "random-walk", "count": 2, "starts": [[2, 0], [0, 2]]}],
+    }  # fmt: skip
+    found = said_scenario({"scenario": asked, "ground": library.packed(row["id"])})
+    assert [cell for _, cell in standing(found)] == [(2, 0), (0, 2)]

@@ -101,3 +101,8 @@ def test_a_planner_that_sees_traffic_plans_round_where_they_begin(tmp_path: Path
         bare = made.open(Scene(found.grid, found.start, found.goal), None)
         cells = bare.plan(Change()).cells
         assert (2, 0) in [tuple(c) for c in cells.tolist()]
+
+
+def test_a_comparison_says_that_it_leaves_them_aside(drawn: Path) -> None:
+    done = run("compare", str(drawn), "--planners", "astar,dijkstra")
+    assert "the 2 moving obstacles drawn in the map are left aside" in done.err + done.out

@@ -48,8 +48,8 @@ def decode(container: bytes) -> dict[str, Any]:
 
     Returns
     -------
-    ``ground`` (as :func:`lampyris.study.ground.pack` makes it), ``start``, ``goal``, ``name``, ``format``,
-    ``notes``.
+    ``ground`` (as :func:`lampyris.study.ground.pack` makes it), ``start``, ``goal``, ``bodies`` (cells of the
+    moving obstacles drawn in it), ``name``, ``format``, ``notes``.
 
     Raises
     ------
@@ -214,6 +214,7 @@ def read_container(data: bytes, folder: Path) -> dict[str, Any]:
         "hash": map_hash(found.grid),
         "start": found.start,
         "goal": found.goal,
+        "bodies": [list(cell) for cell in found.bodies],
         "name": shown_name(main_),
         "format": found.format,
         "notes": list(found.notes),

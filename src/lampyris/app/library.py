@@ -18,6 +18,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,6 +33,7 @@ from lampyris.maps import library as bundled
 from lampyris.maps.document import MapDocument, grid_codes, read_regular
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.thumbnail import thumbnail
+from lampyris.model.traffic import MAX_BODIES
 
 MOST_BYTES: Final = 2**30
 MOST_FILES: Final = 1000
@@ -136,6 +138,7 @@ class Library:
             "id": id, "name": name, "kind": kind, "width": grid.width, "height": grid.height,
             "resolution": grid.resolution, "origin": list(grid.origin), "hash": map_hash(grid),
             "start": found.start, "goal": found.goal, "notes": list(notes),
+            "bodies": [list(cell) for cell in found.bodies],
             "queries": [{"start": q.start, "goal": q.goal} for q in found.queries[:100]],
         }  # fmt: skip
         parts = [json_frame("H", head), frame("B", np.ascontiguousarray(grid_codes(grid)).tobytes())]
@@ -232,7 +235,8 @@ class Library:
             return bundled.load(id), id, "bundled", ()
         known, name, kind = self._known(id)
         packed = {**known["ground"], "start": known["start"], "goal": known["goal"]}
-        return unpacked(packed), name, kind, tuple(known["notes"])
+        found = replace(unpacked(packed), bodies=tuple((x, y) for x, y in known.get("bodies", ())))
+        return found, name, kind, tuple(known["notes"])
 
     def _known(self, id: str) -> tuple[dict[str, Any], str, str]:
         files = self._files()
@@ -365,6 +369,13 @@ def _checked(known: dict[str, Any]) -> dict[str, Any]:
     if max(width, height) > MOST_SIDE:
         what = f"{width} x {height}"
         raise LimitError("MAP_SIDE", what, where=str(known["name"]), allowed=f"sides up to {MOST_SIDE:,}")
+    bodies = known.get("bodies", [])
+    if not isinstance(bodies, list) or len(bodies) > MAX_BODIES:
+        raise FileError("PACKED_MAP", "moving obstacles", allowed=f"at most {MAX_BODIES:,} cells")
+    for cell in bodies:
+        whole = isinstance(cell, list) and len(cell) == 2 and all(type(c) is int for c in cell)
+        if not (whole and found.grid.contains((cell[0], cell[1]))):
+            raise FileError("PACKED_MAP", f"a moving obstacle at {cell!r:.40}", allowed="cells of the map")
     return {**known, "free": 1.0 - float(np.count_nonzero(found.grid.blocked)) / found.grid.blocked.size}
 
 

@@ -113,6 +113,8 @@ def _crowd(scene: Scene) -> tuple[Any, list[str]]:
         notes.append("The study has as many obstacles, a third of each kind.")
     if len(radii) > 1:
         notes.append(f"All obstacles of the study have the largest radius, {radii[-1]:g} m.")
+    if any(isinstance(one, RandomWalk) and one.starts for one in some):
+        notes.append("The study draws where its walkers begin, also those that the map has drawn.")
     if "patrol" in kinds:
         notes.append("The study draws the waypoints of its patrols itself.")
     return crowd, notes

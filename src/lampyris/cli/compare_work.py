@@ -206,7 +206,9 @@ def compare(asked: Asked, out: Outputs) -> int:
     out.check()
     scenario = asked.request.scenario()
     study = asked.study(scenario)
-    verbs.remarks((*scenario.notes, *about(scenario.scene)))
+    drawn = sum(len(one.starts) for one in scenario.scene.traffic if isinstance(one, RandomWalk))
+    left = (f"the {drawn} moving obstacles drawn in the map are left aside: a comparison draws its own",)
+    verbs.remarks((*scenario.notes, *about(scenario.scene), *(left if drawn else ())))
     began = time.perf_counter()
     rows: dict[str, Row] = {}
 

@@ -128,7 +128,7 @@ export function mount(page) {
     const ground = await loadGround(page.api, spec);
     if (turn !== turns) return false;
     opened = { spec, ground };
-    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: placeless(store.scenario.obstacles), map_hash: undefined }, "open");
+    store.set({ map: spec, start: ground.start, goal: ground.goal, edits: [], obstacles: [...placeless(store.scenario.obstacles), ...drawnIn(ground)], map_hash: undefined }, "open");
     store.settle();
     return true;
   };
@@ -207,7 +207,12 @@ const WELCOME = { kind: "random-walk", count: 30, rate: null };
 /** Obstacles that are a number, not places of another map. @param {Array<Record<string, any>>} obstacles */
 function placeless(obstacles) {
   if (JSON.stringify(obstacles) === JSON.stringify([WELCOME])) return [];
-  return obstacles.filter((one) => one.kind === "random-walk" || one.kind === "crossing");
+  return obstacles.filter((one) => one.kind === "crossing" || (one.kind === "random-walk" && !one.starts?.length));
+}
+
+/** The moving obstacles drawn in a map: random walkers that begin on their cells. @param {Ground} ground @returns {Array<Record<string, any>>} */
+function drawnIn(ground) {
+  return ground.bodies.length ? [{ kind: "random-walk", count: ground.bodies.length, starts: ground.bodies }] : [];
 }
 
 /** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @returns {Scenario} */

@@ -8,7 +8,7 @@ import { framesOf, json } from "./frames.js";
 /** @typedef {import("./types.js").Edit} Edit */
 /** @typedef {import("./types.js").Ground} Ground */
 
-const SIGNS = { ".": 0, "#": 1, "?": 2, S: 0, G: 0 };
+const SIGNS = { ".": 0, "#": 1, "?": 2, S: 0, G: 0, o: 0 };
 
 /**
  * The ground that a scenario's map means.
@@ -52,7 +52,7 @@ async function groundOfAnswer(answer, id, spec) {
 function blankGround(head) {
   return {
     id: head.id ?? "", name: head.name ?? "map", width: head.width, height: head.height, resolution: head.resolution ?? 1,
-    hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null,
+    hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null, bodies: head.bodies ?? [],
   };
 }
 
@@ -64,15 +64,18 @@ function groundOfRows(spec) {
   const cells = new Uint8Array(width * height);
   /** @type {Record<string, Cell | null>} */
   const ends = { S: null, G: null };
+  /** @type {Cell[]} */
+  const bodies = [];
   spec.rows.forEach((row, y) => {
     if (row.length !== width) throw new Error(`Row ${y} of the map has ${row.length} cells, the first has ${width}.`);
     for (let x = 0; x < width; x++) {
       const sign = row[x];
       cells[y * width + x] = SIGNS[/** @type {keyof typeof SIGNS} */ (sign)] ?? 1;
       if (sign === "S" || sign === "G") ends[sign] = [x, y];
+      else if (sign === "o") bodies.push([x, y]);
     }
   });
-  const head = { name: spec.name ?? "inline", width, height, resolution: spec.resolution, start: ends.S, goal: ends.G };
+  const head = { name: spec.name ?? "inline", width, height, resolution: spec.resolution, start: ends.S, goal: ends.G, bodies };
   return { ...blankGround(head), cells };
 }
 

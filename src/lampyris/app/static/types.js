@@ -23,7 +23,7 @@
  * A map as the server sends it. `cells`: 0 free, 1 wall, 2 unknown; row by row from the top.
  * @typedef {{
  *   id: string, name: string, width: number, height: number, resolution: number, hash: string,
- *   cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null,
+ *   cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null, bodies: Cell[],
  * }} Ground
  */
 
