@@ -71,8 +71,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     help="From a map to a safe, timed path among moving obstacles.",
-    epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 no path or not arrived, 5 limit, "
-    "6 internal fault or broken promise, 130 Ctrl-C.",
+    epilog="Exit codes: 0 done, 2 bad words or values of the call, 3 a bad file, 4 no path or not arrived, "
+    "5 limit, 6 internal fault or broken promise, 130 Ctrl-C.",
 )
 
 

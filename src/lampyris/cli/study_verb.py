@@ -35,8 +35,8 @@ app = typer.Typer(
     help="Run a study: maps x queries x planners x speed laws x traffic x seeds, in one store that can be "
     "killed and continued.",
     epilog="`lampyris study run --help` shows the options of `lampyris study STUDY`, `lampyris study list` "
-    "the studies that come ready. Exit codes: 0 every run has its row (failures too), 2 usage, 3 bad file or "
-    "store, 5 limit, 130 interrupted (what was done stays).",
+    "the studies that come ready. Exit codes: 0 every run has its row (failures too), 2 bad words or values "
+    "of the call, 3 bad file or store, 5 limit, 130 interrupted (what was done stays).",
 )
 
 Store = Annotated[
