@@ -110,7 +110,7 @@ def test_what_no_recipe_makes_is_told_at_its_place(spec: Any, code: str, where: 
 
 
 def test_making_is_a_way_of_its_own_that_takes_a_map_and_nothing_else() -> None:
-    assert ASKED["make"] == ("map",)
+    assert tuple(ASKED["make"]) == ("map",)
     assert [way.method for way in WAYS if way.path == "/api/make"] == ["POST"]
 
 
