@@ -334,6 +334,11 @@ ASKED: dict[str, str] = {
     "maps.document.BYTES_PER_CELL": LIMITS_PY,
     "planners.swarm_encoding.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
     "study.tracks.AT_ONCE": NOT_INPUT + "ticks advanced in one go",
+    "referee.apart._AT_ONCE": NOT_INPUT + "pairs looked at in one go",
+    "motion.curve.LONGEST_STEP": NOT_INPUT + "a length of the curve, not of what is given",
+    "app.watched.MOST_PATH": NOT_INPUT + "cells of a patrol's path that the page draws",
+    "app.asking.MOST_WHOLE": "app/test_app_forms.py",
+    "cli.options.MOST_CELLS": "cli/test_cli_run.py",
 }
 
 

@@ -153,7 +153,7 @@ class Steps {
     const walked = this.jumps.slice(0, scene.jump);
     const ways = walked.length ? [wayOf(walked)] : [];
     if (scene.act === "way") ways.push(/** @type {any} */ (stretchOf(jump)));
-    this.hand.look(jump.at, lastRing(jump));
+    this.hand.look(jump.at, jump.rings);
     this.hand.show({
       marks: marksOf(jump, scene.ring, scene.act !== "ring", page.ground), ways, robot: scene.act === "way" ? jump.chosen : jump.at,
     });
