@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from speed_courses import random_course, random_robot
 
+from lampyris import api
 from lampyris.errors import SettingError, UsageError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
@@ -271,10 +272,47 @@ def test_a_course_within_two_cells_is_driven() -> None:
 
 def test_discs_cover_the_cells_that_they_touch() -> None:
     one = Movers(np.array([[3.4, 3.0]]), np.array([0.05]), np.array([1.0]))
-    assert covered(one, 1.0).tolist() == [[3, 3]]
-    assert covered(replace(one, radius=np.array([0.2])), 1.0).tolist() == [[3, 3], [4, 3]]
-    assert len(covered(replace(one, radius=np.array([0.7])), 1.0)) == 6
-    assert len(covered(None, 1.0)) == 0
+    scene = Scene(Grid(np.zeros((9, 9), dtype=np.bool_)), (0, 3), (8, 3))
+    course = api.course(np.array([[0.0, 3.0], [8.0, 3.0]]), scene)
+
+    def of(some: Movers | None) -> list[list[int]]:
+        return covered(some, course, (9, 9)).tolist()
+
+    assert of(one) == [[3, 3]]
+    assert of(replace(one, radius=np.array([0.2]))) == [[3, 3], [4, 3]]
+    assert len(of(replace(one, radius=np.array([0.7])))) == 6
+    assert of(None) == []
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        some = Movers(rng.uniform(-4, 12, (5, 2)).round(1), rng.uniform(0, 3, 5).round(1), np.ones(5))
+        gx = np.maximum(np.abs(np.arange(9)[None, :, None] - some.xy[:, 0]) - 0.5, 0.0)
+        gy = np.maximum(np.abs(np.arange(9)[:, None, None] - some.xy[:, 1]) - 0.5, 0.0)
+        want = (gx * gx + gy * gy <= some.radius * some.radius).any(axis=2)
+        assert of(some) == np.argwhere(want)[:, ::-1].tolist()
+
+
+def test_a_disc_of_any_size_covers_no_more_than_the_rings_around_the_course_hold() -> None:
+    """A radius of 1e9 m in a file of obstacles: each cell of the disc was looked at, for hours."""
+    scene = Scene(Grid(np.zeros((50, 50), dtype=np.bool_), resolution=0.01), (0, 3), (8, 3))
+    course = api.course(np.array([[0.0, 3.0], [8.0, 3.0]]), scene)
+    huge = Movers(np.array([[3.4, 3.0], [2e9, 1e9]]), np.array([1e9, 3.0]), np.array([1.0, 1.0]))
+    found = covered(huge, course, (50, 50))
+    assert 5 * 9 <= len(found) <= 15 * 15
+    law = laws.profile(course, scene, law="dissertation", movers=huge)
+    taken = laws.profile(course, scene, law="dissertation", obstacles=np.argwhere(np.ones((50, 50))))
+    assert np.array_equal(law.v, taken.v)
+
+
+def test_an_arc_that_leaves_the_box_of_its_nodes_has_its_rings() -> None:
+    angles, radius, middle = np.radians((20.0, 190.0)), 200.0, np.array((225.0, 20.0))
+    begin, end = (middle + radius * np.array((math.cos(t), math.sin(t))) for t in angles.tolist())
+    heading = np.array([[-math.sin(angles[0]), math.cos(angles[0])]])
+    length = np.array([radius * float(angles[1] - angles[0])])
+    bend = Curve(begin[None], heading, length, np.array([1 / radius]), (float(end[0]), float(end[1])), 1.0)
+    course = course_of(bend, 1e6)
+    assert course.xy[:, 1].max() < 214
+    top = Movers(np.array([[225.0, 224.0]]), np.array([2.0]), np.array([1.0]))
+    assert [225, 222] in covered(top, course, (450, 450)).tolist()
 
 
 # ---- compare -----------------------------------------------------------------------------------------

@@ -24,6 +24,12 @@ from lampyris.typing import Cell, Floats, Points
 _PART = 0.25
 """Cells between two places where a course is asked for its cell."""
 
+_AROUND = 4
+"""Cells beside a course that its rings may hold: two, and as much for the cells that it passes."""
+
+_PAIRS = 500_000
+"""Discs and rows that are looked at together."""
+
 _CENTRE = 0.1
 """Cells from the centre of a cell within which a course goes there, and not just past."""
 
@@ -126,7 +132,7 @@ def course_profile(
     """
     n = len(course)
     scale = scene.robot.v_max / law.v_max
-    bodies = np.concatenate((as_cells(obstacles), covered(movers, course.resolution)))
+    bodies = np.concatenate((as_cells(obstacles), covered(movers, course, scene.grid.blocked.shape)))
     v0 = start_speed(v0)
     if n == 1:
         zero = np.zeros(1)
@@ -177,16 +183,62 @@ def _timed(
     return Profile("dissertation", course.s, v, a, t, cause, "m/s", about, (), course.xy)
 
 
-def covered(movers: Movers | None, resolution: float) -> NDArray[np.int64]:
-    """The cells whose squares the discs of moving obstacles touch now; int64 (m, 2)."""
-    out: list[tuple[int, int]] = []
-    for k in range(0 if movers is None else len(movers)):
-        assert movers is not None
-        (x, y), reach = movers.xy[k].tolist(), float(movers.radius[k]) / resolution
-        span = range(math.floor(x - reach + 0.5), math.floor(x + reach + 0.5) + 1)
-        for cy in range(math.floor(y - reach + 0.5), math.floor(y + reach + 0.5) + 1):
-            for cx in span:
-                gx, gy = max(abs(cx - x) - 0.5, 0.0), max(abs(cy - y) - 0.5, 0.0)
-                if gx * gx + gy * gy <= reach * reach:
-                    out.append((cx, cy))
-    return np.array(out, dtype=np.int64).reshape(-1, 2)
+def covered(movers: Movers | None, course: Course, shape: tuple[int, int]) -> NDArray[np.int64]:
+    """The cells whose squares the discs of moving obstacles touch now; int64 (m, 2), each once.
+
+    Only those of the map that the rings around the course may hold: a disc may be of any size. Of each row a
+    disc touches one run of cells, so the work is that of discs and rows, not of cells.
+
+    Parameters
+    ----------
+    shape : height and width of the map.
+    """
+    nothing = np.zeros((0, 2), dtype=np.int64)
+    if movers is None or len(movers) == 0:
+        return nothing
+    # An arc of less than half a turn leaves the line of its ends by less than half its length.
+    around = _AROUND + 0.5 * float(np.diff(course.s).max(initial=0.0)) / course.resolution
+    near = (course.xy.min(axis=0) - around, course.xy.max(axis=0) + around)
+    x0, y0 = np.maximum(np.floor(near[0]), 0).astype(np.int64).tolist()
+    x1, y1 = np.minimum(np.ceil(near[1]) + 1, shape[::-1]).astype(np.int64).tolist()
+    if x0 >= x1 or y0 >= y1:
+        return nothing
+    # How many runs begin in each column, less how many ended before it.
+    runs = np.zeros((y1 - y0, x1 - x0 + 1), dtype=np.int32)
+    rows = np.arange(y0, y1)
+    some = max(1, _PAIRS // len(rows))
+    for k in range(0, len(movers), some):
+        x, y = movers.xy[k : k + some, 0, None], movers.xy[k : k + some, 1, None]
+        reach = movers.radius[k : k + some, None] / course.resolution
+        row, first, last = _runs(x, y, reach, rows, x0, x1 - 1)
+        np.add.at(runs, (row, first - x0), 1)
+        np.add.at(runs, (row, last + 1 - x0), -1)
+    found = np.argwhere(np.cumsum(runs[:, :-1], axis=1) > 0)
+    out: NDArray[np.int64] = found[:, ::-1] + np.array((x0, y0))
+    return out
+
+
+def _runs(
+    x: Floats, y: Floats, reach: Floats, rows: NDArray[np.int64], least: int, most: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Row (by its place in ``rows``), first and last column of each run of cells that a disc touches.
+
+    Parameters
+    ----------
+    x, y, reach : float64 (m, 1), cells.
+    least, most : columns that are looked at.
+    """
+    gy = np.maximum(np.abs(rows - y) - 0.5, 0.0)
+    half = np.sqrt(np.maximum(reach * reach - gy * gy, 0.0)) + 0.5
+
+    def touched(column: Floats) -> NDArray[np.bool_]:
+        gx = np.maximum(np.abs(column - x) - 0.5, 0.0)
+        return np.asarray(gx * gx + gy * gy <= reach * reach)
+
+    first, last = np.ceil(x - half), np.floor(x + half)
+    # The root is rounded: the cells at either end are asked themselves.
+    first = np.where(touched(first - 1.0), first - 1.0, np.where(touched(first), first, first + 1.0))
+    last = np.where(touched(last + 1.0), last + 1.0, np.where(touched(last), last, last - 1.0))
+    first, last = np.maximum(first, least), np.minimum(last, most)
+    disc, row = np.nonzero((gy <= reach) & (first <= last))
+    return row, first[disc, row].astype(np.int64), last[disc, row].astype(np.int64)
