@@ -12,6 +12,7 @@ from lampyris import Plan, Robot, Scene, Status, api
 from lampyris.errors import InternalFault, LampyrisError
 from lampyris.maps.load import load_map
 from lampyris.model.curve import Curve
+from lampyris.model.grid import Grid
 from lampyris.model.movers import Movers
 from lampyris.motion import laws, physical
 from lampyris.motion.course import course_of
@@ -167,3 +168,14 @@ def test_a_law_that_cannot_be_followed_between_nodes_is_seen() -> None:
     free = replace(scene, grid=replace(scene.grid, blocked=np.zeros_like(scene.grid.blocked)), zones=zones)
     made = api.profile(course_of(curve, 2.0), free)
     assert made.v.max() <= 0.2
+
+
+def test_dissertation_law_on_tiny_cells_at_a_great_speed_passes_the_referee() -> None:
+    """Exit code 6: 1e6 m/s on cells of a micrometre take more than 1e12 m/s2, as the law asks."""
+    scene = Scene(
+        Grid(np.zeros((3, 9), dtype=np.bool_), resolution=1e-6), (0, 1), (8, 1), robot=Robot(v_max=1e6)
+    )
+    course = api.course(np.array([[0.0, 1.0], [8.0, 1.0]]), scene)
+    made = api.profile(course, scene, "dissertation")
+    assert made.a.max() > 1e12
+    assert made.v.max() > 1e4

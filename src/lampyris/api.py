@@ -290,7 +290,7 @@ def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: f
     robot = scene.robot
     if isinstance(along, Course) and made.law == "dissertation":
         # It knows no limits of the robot but the top speed; how it is driven must still add up.
-        free = {"a_max": 1e12, "d_max": 1e12, "v_max": robot.v_max * (1 + 1e-9), "v0": None}
+        free = {"a_max": 1e30, "d_max": 1e30, "v_max": robot.v_max * (1 + 1e-9), "v0": None}
         referee.demand(referee.check_motion(made.s, made.v, made.a, made.t, **free))  # type: ignore[arg-type]
         return
     ours = chosen if isinstance(chosen, PhysicalLaw) else PhysicalLaw()
