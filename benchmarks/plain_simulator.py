@@ -24,6 +24,11 @@ Cell = tuple[int, int]
 PARENTS = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
 EIGHT = ((-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1))
 RHO, GAMMA, NT, RINGS, PATIENCE = 0.4, 0.6, 10, 3, 50
+GOLDEN = 0x9E3779B97F4A7C15
+PLACE, STEPS = 0, 1
+TRIES, TOGETHER = 64, 32
+"""Cells that a walker draws for its place; ticks whose draws are made at once."""
+Words = np.ndarray
 V_MAX, V_MIN, DROP1, DROP2, BRAKING = 80.0, 20.0, 6.0, 3.0, 40.0
 AHEAD = 4
 """Cells ahead of the robot's that its speed can depend on."""
@@ -185,9 +190,38 @@ class Simulator:
 
     def run(self, seed: int, ticks: int) -> Story:
         """One simulation."""
-        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, 1))))
-        places = rng.permutation(len(self.room))[: self.count].tolist()
-        return _Run(self, [self.room[k] for k in places]).story(rng, ticks)
+        own = _streams(seed, self.count)
+        return _Run(self, self._places(own)).story(own, ticks)
+
+    def _places(self, own: Words) -> list[Cell]:
+        """A cell for each walker: the first that it draws which is free and not taken."""
+        free, out = set(self.room), []
+        area = self.width * self.height
+        for row in (_draws(own, PLACE, range(TRIES)).T * area).astype(int).tolist():
+            cell = next(c for c in ((k % self.width, k // self.width) for k in row) if c in free)
+            free.remove(cell)
+            out.append(cell)
+        return out
+
+
+def _streams(seed: int, count: int) -> Words:
+    """A number for each walker, from which its draws are made; uint64 (count)."""
+    key = np.random.SeedSequence((seed, 0x51AB1E, 1, 1)).generate_state(1, np.uint64)
+    return key + np.uint64(GOLDEN) * (np.uint64(4) * np.arange(count, dtype=np.uint64))
+
+
+def _split_mix(z: Words) -> Words:
+    """The output function of SplitMix64 (Steele, Lea, Flood 2014)."""
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+def _draws(own: Words, what: int, numbers: range) -> np.ndarray:
+    """Numbers in [0, 1) of each walker, by number and walker."""
+    begin = _split_mix(own + np.uint64(what) * np.uint64(GOLDEN))
+    number = np.arange(numbers.start + 1, numbers.stop + 1, dtype=np.uint64)[:, None]
+    return (_split_mix(begin + number * np.uint64(GOLDEN)) >> np.uint64(11)) / float(1 << 53)
 
 
 class _Run:
@@ -202,13 +236,15 @@ class _Run:
         self.speed = 0.0
         self.hemmed: Cell | None = None
 
-    def story(self, rng: np.random.Generator, ticks: int) -> Story:
+    def story(self, own: Words, ticks: int) -> Story:
         """Tick on until it arrives or gives up, or the ticks are over."""
         told = Story([self.robot], [[c] for c in self.where])
         way, until = self._ask()
         at = patient = 0
-        for _ in range(ticks):
-            self._stroll(rng.random(self.s.count + 2).tolist())
+        for tick in range(ticks):
+            if tick % TOGETHER == 0:
+                draws = _draws(own, STEPS, range(tick + 1, tick + 1 + TOGETHER)).tolist()
+            self._stroll(draws[tick % TOGETHER])
             for track, c in zip(told.tracks, self.where, strict=True):
                 track.append(c)
             planned = at < until

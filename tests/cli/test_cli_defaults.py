@@ -18,6 +18,7 @@ from lampyris.model.defaults import COURSE_SPACING, DRIVE_SPACING, SIMULATION_PA
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.planners.astar import AStar
 from lampyris.sim import loop
 from lampyris.sim.drive_settings import Settings
 from lampyris.sim.guide import Guide
@@ -80,7 +81,7 @@ def test_the_settings_of_a_drive_have_one_default_each() -> None:
 
 def test_the_spacing_of_a_drive_is_told_once() -> None:
     scene = Scene(Grid([[False] * 3] * 3, resolution=2.0), (0, 0), (2, 2))
-    planner = api._planner("astar", {})
+    planner = AStar()
     assert Guide(scene, planner, 0, "arcs", None).spacing == 2.0 * DRIVE_SPACING
     for told in (options("drive")["spacing"].help, DriveTable.model_fields["spacing"].description):
         assert f"{DRIVE_SPACING:g} of a cell" in (told or "")

@@ -101,6 +101,8 @@ def in_a_child(moment: int, work: Callable[[], str]) -> dict[str, object]:
 
 
 def main() -> None:
+    # In a shell's background job SIGINT is ignored, and children inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     _jit.prefer_compiled()
     work, moments = WORK[sys.argv[1]], int(sys.argv[2])
     in_a_child(NEVER, work)  # what is compiled is kept for the others, if it can be

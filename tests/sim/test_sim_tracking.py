@@ -27,7 +27,7 @@ SCENE = Scene(ROOM, (1, 2), (28, 9), robot=Robot(radius=0.3, v_max=1.0, a_max=0.
 @pytest.mark.parametrize(("period", "delay"), [(0.1, 0.0), (0.25, 0.1), (1.0, 0.5)])
 def test_late_commands_collide_with_nobody(tracking, period, delay):
     ends = []
-    for seed in range(14):
+    for seed in range(28):
         run = random_run(seed, tracking=tracking, command_period=period, delay=delay)
         if run is not None:
             assert check_drive(run) is None
