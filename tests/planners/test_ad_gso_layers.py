@@ -8,6 +8,7 @@ import pytest
 from lampyris import api
 from lampyris.errors import SettingError
 from lampyris.field.attributes import blend, density, kept_away
+from lampyris.maps.library import load
 from lampyris.maps.load import load_map
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
@@ -30,6 +31,85 @@ def slow_density(blocked: np.ndarray, window: int) -> np.ndarray:
     return out
 
 
+def check_way_out(free: np.ndarray, margin: int, end: tuple[int, int]) -> None:
+    """What is open besides the cells that keep the margin leads out, and only where it must."""
+    height, width = free.shape
+    walls = np.argwhere(~free)
+    kept = kept_away(free, margin, ())
+    opened = kept_away(free, margin, (end,)) & ~kept
+
+    def gap(x: int, y: int) -> int:
+        return min((max(abs(x - int(a)), abs(y - int(b))) for b, a in walls), default=margin + 1)
+
+    cells = {(int(x), int(y)) for y, x in np.argwhere(opened)}
+    if kept[end[1], end[0]]:
+        assert not cells
+        return
+    assert end in cells
+    if cells == {end} and margin > 0:
+        # No way out within the margin: a flood over free cells, without cutting corners, finds none either.
+        seen, stack = {end}, [end]
+        while stack:
+            x, y = stack.pop()
+            assert not kept[y, x]
+            for a, b in ((x + dx, y + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)):
+                inside = (
+                    0 <= a < width and 0 <= b < height and max(abs(a - end[0]), abs(b - end[1])) <= margin + 1
+                )
+                if inside and (a, b) not in seen and free[b, a] and free[y, a] and free[b, x]:
+                    seen.add((a, b))
+                    stack.append((a, b))
+        return
+    assert all(free[y, x] and max(abs(x - end[0]), abs(y - end[1])) <= margin + 1 for x, y in cells)
+    # The cone is whole, and all else is one path: at most three cells for each of its steps.
+    cone = {
+        (x, y)
+        for y in range(max(end[1] - margin, 0), min(end[1] + margin + 1, height))
+        for x in range(max(end[0] - margin, 0), min(end[0] + margin + 1, width))
+        if free[y, x] and not kept[y, x]
+        and gap(x, y) >= gap(*end) + max(abs(x - end[0]), abs(y - end[1]))
+    }  # fmt: skip
+    assert cone <= cells
+    joined, stack = {end}, [end]
+    out = False
+    while stack:
+        x, y = stack.pop()
+        for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
+            if 0 <= a < width and 0 <= b < height:
+                out = out or bool(kept[b, a])
+                if (a, b) in cells and (a, b) not in joined:
+                    joined.add((a, b))
+                    stack.append((a, b))
+    assert out, "nothing leads to where the margin is kept"
+    assert cells - cone <= joined
+
+
+def test_the_margin_is_kept_around_the_ends_too_where_there_is_no_way_out() -> None:
+    """env-3 has no cell 10 cells from walls: a box around each end was open, and nothing said so."""
+    ground = load("env-3")
+    query = ground.queries[0]
+    plan = api.plan(Scene(ground.grid, query.start, query.goal), choice="exact", keep_away=10, max_extra=None)
+    assert plan.attributes["keep_away"] < 10
+    assert plan.notes[0].startswith("keep_away 10 was weakened to ")
+
+
+def test_a_place_beside_one_wall_is_left_straight_away_from_it() -> None:
+    free = np.ones((12, 21), dtype=bool)
+    free[0] = False
+    opened = kept_away(free, 4, ((10, 1),)) & ~kept_away(free, 4, ())
+    cone = {(x, y) for y in range(1, 5) for x in range(21) if abs(x - 10) <= y - 1}
+    assert {(int(x), int(y)) for y, x in np.argwhere(opened)} == cone
+
+
+def test_a_narrow_place_is_left_by_the_path_on_which_the_least_is_missing() -> None:
+    free = np.ones((9, 15), dtype=bool)
+    free[:, 0] = free[3, :4] = free[5, :4] = False  # a bay of one cell's width
+    opened = kept_away(free, 2, ((3, 4),)) & ~kept_away(free, 2, ())
+    assert opened[4, 3:6].all()
+    deep = kept_away(free, 2, ((1, 4),)) & ~kept_away(free, 2, ())
+    assert np.argwhere(deep).tolist() == [[4, 1]]  # no way out: the margin must be given up
+
+
 def test_density_and_margin_against_their_definitions() -> None:
     rng = np.random.default_rng(1)
     for _ in range(40):
@@ -41,7 +121,7 @@ def test_density_and_margin_against_their_definitions() -> None:
         ys, xs = np.nonzero(~blocked)
         if len(xs):
             cell = (int(xs[0]), int(ys[0]))
-            assert kept_away(~blocked, window, (cell,))[cell[1], cell[0]]
+            check_way_out(~blocked, window, cell)
 
 
 def test_attributes_add_up_and_stay_in_range() -> None:

@@ -7,11 +7,18 @@ search that knows terrain knows them all. The scales are ours.
 
 from __future__ import annotations
 
+import heapq
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.halting import uninterrupted
 from lampyris.model.grid import MAX_TERRAIN, Grid, frozen
 from lampyris.typing import BoolGrid, ByteGrid, Cell, FloatGrid
+
+EIGHT = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
+Ints = NDArray[np.int64]
 
 
 def density(blocked: BoolGrid, window: int) -> FloatGrid:
@@ -79,13 +86,87 @@ def _added(
     return values
 
 
+def wall_distance(free: BoolGrid, most: int) -> Ints:
+    """Chebyshev distance of each cell to the nearest one that is not free; int (height, width).
+
+    At most ``most``; 0 where a cell is not free, 1 beside a wall. The edge of the map is not a wall.
+    """
+    with uninterrupted():
+        from scipy.ndimage import distance_transform_cdt  # bits: whole numbers
+
+    if free.all():
+        return np.full(free.shape, most, dtype=np.int64)
+    distance: Ints = distance_transform_cdt(free, metric="chessboard").astype(np.int64)
+    return np.minimum(distance, most, out=distance)
+
+
 def kept_away(free: BoolGrid, margin: int, but: tuple[Cell, ...]) -> BoolGrid:
     """Free cells without those within ``margin`` cells (Chebyshev) of one that is not free; read-only.
 
-    Around each cell of ``but`` as many stay as they are, so that a robot can leave a place beside a wall.
+    A cell of ``but`` that is nearer to a wall can be left: by the cells whose distance to walls grows with
+    each step from it, and by one path within ``margin + 1`` cells to where the margin is kept, on which the
+    least distance is missing in all. If there is no such path only the cell itself is open.
     The edge of the map is not a wall.
     """
-    shut = _box_sums((~free).astype(np.int64), margin) > 0
-    for x, y in but:
-        shut[max(y - margin, 0) : y + margin + 1, max(x - margin, 0) : x + margin + 1] = False
-    return frozen(free & ~shut)
+    distance = wall_distance(free, margin + 1)
+    kept = distance > margin
+    out = kept.copy()
+    for cell in but:
+        for x, y in _way_out(distance, margin, cell):
+            out[y, x] = True
+    return frozen(out)
+
+
+def _way_out(distance: Ints, margin: int, cell: Cell) -> Iterator[Cell]:
+    """Cells that are open for leaving a cell near walls, see :func:`kept_away`."""
+    height, width = distance.shape
+    reach = margin + 1
+    x0, y0 = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
+    x1, y1 = min(cell[0] + reach + 1, width), min(cell[1] + reach + 1, height)
+    near = distance[y0:y1, x0:x1]
+    at = (cell[0] - x0, cell[1] - y0)
+    if near[at[1], at[0]] > margin or near[at[1], at[0]] == 0:
+        return
+    yield cell
+    path = _roomiest(near.tolist(), margin, at)
+    if not path:
+        return
+    for x, y in path:
+        yield x + x0, y + y0
+    ys, xs = np.mgrid[: near.shape[0], : near.shape[1]]
+    steps = np.maximum(np.abs(xs - at[0]), np.abs(ys - at[1]))
+    growing = (near > 0) & (near >= near[at[1], at[0]] + steps)
+    for y, x in np.argwhere(growing).tolist():
+        yield x + x0, y + y0
+
+
+def _roomiest(distance: list[list[int]], margin: int, at: Cell) -> list[Cell]:
+    """The path from a cell to one that keeps the margin on which the least is missing in all; empty: none.
+
+    A diagonal step passes between two free cells, and they belong to the path, too: it can be driven by
+    every set of moves.
+    """
+    height, width = len(distance), len(distance[0])
+    parent: dict[Cell, Cell | None] = {}
+    heap: list[tuple[int, int, Cell, Cell | None]] = [(0, 0, at, None)]
+    while heap:
+        missing, steps, here, came = heapq.heappop(heap)
+        if here in parent:
+            continue
+        parent[here] = came
+        x, y = here
+        if distance[y][x] > margin:
+            path = [here]
+            while came is not None:
+                path += [(came[0], here[1]), (here[0], came[1]), came]
+                here, came = came, parent[came]
+            return path
+        for dx, dy in EIGHT:
+            a, b = x + dx, y + dy
+            if not (0 <= a < width and 0 <= b < height):
+                continue
+            if not (distance[b][a] and distance[b][x] and distance[y][a]):
+                continue
+            less, length = margin + 1 - distance[b][a], 3 if dx and dy else 2
+            heapq.heappush(heap, (missing + less, steps + length, (a, b), here))
+    return []
