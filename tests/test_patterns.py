@@ -61,6 +61,7 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     "maps.yaml_text._WHOLE": ("fullmatch", ("-12",)),
     "report.html._INTERVAL": ("fullmatch", ("a b [1, 2] n 3",)),
     "report.html._NAME": ("fullmatch", ("a-b",)),
+    "sim.notes._FIGURE": ("search", ("a 1.5 b",)),
     "study.carve._HEAD": ("search", ("\x05\x00\u0081\r",)),
     "study.crowd_words._LABEL": ("fullmatch", ("12 a-b c",)),
     "study.export._FORMULA": ("match", ("=a",)),

@@ -139,17 +139,6 @@ def run(
         raise
 
 
-def weakened(scenario: Scenario) -> tuple[str, ...]:
-    """Sentences on attributes that the planner of a simulation or a drive weakens on the map as given.
-
-    They are settled by a plan without moving obstacles, made here anew: runs keep no plan.
-    """
-    if not any(scenario.settings.get(name) for name in ("keep_away", "crowding", "warmth")):
-        return ()
-    planner = registry.make(scenario.planner, scenario.settings)
-    return api.plan(scenario.scene, planner, scenario.seed, record=False).notes
-
-
 def without_effect(scenario: Scenario) -> tuple[str, ...]:
     """Sentences on limits of the robot that a scenario sets and its run does not keep."""
     robot, usual = scenario.scene.robot, Robot()

@@ -60,4 +60,6 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
     assert found["way"]["notes"] == [told]
     assert f"note: {told}" in err
     for verb in ("simulate", "drive"):
-        assert f"note: {told}" in said(verb, *asked, "--obstacles", "0")[1]
+        found, err = said(verb, *asked, "--obstacles", "0")
+        assert found["notes"] == [told]
+        assert f"note: {told}" in err

@@ -52,10 +52,10 @@ def _settings(how: Mapping[str, Any]) -> Settings:
 def run(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     """Drive what a scenario says, and tell of it. Returns the exit code."""
     verbs.remarks((*scenario.notes, *about(scenario.scene), *scenarios.without_effect(scenario)))
-    verbs.remarks(scenarios.weakened(scenario))
     with verbs._counting("driving", "s", quiet=out.json) as second:
         done: Any = scenarios.run(scenario, progress=second, budget=budget)
     story: Drive = done
+    verbs.remarks(story.notes)
     if story.curves:
         _write(story, out)
     elif out.film or out.chart or out.csv:

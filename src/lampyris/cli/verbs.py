@@ -193,10 +193,10 @@ def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) ->
     from lampyris.report.plain import trace_record
 
     remarks((*scenario.notes, *about(scenario.scene), *scenarios.without_effect(scenario)))
-    remarks(scenarios.weakened(scenario))
     with _counting("simulating", "ticks", quiet=out.json) as tick:
         done: Any = scenarios.run(scenario, progress=tick, budget=budget)
     trace: Trace = done
+    remarks(trace.notes)
     if out.film is not None:
         from lampyris.report.animate import film as make_film
 

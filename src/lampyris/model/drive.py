@@ -71,6 +71,8 @@ class Drive(Value):
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
+    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest of each
+        kind; not compared.
     """
 
     scene: Scene
@@ -96,6 +98,7 @@ class Drive(Value):
     error: float = 0.0
     detail: str = ""
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         n = len(items_of("drive", "cause", self.cause))

@@ -86,6 +86,8 @@ class Trace(Value):
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
     edits : the cells that really turned, by the scene's edits; no edit without a cell.
+    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest of each
+        kind; not compared.
     """
 
     scene: Scene
@@ -111,6 +113,7 @@ class Trace(Value):
     last_tick: int | None = None
     flips: int = 0
     edits: tuple[Edit, ...] = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", cells_of("trace", "robot", self.robot))

@@ -420,6 +420,7 @@ class DriveSimulation(Exclusive):
             error=self.train.error,
             detail=self.detail,
             timing={"total_s": self._total, "planning_s": guide.seconds, "loading_s": self._loading},
+            notes=guide.notes.all(),
         )
 
 

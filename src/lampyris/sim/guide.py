@@ -23,6 +23,7 @@ from lampyris.sim.leg import (
     nearest_cell,
     standing,
 )
+from lampyris.sim.notes import Notes
 from lampyris.sim.sources import stream
 from lampyris.typing import Cell, Floats
 
@@ -55,6 +56,7 @@ class Guide:
         self.blocked: list[Cell] = []
         self._free = free_space(scene)
         self._untold: list[Cell] = []
+        self.notes = Notes()
 
     def first(self, told: Told) -> Plan:
         """The first plan, with the obstacles where they are."""
@@ -119,6 +121,7 @@ class Guide:
         shut -= {robot}
         change = Change(robot=robot, obstacles=shut, blocked=tuple(self._untold))
         plan = self.session.plan(change, self.budget)
+        self.notes.add(plan.notes)
         self._untold.clear()
         self._count(plan, began)
         return plan

@@ -56,6 +56,7 @@ from lampyris.planners.base import Budget, Planner
 from lampyris.sim.editing import Walls
 from lampyris.sim.endings import gave_up, too_late
 from lampyris.sim.following import Following, follow
+from lampyris.sim.notes import Notes
 from lampyris.sim.pace import Pace, SpeedLaw
 from lampyris.sim.sense import seen_bodies, seen_cells, sense
 from lampyris.sim.space import Space, Step, robot_shape
@@ -145,6 +146,7 @@ class Simulation(Exclusive):
         self._news = ""
         self.session = planner.open(self.walls.known, self._stream())
         self.plan: Plan
+        self.notes = Notes()
         self._on = Following(counted=True)
         self._patient = self._held = 0
         self._robot: list[Cell] = [scene.start]
@@ -203,6 +205,7 @@ class Simulation(Exclusive):
         mended = self._mended
         ahead = self._ahead()
         plan = self.plan = self.session.plan(self.walls.told(change), self.budget)
+        self.notes.add(plan.notes)
         self._mended = plan.mended
         if plan.mended and not mended:
             self._tell("mend", self._robot[-1], "Obstacles in the way count as walls until they leave.")
@@ -415,6 +418,7 @@ class Simulation(Exclusive):
             },
             last_tick=self.last_tick,
             edits=tuple(self.walls.done),
+            notes=self.notes.all(),
         )
 
 

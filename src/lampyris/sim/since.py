@@ -46,6 +46,7 @@ def since(run: Simulation, first: int) -> Trace:
         path=None,
         detail=run.detail,
         last_tick=run.last_tick,
+        notes=run.notes.all(),
     )
 
 
