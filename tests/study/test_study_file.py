@@ -557,3 +557,13 @@ def test_a_map_that_is_named_many_times_is_read_once(monkeypatch: pytest.MonkeyP
     found = load(MAPS + "[" + ", ".join(one % k for k in (1, 2, 3)) + ", guide]")
     assert len(found.worlds) == 7
     assert len(read) == 2
+
+
+def test_obstacles_drawn_in_a_map_are_left_out_and_said(tmp_path: Path) -> None:
+    (tmp_path / "m.txt").write_text(".....\n..o..\n..o..\n")
+    (tmp_path / "s.yaml").write_text(
+        "version: 1\nmaps: [{file: m.txt, queries: [{start: [0, 0], goal: [4, 2]}]}]\nplanners: [astar]\n"
+    )
+    study = load_study(tmp_path / "s.yaml")
+    said = "2 moving obstacles drawn in it left out; the obstacles of a study are those under `traffic`"
+    assert [note.partition(": ")[2] for note in study.notes] == [said]

@@ -147,6 +147,7 @@ def run(asked: Asked, out: Outputs) -> int:
     limit = MAX_CELLS if asked.max_cells is None else asked.max_cells
     with verbs._working(f"reading {asked.study}", quiet=out.json):
         study = load_study(asked.study, data=asked.data, allow_outside=asked.allow_outside, max_cells=limit)
+    verbs.remarks(study.notes)
     path = asked.store or default_store(study)
     out.check_apart(path)
     if out.reference is not None:
@@ -357,6 +358,7 @@ def record(study: Study, path: Path) -> dict[str, Any]:
         "planners": [who.called for who in study.planners],
         "laws": [who.called for who in study.laws],
         "budget": {"expansions": study.expansions, "seconds": study.seconds},
+        "notes": list(study.notes),
     }
 
 

@@ -204,7 +204,11 @@ class DriveSimulation(Exclusive):
         period = self.settings.decision_period
         needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
         DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead="choose a longer period")
-        return min(limit, DECISIONS.allowed * period)
+        most = DECISIONS.allowed * period
+        if self.settings.time_limit is not None and limit > most:
+            why = f"{DECISIONS.variable} allows {DECISIONS.allowed:,} {DECISIONS.unit}"
+            self.guide.notes.add((f"time_limit {limit:g} s was cut to {most:g} s: {why}",))
+        return min(limit, most)
 
     # ---- one period --------------------
 

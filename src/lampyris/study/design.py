@@ -139,6 +139,7 @@ class Study:
     drive : settings of drives (:class:`lampyris.sim.drive_settings.Settings`), complete; empty otherwise.
     root : seed of the study.
     memory : whether the peak of memory is measured, in a second run of each job.
+    notes : sentences for a person on what of its maps is left out; not kept in a store.
     """
 
     name: str
@@ -158,6 +159,7 @@ class Study:
     root: int = 0
     memory: bool = False
     about: str = ""
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __len__(self) -> int:
         return len(self.worlds) * len(self.crowds) * len(self.seeds) * len(self.planners) * len(self.laws)

@@ -137,7 +137,8 @@ def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Stu
     robot = Robot(**file.robot.model_dump())
     kind = file.kind or ("simulate" if any(c.count for c, _ in crowds) else "plan")
     _check_kind(file, kind, crowds, tried)
-    worlds = Worlds(files, tried, robot, moves, file.seed, has_folder).of(file.maps)
+    reader = Worlds(files, tried, robot, moves, file.seed, has_folder)
+    worlds = reader.of(file.maps)
     _check_crowds(worlds, crowds, tried)
     if tried.faults:
         tried.faults.give()
@@ -160,6 +161,7 @@ def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Stu
         root=file.seed,
         memory=file.memory,
         about=" ".join(file.about.split()),
+        notes=tuple(reader.notes),
     )
 
 

@@ -17,7 +17,7 @@ from lampyris import elementary, scen
 from lampyris.errors import FileError, LimitError, SceneError
 from lampyris.field.layers import free_cells
 from lampyris.halting import uninterrupted
-from lampyris.maps.document import MapDocument
+from lampyris.maps.document import MapDocument, plural
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.movingai import grid_for, read_scen
 from lampyris.maps.scenario_faults import spot
@@ -58,6 +58,7 @@ class Worlds:
     def __init__(
         self, files: Files, tried: Tried, robot: Robot, moves: str, root: int, has_folder: bool
     ) -> None:
+        self.notes: list[str] = []
         self.files, self.tried, self.robot, self.moves, self.root = files, tried, robot, moves, root
         self.has_folder = has_folder
         self.made: Made[World] = []
@@ -108,6 +109,10 @@ class Worlds:
             found, _ = self.files.map_of(spec, way)
             name = (None if isinstance(spec, str) else spec.name) or found.grid.name
             ground = self._ground(name, found.grid, way)
+            if found.bodies:
+                drawn = plural(len(found.bodies), "moving obstacle")
+                why = "the obstacles of a study are those under `traffic`"
+                self.notes.append(f"map {ground.name}: {drawn} drawn in it left out; {why}")
             kept = MapDocument(ground.grid, found.start, found.goal, queries=found.queries)
             self._read_maps[key] = (kept, ground, free_cells(ground.grid, self.robot.radius))
         return self._read_maps[key]
