@@ -223,9 +223,11 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
     timing = {"way_s": planned - began, "laws_s": loading.wall() - planned}
     timing["loading_s"] = loading.seconds() - loaded
+    kept = _kept_as_planned(way, smooth)
+    verbs.remarks(kept)
     answer = Answer(
         scene, source, _points(way), smooth, course, entries, refused, chosen, movers, timing,
-        way.notes if isinstance(way, Plan) else (),
+        (*(way.notes if isinstance(way, Plan) else ()), *kept),
     )  # fmt: skip
     _write(answer, out)
     if out.json:
@@ -235,6 +237,18 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
             speed_show.answer(answer, explain=out.explain, all_nodes=out.all_nodes)
             speed_show.written(out.csv, out.picture, out.chart)
     return 0
+
+
+def _kept_as_planned(way: Plan | Points, smooth: str) -> tuple[str, ...]:
+    """A sentence where a path that was to be drawn straight is not."""
+    if not isinstance(way, Plan) or smooth != "taut":
+        return ()
+    shaped = [name for name in ("crowding", "warmth") if way.attributes.get(name, 0.0) > 0.0]
+    if not shaped:
+        return ()
+    return (
+        f"--smooth taut draws nothing straight: {' and '.join(shaped)} shaped the path; corners are rounded",
+    )
 
 
 def _way(asked: Asked) -> tuple[Scene, str, Plan | Points | None, tuple[str, ...]]:
