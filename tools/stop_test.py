@@ -122,7 +122,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run both parts and print; 0 if every claim holds."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--n", type=int, default=10_000, help="runs of the first part, for each law")
-    parser.add_argument("--rounds", type=int, default=3, help="runs of each query of the second part")
+    parser.add_argument("--rounds", type=int, default=12, help="runs of each query of the second part")
     parser.add_argument("--count", type=int, default=10, help="obstacles of the second part")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--laws", default=",".join(LAWS))
