@@ -195,3 +195,13 @@ def test_what_does_not_go_together(tmp_path: Path, words: tuple[str, ...], says:
     for part in says:
         assert part in done.err
     assert not list(tmp_path.iterdir())
+
+
+def test_what_every_planner_refuses_is_an_error_that_names_the_option(tmp_path: Path) -> None:
+    """Exit code 3 without an error line was found by random option draws."""
+    (tmp_path / "m.txt").write_text("......\n.##...\n......\n...#..\n......\n")
+    words = ("--start", "0,0", "--goal", "5,4", "--obstacles", "7", "--obstacle-radius", "1")
+    found = compare(tmp_path, "m.txt", *words)
+    assert found.exit == 2
+    assert "error[OBSTACLE_ROOM]: --obstacles: " in found.err
+    assert "2 of 7 random walkers fit on the map" in found.out

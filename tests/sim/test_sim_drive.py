@@ -19,6 +19,7 @@ from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws import LAWS
 from lampyris.planners.ad_gso import AdGso
 from lampyris.planners.astar import AStar
+from lampyris.planners.base import Budget
 from lampyris.planners.theta_star import ThetaStar
 from lampyris.referee import check_curve, check_drive
 from lampyris.referee.drive import measure
@@ -399,3 +400,10 @@ def test_ours_drives_into_nobody_a_thousand_times(block):
         if run is not None:
             assert check_drive(run) is None
             assert run.outcome is not Outcome.COLLISION
+
+
+@pytest.mark.parametrize("run", [api.drive, api.simulate])
+def test_a_robot_on_its_goal_has_arrived_whatever_the_planner_says(run):
+    """A planner stopped by its time limit made the referee refuse the run (found by random option draws)."""
+    ended = run(Scene(ROOM, (5, 5), (5, 5)), AStar(), budget=Budget(seconds=1e-9))  # refereed
+    assert ended.outcome is Outcome.ARRIVED

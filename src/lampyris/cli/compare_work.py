@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from lampyris.cli import BAD_INPUT, INTERNAL_FAULT, outputs, show, study_show, verbs
 from lampyris.cli.request import Request, about, known, parse_law, parse_settings
-from lampyris.errors import SettingError, UsageError
+from lampyris.errors import InputError, SettingError, UsageError
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.scenario import Scenario
 from lampyris.model.traffic import RandomWalk
@@ -240,7 +240,11 @@ def compare(asked: Asked, out: Outputs) -> int:
     else:
         with outputs.text_beside(out.csv):
             _show(study, lines, metric, out)
-    return _exit_code(lines, metric)
+    code = _exit_code(lines, metric)
+    if code == BAD_INPUT:
+        code_of, _, what = lines[0].rows[0].error.partition(": ")
+        raise InputError(code_of, what)
+    return code
 
 
 def _exit_code(lines: Sequence[Line], metric: str) -> int:

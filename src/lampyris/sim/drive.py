@@ -169,8 +169,8 @@ class DriveSimulation(Exclusive):
         if curve is None:
             self.curves.append(self.leg.route.curve)
             self.train.begin(self.leg)
-            return
-        self._take(curve)
+        else:
+            self._take(curve)
         if self.scene.start == self.scene.goal:
             self._arrive()
 

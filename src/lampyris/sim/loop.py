@@ -183,7 +183,7 @@ class Simulation(Exclusive):
                 self._started = False
                 self._end(_NEVER[verdict.status], verdict.sentence)
                 return
-        if self.plan.status and scene.start == scene.goal:
+        if scene.start == scene.goal:
             self._arrive()
 
     def _without_traffic(self) -> Plan:
