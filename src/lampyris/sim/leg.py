@@ -73,11 +73,12 @@ def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
         still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
         return Leg(Route(curve), course, still, zero, zero, zero, 0.0)
     own = optimum_at_nodes(course, scene)
+    seconds = _seconds(course, scene, own)
     made = ceiling(course)
     profile = own if made is None else made
     squares = np.ascontiguousarray(np.minimum(profile.v * profile.v, own.v * own.v))
     nodes = np.ascontiguousarray(course.s)
-    return Leg(Route(curve), course, profile, nodes, squares, own.v * own.v, _seconds(course, scene, own))
+    return Leg(Route(curve), course, profile, nodes, squares, own.v * own.v, seconds)
 
 
 def _seconds(course: Course, scene: Scene, own: Profile) -> float:
