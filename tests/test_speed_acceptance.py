@@ -52,6 +52,7 @@ def test_it_arrives_among_ten_obstacles() -> None:
     rows = crowds("physical", "walk", 8)
     assert [r.refused for r in rows if r.refused] == []
     assert sum(r.collisions for r in rows) == 0
+    assert [r.outcome for r in rows] == ["arrived"] * 8
     assert stop_test.in_time(rows) >= 7 / 8
     rows = crowds("physical", "crossing", 4)
     assert sum(r.collisions for r in rows) == 0

@@ -184,7 +184,7 @@ def test_another_study_is_refused_with_the_field_that_differs(tmp_path: Path, mo
     with pytest.raises(LampyrisError, match=words) as caught:
         open_for(path, study(**more))
     assert caught.value.code == "STORE_OTHER"
-    assert "another store" in str(caught.value)
+    assert "store=FILE" in str(caught.value)  # the command line says --store FILE
     assert bytes_of(path) == before
 
 

@@ -106,7 +106,7 @@ def demand_same(there: Mapping[str, Any], study: Study, where: str) -> None:
     found = differing(there, study_plain(study))
     if found:
         what = f"made for another study, which differs in {found}"
-        raise FileError("STORE_OTHER", what, where=where, todo="give another store")
+        raise FileError("STORE_OTHER", what, where=where, todo="give another one: store=FILE")
 
 
 def differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:

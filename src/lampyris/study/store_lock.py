@@ -202,7 +202,7 @@ def _locked(store: Path, path: Path) -> int:
     except BlockingIOError:
         raise FileError(
             "STORE_BUSY", f"another process writes to it{_who(path)}", where=str(store),
-            todo="wait for that one, or give another store",
+            todo="wait for that one, or give another store: store=FILE",
         ) from None  # fmt: skip
     except OSError as error:
         raise _refused(store, error) from None
