@@ -13,6 +13,7 @@ from lampyris.maps.load import load_map
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Status
+from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planners.ad_gso import AdGso
@@ -31,57 +32,93 @@ def slow_density(blocked: np.ndarray, window: int) -> np.ndarray:
     return out
 
 
-def check_way_out(free: np.ndarray, margin: int, end: tuple[int, int]) -> None:
-    """What is open besides the cells that keep the margin leads out, and only where it must."""
-    height, width = free.shape
-    walls = np.argwhere(~free)
-    kept = kept_away(free, margin, ())
-    opened = kept_away(free, margin, (end,)) & ~kept
+def least_exit(cost: np.ndarray, kept: np.ndarray, end: tuple[int, int]) -> tuple[float, float]:
+    """Cost and length of the best path from an end to a kept cell, by relaxing until nothing changes.
 
-    def gap(x: int, y: int) -> int:
-        return min((max(abs(x - int(a)), abs(y - int(b))) for b, a in walls), default=margin + 1)
-
-    cells = {(int(x), int(y)) for y, x in np.argwhere(opened)}
-    if kept[end[1], end[0]]:
-        assert not cells
-        return
-    assert end in cells
-    if cells == {end} and margin > 0:
-        # No way out within the margin: a flood over free cells, without cutting corners, finds none either.
-        seen, stack = {end}, [end]
-        while stack:
-            x, y = stack.pop()
-            assert not kept[y, x]
+    Infinite cost: the robot cannot stand there. No diagonal step passes a cell of infinite cost.
+    """
+    height, width = cost.shape
+    best = {end: (0.0, 0.0)}
+    changed = True
+    while changed:
+        changed = False
+        for (x, y), (missing, length) in list(best.items()):
+            if kept[y, x]:
+                continue
             for a, b in ((x + dx, y + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)):
-                inside = (
-                    0 <= a < width and 0 <= b < height and max(abs(a - end[0]), abs(b - end[1])) <= margin + 1
-                )
-                if inside and (a, b) not in seen and free[b, a] and free[y, a] and free[b, x]:
-                    seen.add((a, b))
-                    stack.append((a, b))
-        return
-    assert all(free[y, x] and max(abs(x - end[0]), abs(y - end[1])) <= margin + 1 for x, y in cells)
-    # The cone is whole, and all else is one path: at most three cells for each of its steps.
-    cone = {
-        (x, y)
-        for y in range(max(end[1] - margin, 0), min(end[1] + margin + 1, height))
-        for x in range(max(end[0] - margin, 0), min(end[0] + margin + 1, width))
-        if free[y, x] and not kept[y, x]
-        and gap(x, y) >= gap(*end) + max(abs(x - end[0]), abs(y - end[1]))
-    }  # fmt: skip
-    assert cone <= cells
-    joined, stack = {end}, [end]
-    out = False
-    while stack:
-        x, y = stack.pop()
-        for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
-            if 0 <= a < width and 0 <= b < height:
-                out = out or bool(kept[b, a])
-                if (a, b) in cells and (a, b) not in joined:
-                    joined.add((a, b))
-                    stack.append((a, b))
-    assert out, "nothing leads to where the margin is kept"
-    assert cells - cone <= joined
+                if not (0 <= a < width and 0 <= b < height) or (a, b) == (x, y):
+                    continue
+                if not np.isfinite((cost[b, a], cost[y, a], cost[b, x])).all():
+                    continue
+                through = (missing + cost[b, a], length + (3 if a != x and b != y else 2))
+                if through < best.get((a, b), (np.inf, np.inf)):
+                    best[a, b] = through
+                    changed = True
+    return min((v for (x, y), v in best.items() if kept[y, x]), default=(np.inf, np.inf))
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.5, 0.6, 1.2])
+def test_the_exit_of_an_end_inside_the_margin_against_its_definition(radius: float) -> None:
+    rng = np.random.default_rng(int(10 * radius))
+    exits = none = 0
+    for _ in range(60):
+        blocked = rng.random((17, 19)) < rng.choice([0.01, 0.03, 0.08])
+        grid, margin = Grid(blocked), int(rng.integers(1, 4))
+        walls = np.argwhere(blocked)
+        rows, columns = np.mgrid[:17, :19]
+        gap = np.full(blocked.shape, margin + 1)
+        for b, a in walls:
+            gap = np.minimum(gap, np.maximum(abs(rows - b), abs(columns - a)))
+        stands = slow_free(blocked, radius)
+        kept = slow_free(gap <= margin, radius)
+        assert np.array_equal(kept_away(grid, radius, margin, ()), kept)
+        places = np.argwhere(stands & ~kept)
+        if not len(places):
+            continue
+        y, x = (int(v) for v in places[rng.integers(len(places))])
+        opened = kept_away(grid, radius, margin, ((x, y),))
+        extra = opened & ~kept
+        assert (opened >= kept).all()
+        assert (extra <= stands).all()
+        assert extra[y, x]
+        steps = np.maximum(abs(rows - y), abs(columns - x))
+        cost = np.where(stands & (steps <= margin + int(np.ceil(radius)) + 1), margin + 1.0 - gap, np.inf)
+        cost = np.where(np.isfinite(cost), np.maximum(cost, 1.0), np.inf)
+        best, length = least_exit(cost, kept, (x, y))
+        if not np.isfinite(best):
+            none += 1
+            assert extra.sum() == 1
+            continue
+        exits += 1
+        rising = stands & ~kept & (gap >= gap[y, x] + steps)
+        assert (rising <= extra).all()
+        # What is open besides is one path of the least cost, with the cells beside its diagonal steps.
+        assert least_exit(np.where(opened, cost, np.inf), kept, (x, y)) == (best, length)
+        assert (extra & ~rising).sum() <= 3 * (length // 2)
+    assert exits > 15
+    assert none > 0 or radius > 0.6
+
+
+def slow_free(blocked: np.ndarray, radius: float) -> np.ndarray:
+    """Where a disc can stand, wall by wall."""
+    rows, columns = np.mgrid[: blocked.shape[0], : blocked.shape[1]]
+    free = ~blocked
+    for b, a in np.argwhere(blocked):
+        dx, dy = np.maximum(abs(columns - a) - 0.5, 0.0), np.maximum(abs(rows - b) - 0.5, 0.0)
+        free &= (dx * dx + dy * dy >= radius * radius) | (radius <= 0.5) & ~((columns == a) & (rows == b))
+    return free
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.5, 0.6, 1.2])
+@pytest.mark.parametrize("start", [(2, 2), (2, 20)])
+def test_a_wide_robot_beside_a_wall_keeps_the_margin_elsewhere(radius: float, start: tuple[int, int]) -> None:
+    """The exit was inflated by the robot's radius, and closed: the margin was given up."""
+    blocked = np.zeros((40, 40), dtype=bool)
+    blocked[[0, -1]] = blocked[:, [0, -1]] = True
+    scene = Scene(Grid(blocked), start, (30, 30), robot=Robot(radius=radius))
+    plan = api.plan(scene, keep_away=3, choice="exact")
+    assert plan.attributes["keep_away"] == 3
+    assert plan.notes == ()
 
 
 def test_the_margin_is_kept_around_the_ends_too_where_there_is_no_way_out() -> None:
@@ -96,7 +133,7 @@ def test_the_margin_is_kept_around_the_ends_too_where_there_is_no_way_out() -> N
 def test_a_place_beside_one_wall_is_left_straight_away_from_it() -> None:
     free = np.ones((12, 21), dtype=bool)
     free[0] = False
-    opened = kept_away(free, 4, ((10, 1),)) & ~kept_away(free, 4, ())
+    opened = kept_away(Grid(~free), 0.0, 4, ((10, 1),)) & ~kept_away(Grid(~free), 0.0, 4, ())
     cone = {(x, y) for y in range(1, 5) for x in range(21) if abs(x - 10) <= y - 1}
     assert {(int(x), int(y)) for y, x in np.argwhere(opened)} == cone
 
@@ -104,9 +141,9 @@ def test_a_place_beside_one_wall_is_left_straight_away_from_it() -> None:
 def test_a_narrow_place_is_left_by_the_path_on_which_the_least_is_missing() -> None:
     free = np.ones((9, 15), dtype=bool)
     free[:, 0] = free[3, :4] = free[5, :4] = False  # a bay of one cell's width
-    opened = kept_away(free, 2, ((3, 4),)) & ~kept_away(free, 2, ())
+    opened = kept_away(Grid(~free), 0.0, 2, ((3, 4),)) & ~kept_away(Grid(~free), 0.0, 2, ())
     assert opened[4, 3:6].all()
-    deep = kept_away(free, 2, ((1, 4),)) & ~kept_away(free, 2, ())
+    deep = kept_away(Grid(~free), 0.0, 2, ((1, 4),)) & ~kept_away(Grid(~free), 0.0, 2, ())
     assert np.argwhere(deep).tolist() == [[4, 1]]  # no way out: the margin must be given up
 
 
@@ -116,12 +153,8 @@ def test_density_and_margin_against_their_definitions() -> None:
         blocked = rng.random(tuple(rng.integers(1, 12, 2))) < rng.choice([0.1, 0.3, 0.8])
         window = int(rng.integers(1, 5))
         assert np.array_equal(density(blocked, window), slow_density(blocked, window))
-        kept = kept_away(~blocked, window, ())
+        kept = kept_away(Grid(blocked), 0.0, window, ())
         assert np.array_equal(kept, slow_density(blocked, window) == 0)
-        ys, xs = np.nonzero(~blocked)
-        if len(xs):
-            cell = (int(xs[0]), int(ys[0]))
-            check_way_out(~blocked, window, cell)
 
 
 def test_attributes_add_up_and_stay_in_range() -> None:

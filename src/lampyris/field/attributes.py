@@ -8,17 +8,19 @@ search that knows terrain knows them all. The scales are ours.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris.field.layers import free_cells
 from lampyris.halting import uninterrupted
 from lampyris.model.grid import MAX_TERRAIN, Grid, frozen
 from lampyris.typing import BoolGrid, ByteGrid, Cell, FloatGrid
 
-EIGHT = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
-Ints = NDArray[np.int64]
+_EIGHT = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
+_Ints = NDArray[np.int64]
 
 
 def density(blocked: BoolGrid, window: int) -> FloatGrid:
@@ -86,87 +88,85 @@ def _added(
     return values
 
 
-def wall_distance(free: BoolGrid, most: int) -> Ints:
-    """Chebyshev distance of each cell to the nearest one that is not free; int (height, width).
+def kept_away(grid: Grid, radius: float, margin: int, ends: tuple[Cell, ...]) -> BoolGrid:
+    """Cells for the robot's centre if cells within a margin of walls count as walls; bool, read-only.
 
-    At most ``most``; 0 where a cell is not free, 1 beside a wall. The edge of the map is not a wall.
+    An end of the path inside the margin gets an exit: the cells whose clearance rises by one a step away from
+    it, and one least-cost path out of the margin, where a cell costs as many cells of clearance as it lacks.
+    The path is searched as far as the margin and the robot reach, and one cell more. Without one the end has
+    no exit, and a smaller margin must be tried. The edge of the map is not a wall.
+
+    Parameters
+    ----------
+    radius : of the robot, metres.
+    margin : cells, Chebyshev distance; 1 or more.
+    ends : start and goal.
     """
-    with uninterrupted():
-        from scipy.ndimage import distance_transform_cdt  # bits: whole numbers
-
-    if free.all():
-        return np.full(free.shape, most, dtype=np.int64)
-    distance: Ints = distance_transform_cdt(free, metric="chessboard").astype(np.int64)
-    return np.minimum(distance, most, out=distance)
-
-
-def kept_away(free: BoolGrid, margin: int, but: tuple[Cell, ...]) -> BoolGrid:
-    """Free cells without those within ``margin`` cells (Chebyshev) of one that is not free; read-only.
-
-    A cell of ``but`` that is nearer to a wall can be left: by the cells whose distance to walls grows with
-    each step from it, and by one path within ``margin + 1`` cells to where the margin is kept, on which the
-    least distance is missing in all. If there is no such path only the cell itself is open.
-    The edge of the map is not a wall.
-    """
-    distance = wall_distance(free, margin + 1)
-    kept = distance > margin
+    clearance = _chebyshev_clearance(grid.blocked, margin + 1)
+    walkable = free_cells(grid, radius)
+    kept = free_cells(replace(grid, blocked=clearance <= margin, terrain=None, unknown=None), radius)
     out = kept.copy()
-    for cell in but:
-        for x, y in _way_out(distance, margin, cell):
-            out[y, x] = True
+    reach = margin + math.ceil(radius / grid.resolution) + 1
+    for x, y in ends:
+        if kept[y, x] or not walkable[y, x]:
+            continue
+        rows, columns = slice(max(y - reach, 0), y + reach + 1), slice(max(x - reach, 0), x + reach + 1)
+        lacking = np.where(walkable, margin + 1 - np.minimum(clearance, margin), 0)[rows, columns]
+        at = (x - columns.start, y - rows.start)
+        out[y, x] = True
+        path = _exit_path(lacking.tolist(), kept[rows, columns].tolist(), at)
+        if path:
+            ys, xs = np.mgrid[: lacking.shape[0], : lacking.shape[1]]
+            steps = np.maximum(np.abs(xs - at[0]), np.abs(ys - at[1]))
+            rising = walkable[rows, columns] & (clearance[rows, columns] >= clearance[y, x] + steps)
+            out[rows, columns] |= rising
+            for a, b in path:
+                out[rows, columns][b, a] = True
     return frozen(out)
 
 
-def _way_out(distance: Ints, margin: int, cell: Cell) -> Iterator[Cell]:
-    """Cells that are open for leaving a cell near walls, see :func:`kept_away`."""
-    height, width = distance.shape
-    reach = margin + 1
-    x0, y0 = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
-    x1, y1 = min(cell[0] + reach + 1, width), min(cell[1] + reach + 1, height)
-    near = distance[y0:y1, x0:x1]
-    at = (cell[0] - x0, cell[1] - y0)
-    if near[at[1], at[0]] > margin or near[at[1], at[0]] == 0:
-        return
-    yield cell
-    path = _roomiest(near.tolist(), margin, at)
-    if not path:
-        return
-    for x, y in path:
-        yield x + x0, y + y0
-    ys, xs = np.mgrid[: near.shape[0], : near.shape[1]]
-    steps = np.maximum(np.abs(xs - at[0]), np.abs(ys - at[1]))
-    growing = (near > 0) & (near >= near[at[1], at[0]] + steps)
-    for y, x in np.argwhere(growing).tolist():
-        yield x + x0, y + y0
+def _chebyshev_clearance(blocked: BoolGrid, most: int) -> _Ints:
+    """Chebyshev distance of each cell to the nearest blocked one, at most ``most``; int (height, width)."""
+    with uninterrupted():
+        from scipy.ndimage import distance_transform_cdt  # bits: whole numbers in, whole numbers out
+
+    if not blocked.any():
+        return np.full(blocked.shape, most, dtype=np.int64)
+    distance: _Ints = distance_transform_cdt(~blocked, metric="chessboard").astype(np.int64)
+    return np.minimum(distance, most, out=distance)
 
 
-def _roomiest(distance: list[list[int]], margin: int, at: Cell) -> list[Cell]:
-    """The path from a cell to one that keeps the margin on which the least is missing in all; empty: none.
+def _exit_path(lacking: list[list[int]], kept: list[list[bool]], at: Cell) -> list[Cell]:
+    """Cells of the least-cost path from a cell to one that is kept; empty: there is none.
 
-    A diagonal step passes between two free cells, and they belong to the path, too: it can be driven by
-    every set of moves.
+    A diagonal step passes between two free cells, which belong to the path but are not counted in its cost:
+    it can be driven with every set of moves. Of equal costs the shorter path is taken.
+
+    Parameters
+    ----------
+    lacking : cost of each cell; 0 where the robot cannot stand.
     """
-    height, width = len(distance), len(distance[0])
+    height, width = len(lacking), len(lacking[0])
     parent: dict[Cell, Cell | None] = {}
     heap: list[tuple[int, int, Cell, Cell | None]] = [(0, 0, at, None)]
     while heap:
-        missing, steps, here, came = heapq.heappop(heap)
+        cost, length, here, came = heapq.heappop(heap)
         if here in parent:
             continue
         parent[here] = came
         x, y = here
-        if distance[y][x] > margin:
+        if kept[y][x]:
             path = [here]
             while came is not None:
                 path += [(came[0], here[1]), (here[0], came[1]), came]
                 here, came = came, parent[came]
             return path
-        for dx, dy in EIGHT:
+        for dx, dy in _EIGHT:
             a, b = x + dx, y + dy
             if not (0 <= a < width and 0 <= b < height):
                 continue
-            if not (distance[b][a] and distance[b][x] and distance[y][a]):
+            if not (lacking[b][a] and lacking[b][x] and lacking[y][a]):
                 continue
-            less, length = margin + 1 - distance[b][a], 3 if dx and dy else 2
-            heapq.heappush(heap, (missing + less, steps + length, (a, b), here))
+            step = 3 if dx and dy else 2
+            heapq.heappush(heap, (cost + lacking[b][a], length + step, (a, b), here))
     return []

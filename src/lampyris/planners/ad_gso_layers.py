@@ -25,7 +25,7 @@ from lampyris.planners._limits import limited
 from lampyris.planners.ad_gso_session import AdGsoSession
 from lampyris.planners.base import Budget, SessionBase
 from lampyris.planners.edits import edited
-from lampyris.typing import Cell, FloatGrid
+from lampyris.typing import ByteGrid, Cell, FloatGrid
 
 if TYPE_CHECKING:
     from lampyris.planners.ad_gso import AdGso
@@ -154,20 +154,30 @@ class LayeredSession(SessionBase):
         self._inner = AdGsoSession(self._bare, self._given, self._rng, record=self._record)
 
     def _derived(self) -> Scene:
-        """The scene as the planner is given it."""
-        s, scene = self._settings, self._scene
-        grid = scene.grid
-        terrain = blend(
-            grid,
+        """The scene as the planner is given it.
+
+        Where a margin is kept its walls are all cells that the robot's centre may not enter, so the robot is
+        no larger than a cell in it.
+        """
+        scene = self._scene
+        grid, robot = scene.grid, scene.robot
+        if self._margin > 0:
+            ends = (self._robot, scene.goal)
+            blocked = ~kept_away(grid, robot.radius, self._margin, ends)
+            grid = replace(grid, blocked=blocked)
+            robot = replace(robot, radius=min(robot.radius, 0.5 * grid.resolution))
+        return replace(scene, start=self._robot, robot=robot, grid=replace(grid, terrain=self._terrain()))
+
+    def _terrain(self) -> ByteGrid | None:
+        """Terrain with the attributes in effect."""
+        s = self._settings
+        return blend(
+            self._scene.grid,
             crowding=s.crowding * self._strength,
             window=s.window,
             heat=self._heat,
             warmth=s.warmth * self._strength,
         )
-        blocked = grid.blocked
-        if self._margin > 0:
-            blocked = ~kept_away(~grid.blocked, self._margin, (self._robot, scene.goal))
-        return replace(scene, start=self._robot, grid=replace(grid, blocked=blocked, terrain=terrain))
 
     def _in_effect(self) -> dict[str, float]:
         """The attributes as they are in effect."""
@@ -213,7 +223,7 @@ class LayeredSession(SessionBase):
         assert given is not None
         graded: tuple[tuple[Cell, int], ...] = ()
         if self._settings.warmth > 0:
-            now = self._derived().grid.terrain
+            now = self._terrain()
             old = given.grid.terrain
             zero = np.zeros(given.grid.blocked.shape, dtype=np.uint8)
             now, old = zero if now is None else now, zero if old is None else old
