@@ -25,7 +25,9 @@ PARENTS = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
 EIGHT = ((-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1))
 RHO, GAMMA, NT, RINGS, PATIENCE = 0.4, 0.6, 10, 3, 50
 GOLDEN = 0x9E3779B97F4A7C15
+"""The increment of SplitMix64."""
 PLACE, STEPS = 0, 1
+"""Which of its four sequences of draws a walker has for its place, and which for its steps."""
 TRIES, TOGETHER = 64, 32
 """Cells that a walker draws for its place; ticks whose draws are made at once."""
 Words = np.ndarray
@@ -68,12 +70,7 @@ class Simulator:
         self.parent: dict[Cell, Cell] = {}
         self.luciferin: dict[Cell, float] = {}
         self._descend()
-        self.room = [
-            (x, y)
-            for y in range(self.height)
-            for x in range(self.width)
-            if (x, y) in self.free and (x, y) not in (start, goal)
-        ]
+        self.room = self.free - {start, goal}
 
     # ---- the field --------------------
 
@@ -195,7 +192,7 @@ class Simulator:
 
     def _places(self, own: Words) -> list[Cell]:
         """A cell for each walker: the first that it draws which is free and not taken."""
-        free, out = set(self.room), []
+        free, out = set(self.room), []  # too full a map ends in StopIteration
         area = self.width * self.height
         for row in (_draws(own, PLACE, range(TRIES)).T * area).astype(int).tolist():
             cell = next(c for c in ((k % self.width, k // self.width) for k in row) if c in free)

@@ -114,7 +114,7 @@ def test_a_drive_that_would_take_too_many_decisions_says_so(monkeypatch: pytest.
     assert lampyris.drive(slow, period=1.0).arrived
     long = DriveSimulation(street(9), registry.make("astar"), time_limit=1e6, period=0.02)
     assert long.time_limit == 20.0
-    said = "time_limit 1e+06 s was cut to 20 s: LAMPYRIS_MAX_DECISIONS allows 1,000 decisions"
+    said = "the time limit of 1000000 s was cut to 20 s: LAMPYRIS_MAX_DECISIONS allows 1,000 decisions"
     assert long.drive().notes == (said,)
     assert DriveSimulation(street(9), registry.make("astar"), time_limit=15.0, period=0.02).time_limit == 15.0
 

@@ -60,7 +60,7 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
     assert found["way"]["notes"] == [told]
     assert f"note: {told}" in err
     shaped = ("--set", "crowding=2", "--laws", "physical", "--smooth", "taut")
-    kept = "--smooth taut draws nothing straight: crowding shaped the path; corners are rounded"
+    kept = "--smooth taut without effect: the path was planned with crowding, so only its corners are rounded"
     found, err = said("speed", "env-1", *shaped)
     assert found["way"]["notes"] == [kept]
     assert f"note: {kept}" in err

@@ -7,7 +7,7 @@ import re
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -216,7 +216,7 @@ def _as_stored(study: Study, store: Store) -> Study:
     if store.plain().get("called") == study_plain(study)["called"]:
         return study
     verbs.remarks((f"{store.path} keeps the names it was made with (name, about, labels)",))
-    return store.study()
+    return replace(store.study(), notes=study.notes)
 
 
 def _announce(study: Study, path: Path, where: Where, done: int) -> None:
@@ -254,7 +254,15 @@ def _dry(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> 
         finally:
             store.close()
     if out.json:
-        verbs.print_json({**record(study, path), "done": done, "workers": where.workers, "dask": where.dask})
+        verbs.print_json(
+            {
+                **record(study, path),
+                "notes": list(study.notes),
+                "done": done,
+                "workers": where.workers,
+                "dask": where.dask,
+            }
+        )
         return 0
     how = f"on {where.dask}" if where.dask else show.plural(where.workers, "worker")
     text.facts(
@@ -332,7 +340,8 @@ def _tell(study: Study, store: Store, path: Path, out: Outputs, *, new: int, sec
     summary = write(study, table, out)
     counts = show.endings(table["ending"])
     if out.json:
-        told = {**record(study, path), "done": len(table), "new": new, "endings": counts}
+        told = {**record(study, path), "notes": list(study.notes)}
+        told |= {"done": len(table), "new": new, "endings": counts}
         told |= {"summary": summary.as_json(), "files": [str(f) for f in out.files]}
         verbs.print_json({**told, "timing": {"wall_s": seconds}})
         return 0
@@ -358,7 +367,6 @@ def record(study: Study, path: Path) -> dict[str, Any]:
         "planners": [who.called for who in study.planners],
         "laws": [who.called for who in study.laws],
         "budget": {"expansions": study.expansions, "seconds": study.seconds},
-        "notes": list(study.notes),
     }
 
 

@@ -71,8 +71,8 @@ class Drive(Value):
     timing : seconds; the only part that differs from run to run. ``planning_s`` is processor
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
-    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest of each
-        kind; not compared.
+    notes : what was done otherwise than asked: attributes that the planner weakened (the latest about each
+        setting), a time limit that was cut; not compared.
     """
 
     scene: Scene

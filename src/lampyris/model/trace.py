@@ -86,8 +86,8 @@ class Trace(Value):
         time in the planner. ``loading_s`` (loading and compiling machine code, once for a process) is a part
         of ``total_s`` and of no other.
     edits : the cells that really turned, by the scene's edits; no edit without a cell.
-    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest of each
-        kind; not compared.
+    notes : what the planner did otherwise than it was asked (:attr:`lampyris.Plan.notes`), the latest about
+        each setting; not compared.
     """
 
     scene: Scene

@@ -25,7 +25,7 @@ _PART = 0.25
 """Cells between two places where a course is asked for its cell."""
 
 _AROUND = 4
-"""Cells beside a course that its rings may hold: two, and as much for the cells that it passes."""
+"""Cells that are looked at on each side of a course: two for its rings, two for the cells of its nodes."""
 
 _PAIRS = 500_000
 """Discs and rows that are looked at together."""

@@ -45,12 +45,17 @@ class Wanted:
     reach: float = 0.0
 
 
+def shaping(plan: Plan) -> tuple[str, ...]:
+    """The attributes of a plan that shaped its path, so that it is not drawn straight."""
+    return tuple(name for name in ("crowding", "warmth") if plan.attributes.get(name, 0.0) > 0.0)
+
+
 def wanted_of(plan: Plan, resolution: float) -> Wanted:
     """What a plan's attributes ask of the curve that is made of its path."""
     asked = plan.attributes
     if not asked:
         return Wanted()
-    shaped = asked.get("crowding", 0.0) > 0.0 or asked.get("warmth", 0.0) > 0.0
+    shaped = bool(shaping(plan))
     reach = resolution * asked.get("window", 0.0) if shaped else 0.0
     return Wanted(resolution * asked.get("keep_away", 0.0), shaped, reach)
 

@@ -144,6 +144,7 @@ class DriveSimulation(Exclusive):
         self._begin()
         self.others.open(sources, None if self.leg.nowhere else self.leg.route)
         self.optimum = self.leg.seconds if not self.leg.nowhere else None
+        self._cut: tuple[str, ...] = ()
         limit = 60.0 + 10.0 * self.leg.seconds if one.time_limit is None else one.time_limit
         self.time_limit = self._within_decisions(limit)
         self._total = time.perf_counter() - began
@@ -205,9 +206,9 @@ class DriveSimulation(Exclusive):
         needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
         DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead="choose a longer period")
         most = DECISIONS.allowed * period
-        if self.settings.time_limit is not None and limit > most:
+        if limit > most:
             why = f"{DECISIONS.variable} allows {DECISIONS.allowed:,} {DECISIONS.unit}"
-            self.guide.notes.add((f"time_limit {limit:g} s was cut to {most:g} s: {why}",))
+            self._cut = (f"the time limit of {limit:.15g} s was cut to {most:.15g} s: {why}",)
         return min(limit, most)
 
     # ---- one period --------------------
@@ -424,7 +425,7 @@ class DriveSimulation(Exclusive):
             error=self.train.error,
             detail=self.detail,
             timing={"total_s": self._total, "planning_s": guide.seconds, "loading_s": self._loading},
-            notes=guide.notes.all(),
+            notes=(*guide.notes.all(), *self._cut),
         )
 
 

@@ -46,7 +46,6 @@ def since(run: Simulation, first: int) -> Trace:
         path=None,
         detail=run.detail,
         last_tick=run.last_tick,
-        notes=run.notes.all(),
     )
 
 
