@@ -68,3 +68,13 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
         found, err = said(verb, *asked, "--obstacles", "0")
         assert found["notes"] == [told]
         assert f"note: {told}" in err
+
+
+def test_a_drive_says_that_its_way_is_not_drawn_taut() -> None:
+    told = "the way is not drawn taut: the path was planned with crowding, so only its corners are rounded"
+    shaped = ("env-1", "--set", "crowding=2", "--obstacles", "0")
+    found, err = said("drive", *shaped)
+    assert found["notes"] == [told]
+    assert f"note: {told}" in err
+    for quiet in ((*shaped, "--smooth", "none"), ("env-1", "--obstacles", "0")):
+        assert said("drive", *quiet)[0]["notes"] == []

@@ -33,7 +33,7 @@ from lampyris.motion.deviation import deviation, length_of
 from lampyris.motion.on_nodes import with_nodes
 from lampyris.motion.path_time import through_tracks
 from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.roomy import DRAWINGS, shaping
+from lampyris.motion.roomy import DRAWINGS, rounded_alone
 from lampyris.motion.tracks import tracks_from_recorded
 from lampyris.planners import registry
 from lampyris.report.plain import grid_record
@@ -243,11 +243,8 @@ def _kept_as_planned(way: Plan | Points, smooth: str) -> tuple[str, ...]:
     """A sentence where a path that was to be drawn straight is not."""
     if not isinstance(way, Plan) or smooth != "taut":
         return ()
-    shaped = shaping(way)
-    if not shaped:
-        return ()
-    why = f"the path was planned with {' and '.join(shaped)}, so only its corners are rounded"
-    return (f"--smooth taut without effect: {why}",)
+    why = rounded_alone(way)
+    return (f"--smooth taut without effect: {why}",) if why else ()
 
 
 def _way(asked: Asked) -> tuple[Scene, str, Plan | Points | None, tuple[str, ...]]:

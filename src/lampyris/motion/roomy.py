@@ -50,6 +50,14 @@ def shaping(plan: Plan) -> tuple[str, ...]:
     return tuple(name for name in ("crowding", "warmth") if plan.attributes.get(name, 0.0) > 0.0)
 
 
+def rounded_alone(plan: Plan) -> str:
+    """Why a plan's path is not drawn straight; empty where it is."""
+    names = shaping(plan)
+    return (
+        f"the path was planned with {' and '.join(names)}, so only its corners are rounded" if names else ""
+    )
+
+
 def wanted_of(plan: Plan, resolution: float) -> Wanted:
     """What a plan's attributes ask of the curve that is made of its path."""
     asked = plan.attributes

@@ -11,6 +11,7 @@ from lampyris.model.defaults import DRIVE_SPACING
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.motion.curve import Smooth
+from lampyris.motion.roomy import rounded_alone
 from lampyris.planners.base import Budget, Planner
 from lampyris.sim.feed import Told
 from lampyris.sim.leg import (
@@ -103,9 +104,12 @@ class Guide:
     ) -> Curve | None:
         """The way of a plan from where the robot stands; None if it cannot be driven from there."""
         try:
-            return curve_from(plan, self.scene, xy, told, self.smooth, self.blocked, more)
+            curve = curve_from(plan, self.scene, xy, told, self.smooth, self.blocked, more)
         except SettingError:
             return None
+        if self.smooth != "none" and (why := rounded_alone(plan)):
+            self.notes.add((f"the way is not drawn taut: {why}",))
+        return curve
 
     def leg(self, curve: Curve, ceiling: Ceiling) -> Leg:
         """The way with its ceiling of speeds."""
