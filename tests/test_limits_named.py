@@ -262,6 +262,8 @@ ASKED: dict[str, str] = {
     "study.compare.MAX_DRAWN": "study/test_study_compare.py",
     "study.compare.MAX_EXACT": "study/test_study_compare.py",
     "study.evidence.MAX_BYTES": "study/test_study_evidence.py",
+    "study.evidence.MAX_NOTE": "study/test_study_otherwise.py",
+    "study.evidence.MAX_NOTES": "study/test_study_otherwise.py",
     "study.file.MAX_JOBS": HERE,
     "study.form.MAX_ABOUT": HERE,
     "study.form.MAX_ENTRIES": HERE,

@@ -11,8 +11,10 @@ import pytest
 
 import lampyris
 from bad_inputs.case import Outcome, inside, run
-from lampyris.cli import compare_draw, text
+from lampyris.cli import compare_draw, compare_work, text
 from lampyris.report.compare_picture import Way
+from lampyris.study.design import Who
+from lampyris.study.row import Row
 
 GUIDE = ("guide", "--start", "0,9", "--goal", "7,0")
 
@@ -205,3 +207,45 @@ def test_what_every_planner_refuses_is_an_error_that_names_the_option(tmp_path: 
     assert found.exit == 2
     assert "error[OBSTACLE_ROOM]: --obstacles: " in found.err
     assert "2 of 7 random walkers fit on the map" in found.out
+
+
+WEAKENED = "keep_away 3 was weakened to 0 cells: no path to the goal keeps more"
+
+
+@pytest.mark.parametrize("crowd", [(), ("--obstacles", "3", "--seeds", "2")])
+def test_what_a_planner_weakened_is_said(tmp_path: Path, crowd: tuple[str, ...]) -> None:
+    words = ("env-1", "--planners", "ad-gso:keep_away=3,astar", "--laws", "physical,dissertation", *crowd)
+    done = compare(tmp_path, *words, "--csv", "a.csv")
+    assert done.out.splitlines().count(f"ad-gso keep_away=3: {WEAKENED}") == 1
+    assert "astar:" not in done.out
+    told = record(tmp_path, *words)
+    assert [(row["planner"], row["notes"]) for row in told["rows"]] == [
+        *[("ad-gso keep_away=3", [WEAKENED])] * 2, *[("astar", [])] * 2
+    ]  # fmt: skip
+    with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:
+        found = {(line["planner"], line["notes"]) for line in csv.DictReader(file)}
+    assert found == {("ad-gso keep_away=3", WEAKENED), ("astar", "")}
+
+
+def test_some_of_the_runs_are_counted_in_the_remark() -> None:
+    notes = {"a": ["n", "", "n", ""], "b": ["", "", "", ""]}
+    lines = [
+        compare_work.Line(Who(name, {}), Who(law, {}), tuple(_noted(note) for note in some))
+        for name, all_notes in notes.items()
+        for law, some in (("x", all_notes[:2]), ("y", all_notes[2:]))
+    ]
+    assert compare_work._notes(lines) == ("2 of 4 runs of a did otherwise than asked: n",)
+
+
+def _noted(note: str) -> Row:
+    return Row("key", "done", {"notes": note or None})
+
+
+def test_the_picture_says_who_did_otherwise_than_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Way] = []
+    monkeypatch.setattr(compare_draw, "draw_ways", lambda *given, **_: drawn.extend(given[3]))
+    words = ("env-1", "--planners", "ad-gso:keep_away=3,astar", "--picture", "a.png")
+    assert compare(tmp_path, *words).exit == 0
+    assert ["not as asked" in way.told for way in drawn] == [True, False]

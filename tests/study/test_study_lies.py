@@ -49,6 +49,7 @@ def test_lies_about_what_a_result_is() -> None:
                 ("path", None),
                 ("last_tick", None),
                 ("last_tick", 3),
+                ("notes", []),
             )
 
 

@@ -71,7 +71,7 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
 
 
 def _told(line: Line) -> str:
-    """Length, cost and gap of the first run, or how it ended."""
+    """Length, cost and gap of the first run, or how it ended, and whether it did otherwise than asked."""
     row = line.rows[0]
     cost, gap = row.metrics.get("cost"), row.metrics.get("gap")
     good = row.metrics.get("found") or row.metrics.get("arrived")
@@ -82,6 +82,7 @@ def _told(line: Line) -> str:
     by = " by cells" if isinstance(lines, int | float) else ""
     words += [f"cost{by} {cost:.2f}"] if isinstance(cost, int | float) else []
     words += [f"gap {gap:.1%}"] if isinstance(gap, int | float) else []
+    words += ["not as asked"] if row.metrics.get("notes") else []
     return ", ".join(words)
 
 

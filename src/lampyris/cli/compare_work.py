@@ -21,6 +21,7 @@ from lampyris.report.tab import Tab
 from lampyris.sim.mobility import MOBILITIES
 from lampyris.study.crowd_words import crowd_words
 from lampyris.study.design import Crowd, Ground, Study, Who, World
+from lampyris.study.otherwise import remark
 from lampyris.study.row import Row
 from lampyris.study.summary_tabs import START, places_of
 from lampyris.study.who import law_who, planner_who
@@ -153,6 +154,11 @@ class Line:
     law: Who
     rows: tuple[Row, ...]
 
+    @property
+    def notes(self) -> list[str]:
+        """What was done otherwise than asked in each run; empty where nothing was."""
+        return [str(row.metrics.get("notes") or "") for row in self.rows]
+
     def good(self, metric: str) -> int:
         """Runs that found, or arrived."""
         return sum(bool(row.metrics.get(metric)) for row in self.rows)
@@ -162,6 +168,16 @@ class Line:
         some = [row.metrics.get(metric, row.timing.get(metric)) for row in self.rows]
         there = [float(v) for v in some if isinstance(v, int | float)]
         return math.fsum(there) / len(there) if there else None
+
+
+def _notes(lines: Sequence[Line]) -> tuple[str, ...]:
+    """What was done otherwise than asked, a sentence for each planner in whose runs something was."""
+    by: dict[str, list[str]] = {}
+    for line in lines:
+        by.setdefault(line.planner.called, []).extend(line.notes)
+    # Laws do not change what is planned for nobody: one run under each is one remark.
+    some = {who: notes[:1] if len(set(notes)) == 1 else notes for who, notes in by.items()}
+    return tuple(filter(None, (remark(who, notes) for who, notes in some.items())))
 
 
 def _entries(option: str, text: str, make: Callable[[str, list[str]], Who]) -> tuple[Who, ...]:
@@ -296,7 +312,7 @@ def _digits(lines: Sequence[Line], column: Column, several: bool) -> int | None:
 
 
 def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> None:
-    """The table, what it is of, and why runs have no result."""
+    """The table, what it is of, why runs have no result, and what was not done as asked."""
     hidden = "ticks" if study.kind == "plan" else "time_s"
     left_out = (hidden, "" if len(study.laws) > 1 else "speed_mean")
     columns = [
@@ -317,6 +333,8 @@ def _show(study: Study, lines: Sequence[Line], metric: str, out: Outputs) -> Non
             reasons.setdefault(why, []).append(line.planner.called)
     for why, whose in reasons.items():
         print(f"{', '.join(dict.fromkeys(whose))}: {why}")
+    for note in _notes(lines):
+        print(note)
     show.written(out.picture, out.csv)
 
 
@@ -381,6 +399,7 @@ def _record(study: Study, lines: Sequence[Line], metric: str, timing: bool, seco
                 metric: line.good(metric),
                 **{name: line.mean(name) for name, *_ in COLUMNS if name != "cpu_s"},
                 "errors": list(dict.fromkeys(row.error for row in line.rows if row.error)),
+                "notes": list(dict.fromkeys(filter(None, line.notes))),
                 "timing": {"cpu_s": line.mean("cpu_s")} if timing else {},
             }
             for line in lines

@@ -219,7 +219,7 @@ SHORT = {
 
 
 def summary(told: Summary) -> None:
-    """The heart of a summary: a table for each crowd."""
+    """The heart of a summary: a table for each crowd, and what was not done as asked."""
     from lampyris.study.crowd_words import crowd_words
     from lampyris.study.measures import ALL
     from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample, starts
@@ -245,6 +245,8 @@ def summary(told: Summary) -> None:
         tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)))
     foot = f"{sample(told)} n: the runs behind a mean, where some have no value. {starts(told)}".rstrip()
     text.line(f"{ANY_ANGLE} {foot}" if lines else foot, style="dim")
+    for note in told.notes:
+        text.line(note)
 
 
 def ready(rows: Sequence[Mapping[str, str]]) -> None:

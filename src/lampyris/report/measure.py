@@ -13,7 +13,7 @@ radii by which contact is judged.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -35,7 +35,7 @@ METRICS = (
     "outcome", "found", "arrived", "collisions", "hits", "near_misses", "near_m", "length_cells", "length_m",
     "length_any_angle", "cost", "optimal", "gap", "cost_to_go", "ticks", "time_s", "speed_mean",
     "speed_least", "turns", "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m", "iterations",
-    "expansions", "replans", "waits", "flips", "flips_per_100", "reference_ok",
+    "expansions", "replans", "waits", "flips", "flips_per_100", "reference_ok", "notes",
 )  # fmt: skip
 """In the order of the columns.
 
@@ -75,6 +75,8 @@ METRICS = (
   mind there, so that it had more flips than replans.
 * ``reference_ok``: whether ``optimal`` is the published length; None where none is published, or the moves
   are not those that it is of.
+* ``notes``: what was done otherwise than asked, such as attributes that were weakened (``Plan.notes``,
+  ``Trace.notes``, ``Drive.notes``), the sentences joined by ``; ``; None where there is none.
 """
 
 LOOK = 0.05
@@ -105,6 +107,7 @@ def plan_metrics(
     """Of a plan, and of the speeds on it."""
     out = _blank(plan.status.value, bool(plan), bool(plan), scene, known, published)
     out.update(iterations=plan.iterations, expansions=plan.expansions, replans=len(plan.gates_met))
+    out["notes"] = _joined(plan.notes)
     if plan.path is not None:
         _way(out, plan.path, scene, known)
         if plan.waypoints is not None:
@@ -135,6 +138,7 @@ def trace_metrics(trace: Trace, known: Known, published: Published = None) -> Me
         waits=trace.waits,
         flips=trace.flips,
         flips_per_100=100.0 * trace.flips / trace.ticks if trace.ticks else None,
+        notes=_joined(trace.notes),
     )
     near = near_by_tick(trace)
     out["near_misses"] = int(np.count_nonzero(near < scene.grid.resolution * (1.0 - _ROUNDING)))
@@ -156,6 +160,7 @@ def drive_metrics(drive: Drive, known: Known, published: Published = None) -> Me
         hits=sum(m.word == "hit" for m in drive.moments),
         expansions=drive.expansions,
         replans=drive.replans,
+        notes=_joined(drive.notes),
     )
     if not started or len(drive.t) < 2:
         out["near_misses"] = 0
@@ -227,6 +232,11 @@ def _blank(
         mine = out["optimal"]
         out["reference_ok"] = mine is not None and abs(mine - published) <= slack(published)
     return out
+
+
+def _joined(notes: Sequence[str]) -> str | None:
+    """Notes as one text."""
+    return "; ".join(notes) or None
 
 
 def _comparable(scene: Scene) -> bool:

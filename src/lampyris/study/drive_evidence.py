@@ -60,6 +60,7 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
         "optimum": None if drive.optimum is None else float(drive.optimum),
         "counts": [int(drive.replans), int(drive.expansions)],
         "error": float(drive.error),
+        "notes": list(drive.notes),
         "arrays": e.pack_arrays(arrays, _FORM),
     }
 
@@ -104,6 +105,7 @@ def drive_of(
             period=e.number(plain["period"], "period"),
             optimum=None if plain["optimum"] is None else e.number(plain["optimum"], "optimum"),
             replans=replans, expansions=expansions, error=e.number(plain["error"], "error"),
+            notes=e.notes_of(plain),
         )  # fmt: skip
 
     return e.reading("drive", plain, read)

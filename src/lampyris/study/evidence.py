@@ -33,6 +33,9 @@ from lampyris.model.traffic import Body
 MAX_BYTES = 512 * 2**20
 """Of all arrays of one run together, unpacked."""
 
+MAX_NOTES = 20
+MAX_NOTE = 500
+
 _LEVEL = 1
 """Of compression. Level 6 makes a simulation's evidence 8 % smaller and takes four times as long."""
 
@@ -138,6 +141,18 @@ def said(plain: Mapping[str, Any], numbers: NDArray[Any], name: str = "words") -
     return tuple(words[k] for k in numbers.tolist())
 
 
+def notes_of(plain: Mapping[str, Any]) -> tuple[str, ...]:
+    """What a planner says it did otherwise than asked: text for people, which nothing is decided by.
+
+    It is cut to :data:`MAX_NOTES` sentences of :data:`MAX_NOTE` characters, each printable.
+    """
+    notes = plain["notes"]
+    if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+        raise wrong("notes of another kind", "a list of sentences")
+    kept = ("".join(c if c.isprintable() else "?" for c in note[:MAX_NOTE]) for note in notes[:MAX_NOTES])
+    return tuple(note for note in kept if note)
+
+
 def _path(plain: Mapping[str, Any], cells: NDArray[Any], scene: Scene) -> Path:
     """A path with the steps and cost that are claimed, in the costs of the scene's moves."""
     steps = tuple(whole(n, "steps") for n in plain["steps"])
@@ -178,6 +193,7 @@ def plan_evidence(plan: Plan, profile: Profile | None) -> dict[str, Any]:
         "path": None if plan.path is None else _claimed(plan.path),
         "arrays": pack_arrays(arrays, _PLAN),
         "profile": None if profile is None else _profile_evidence(profile),
+        "notes": list(plan.notes),
     }
 
 
@@ -203,6 +219,7 @@ def plan_of(plain: Any, scene: Scene, planner: str) -> tuple[Plan, Profile | Non
             gates_met=tuple((int(x), int(y)) for x, y in plain["gates_met"]),
             schedule=arrays.get("schedule"),
             waypoints=arrays.get("waypoints"),
+            notes=notes_of(plain),
         )
         return plan, None if told is None else _profile_of(told)
 
@@ -259,6 +276,7 @@ def trace_evidence(trace: Trace, *, replayed: bool) -> dict[str, Any]:
         ],
         "last_tick": trace.last_tick,
         "bodies": len(trace.bodies),
+        "notes": list(trace.notes),
         "arrays": pack_arrays(arrays, _TRACE),
     }
 
@@ -315,6 +333,7 @@ def trace_of(
             waits=waits, iterations=iterations, expansions=expansions, flips=flips,
             path=None if path is None else _path(path, robot[moved], scene),
             last_tick=None if plain["last_tick"] is None else whole(plain["last_tick"], "last_tick"),
+            notes=notes_of(plain),
         )  # fmt: skip
 
     return reading("simulate", plain, read)

@@ -107,6 +107,8 @@ class Summary:
         that never did in that crowd, who would leave none.
     seed : of the bootstrap.
     start_exact : the entrants whose swarm starts from the exact shortest path.
+    notes : a sentence for each entrant some of whose runs did otherwise than asked, such as with a wish
+        weakened.
     """
 
     name: str
@@ -129,6 +131,7 @@ class Summary:
     within: tuple[Within, ...]
     seed: int = 0
     start_exact: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def unit_many(self) -> str:

@@ -5,9 +5,9 @@ of its own, has the referee look at it by other means than those that made it, c
 itself (where the obstacles of this world are, what the best way costs, how many ticks there are), and
 measures what is left. Nothing that is stored was measured by a worker, but seconds and bytes.
 
-What it cannot see: counts that leave no trace (expansions, iterations, flips), speeds of a simulation that
-are within the law's range, whether a planner that may miss a way really has missed it, and whether a run that
-is said to have failed could not have succeeded.
+What it cannot see: counts that leave no trace (expansions, iterations, flips), notes of the planner, speeds
+of a simulation that are within the law's range, whether a planner that may miss a way really has missed it,
+and whether a run that is said to have failed could not have succeeded.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from lampyris.study.summary_tabs import estimate_text
 
 
 def found(summary: Summary, runs: Runs) -> list[str]:
-    """Sentences: how much was run, who arrived, at what cost, and which differences are sure."""
+    """Sentences: how much was run, who arrived, at what cost, sure differences, what was weakened."""
     out = [_size(summary, runs)]
     for k, crowd in enumerate(summary.crowds):
         some = [e for e in summary.entries if e.crowd == crowd and e.runs]
@@ -25,6 +25,7 @@ def found(summary: Summary, runs: Runs) -> list[str]:
                 out.append(f"{place}, {'; '.join(parts)}.")
     out += _safety(summary, runs)
     out += _sure(summary)
+    out += [f"{note}." for note in summary.notes]
     return out
 
 

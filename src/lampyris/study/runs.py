@@ -28,6 +28,7 @@ class Runs:
     entrants : what a table calls each pair of planner and law, in the study's order.
     ending : of each run; empty where it has none yet.
     outcome : the word of the run's own ending, or the code of its error.
+    notes : what was done otherwise than asked; empty where nothing was, and in stores of before they had it.
     values : every metric that some run has a number of. ``found`` and ``arrived`` are 0 for runs that failed;
         what tells of a whole way is there for runs that came to the goal only.
     """
@@ -36,6 +37,7 @@ class Runs:
     entrants: tuple[str, ...]
     ending: Words
     outcome: Words
+    notes: Words
     values: Mapping[str, Cube]
 
     def has(self, name: str) -> bool:
@@ -77,11 +79,12 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
         len(study.worlds), len(study.crowds), len(study.seeds), len(study.planners) * len(study.laws),
     )  # fmt: skip
     size = len(study)
-    ending, outcome = (np.full(size, "", dtype=object) for _ in range(2))
+    ending, outcome, notes = (np.full(size, "", dtype=object) for _ in range(3))
     values: dict[str, Cube] = {}
     for index, end, code, numbers in records:
         ending[index] = end
         outcome[index] = str(numbers.get("outcome") or code or end)
+        notes[index] = str(numbers.get("notes") or "")
         for name, value in numbers.items():
             if isinstance(value, int | float) and np.isfinite(value):
                 if name not in values:
@@ -92,7 +95,8 @@ def runs_of(study: Study, records: Iterable[tuple[int, str, str, Mapping[str, An
             known = (ending != "") & np.isnan(values[name])
             values[name][known] = 0.0
     cubes = {name: values[name].reshape(shape) for name in sorted(values)}
-    runs = Runs(study, entrants_of(study), ending.reshape(shape), outcome.reshape(shape), cubes)
+    ends, outs, said = (some.reshape(shape) for some in (ending, outcome, notes))
+    runs = Runs(study, entrants_of(study), ends, outs, said, cubes)
     cubes.update({name: runs.of_solved(name) for name in cubes if name in AT_GOAL})
     return runs
 

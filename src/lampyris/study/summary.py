@@ -19,6 +19,7 @@ from lampyris.study import compare
 from lampyris.study.compare import Interval
 from lampyris.study.findings import Entry, Estimate, Order, Pair, Summary, Within
 from lampyris.study.measures import ALL, PAIRED, PROFILED, RANKED, SHARES, TIMING, WHOLE
+from lampyris.study.otherwise import remark
 from lampyris.study.runs import Cube, Runs
 from lampyris.typing import Floats
 
@@ -69,6 +70,7 @@ def summarise(runs: Runs, *, reference: str | None = None, timing: bool = False)
         orders=_orders(runs, crowds),
         within=_within(runs, crowds),
         start_exact=_start_exact(runs),
+        notes=_notes(runs),
     )
 
 
@@ -76,6 +78,13 @@ def _start_exact(runs: Runs) -> tuple[str, ...]:
     """The entrants whose swarm starts from the exact shortest path."""
     planners = (p for p in runs.study.planners for _ in runs.study.laws)
     return tuple(name for name, p in zip(runs.entrants, planners, strict=True) if p.starts_exact)
+
+
+def _notes(runs: Runs) -> tuple[str, ...]:
+    """What was done otherwise than asked, a sentence for each entrant in whose runs something was."""
+    known = runs.ending != ""
+    each = (runs.notes[..., e][known[..., e]].tolist() for e in range(len(runs.entrants)))
+    return tuple(filter(None, map(remark, runs.entrants, each)))
 
 
 def _entrant(entrants: tuple[str, ...], name: str | None) -> int:

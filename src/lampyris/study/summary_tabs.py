@@ -101,7 +101,8 @@ def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[Entry]) 
         "for as many runs as would say as much if the runs of one query were independent. "
     )
     means = f"The others are means a run. {sample(summary)} " if counts else ""
-    return Tab(name, title, header, rows, (note + means + _n_note(counts)).rstrip(), _align(header))
+    said = "".join(f" {one}." for one in summary.notes)
+    return Tab(name, title, header, rows, (note + means + _n_note(counts)).rstrip() + said, _align(header))
 
 
 def _measure_tab(
