@@ -522,6 +522,38 @@ def test_layers_are_of_the_map_as_it_is_at_a_tick() -> None:
     assert at[1] == 0
 
 
+# ---- what was not done as asked --------------------
+
+FAR = {"name": "ad-gso", "settings": {"keep_away": 10, "choice": "exact"}}
+WEAKENED = "keep_away 10 was weakened to 0 cells: no path to the goal keeps more"
+
+
+def test_plans_runs_and_comparisons_say_what_was_weakened() -> None:
+    far = state(map="env-1", planner=FAR)
+    assert only(ask("plan", far), "Z")["weakened"] == [WEAKENED]
+    assert only(ask("plan", state(map="env-1")), "Z")["weakened"] == []
+    assert only(ask("simulate", far), "Z")["notes"] == [WEAKENED]
+    assert only(ask("simulate", state(map="env-1")), "Z")["notes"] == []
+    who = [{**FAR, "label": "far"}, "astar"]
+    for seeds, said in (
+        (1, f"far: {WEAKENED}"),
+        (2, f"2 of 2 runs of far did otherwise than asked: {WEAKENED}"),
+    ):
+        frames = ask("compare", state(map="env-1"), planners=who, seeds=seeds)
+        assert frames[-1][1]["notes"] == [said]
+
+
+def test_reports_of_runs_and_comparisons_say_what_was_weakened() -> None:
+    far = state(map="env-1", planner=FAR, simulate={"ticks": 3, "patience": None})
+    page = b"".join(v for k, v in ask("export", far, what="report") if k == "B").decode()
+    assert f"Not as asked: {WEAKENED}." in page
+    settings = {"planners": [{**FAR, "label": "far"}, "astar"]}
+    page = b"".join(
+        v for k, v in ask("export", state(map="env-1"), what="report", settings=settings) if k == "B"
+    ).decode()
+    assert f"<p>far: {WEAKENED}.</p>" in page
+
+
 # ---- comparisons --------------------
 
 

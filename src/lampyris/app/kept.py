@@ -234,9 +234,11 @@ def run_page(scenario: Scenario, look: Look) -> str:
     who = f"{scenario.planner} on {scene.grid.name or 'a map'}"
     plan = html.figure(html.image(picture, "image/png", "The plan"), found.sentence)
     run = html.figure(html.image(moving, "image/webp", "The run"), trace.sentence)
+    otherwise = dict.fromkeys((*found.notes, *trace.notes))
     head = ("measure", "value", "what it is")
     parts = [
         html.paragraph(trace.sentence),
+        *(html.paragraph(f"Not as asked: {note}.") for note in otherwise),
         html.facts(
             (
                 ("planner", scenario.planner),

@@ -68,6 +68,8 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         *found.notes,
         *without_effect(replace(scenario, simulated=False, drive=None)),
     ]
+    # What the page shows beside the sentence: the others are of the scenario, and stand there always.
+    record["weakened"] = list(found.notes)
     record["seconds"] = loading.wall() - began
     record["loading_seconds"] = loading.seconds() - loaded
     yield json_frame("Z", record)
@@ -113,6 +115,7 @@ def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
         "ticks": trace.ticks,
         "last_tick": trace.last_tick,
         "metrics": trace_metrics(trace, known(trace.scene)),
+        "notes": list(trace.notes),
         "bodies": [body_record(body) for body in trace.bodies],
         "digest": digest(trace),
         "timing": dict(trace.timing),

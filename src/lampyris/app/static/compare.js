@@ -211,7 +211,8 @@ class Comparison {
     const note = seeds > 1 ? `Means over ${seeds} seeds, 95 % intervals beneath.` : "One run each, in the same world.";
     const stars = seeds < fewest ? `☆: best number; whether it is more than chance takes ${fewest} seeds.`
       : "★: better than all others: the interval of the difference, seed by seed, excludes 0. ☆: best number, not distinguishable.";
-    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ${stars}`, best ?? {})), ...charts(some));
+    fill(/** @type {HTMLElement} */ (this.results), el("div", { class: "wide" }, tableOf(some, `${note} ${stars}`, best ?? {})),
+      ...(found.summary?.notes ?? []).map((/** @type {string} */ one) => el("p", { class: "hint otherwise" }, `${one}.`)), ...charts(some));
   }
 
   // ---- on the map --------------------

@@ -23,6 +23,8 @@ class Status {
     this.page = page;
     this.sentence = el("p", { class: "st-now", "aria-live": "off" });
     this.next = el("p", { class: "st-next hint" });
+    /** What the planner did otherwise than asked. */
+    this.otherwise = el("p", { class: "st-otherwise hint", hidden: true });
     this.aloud = el("p", { class: "unseen", "aria-live": "polite", role: "status" });
     this.speed = el("b", {});
     this.swatch = el("i", { class: "swatch" });
@@ -34,7 +36,7 @@ class Status {
     this.list = el("ol", { class: "st-events" });
     this.story = el("details", { class: "more st-story", hidden: true, open: true }, el("summary", {}, "Events"), this.list);
     element.classList.add("st");
-    element.append(el("div", { class: "st-said" }, this.sentence, this.next), this.aloud, this.fast, this.facts, this.story);
+    element.append(el("div", { class: "st-said" }, this.sentence, this.otherwise, this.next), this.aloud, this.fast, this.facts, this.story);
 
     this._due = 0;
     this._seen = 0;
@@ -83,6 +85,7 @@ class Status {
     const { start, goal } = store.scenario;
     this.fast.hidden = true;
     this._of = null;
+    this._otherwise(plan?.weakened);
     if (!plan) {
       const missing = !start && !goal ? "a start and a goal" : !start ? "a start" : !goal ? "a goal" : "";
       this._now(missing ? `Click ${missing} on the map.` : this._busy ? "Planning\u2026" : "No plan yet.");
@@ -138,6 +141,7 @@ class Status {
     this.swatch.style.background = causeColour(cause, page.dark);
 
     const end = run.end ?? {};
+    this._otherwise(end.notes);
     const bad = over && end.outcome !== undefined && end.outcome !== "arrived";
     if (over) this._now(end.sentence ?? end.outcome ?? "The run broke off here.", bad);
     else if (event && event.tick === tick && event.sentence) this._now(event.sentence, event.word === "hit");
@@ -218,6 +222,12 @@ class Status {
   }
 
   // ---- what is seen and said --------------------
+
+  /** A remark on what was not done as asked. @param {string[]} [notes] */
+  _otherwise(notes = []) {
+    this.otherwise.hidden = !notes.length;
+    set(this.otherwise, notes.length ? `Not as asked: ${notes.join("; ")}.` : "");
+  }
 
   /** @param {string} sentence @param {boolean} [bad] */
   _now(sentence, bad = false) {

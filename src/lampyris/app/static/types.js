@@ -52,7 +52,7 @@
  *   expansions: number, gates: {count: number, on_path: any[], in_map: any[]}, jumps: any[],
  *   speed: {v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
  *           caps: Array<{cause: string, v: Array<number | null>}>} | null,
- *   seconds: number,
+ *   seconds: number, weakened?: string[],
  *   bodies?: Array<{kind: string, radius: number, yields: boolean, at: Cell, waypoints?: Cell[], path?: Cell[]}>,
  * }} Plan
  */
