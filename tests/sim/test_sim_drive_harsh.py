@@ -9,13 +9,16 @@ import pytest
 
 from lampyris.maps.library import load
 from lampyris.model.drive import Drive
+from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Crossing, RandomWalk
+from lampyris.model.traffic import Crossing, RandomWalk, Recorded
+from lampyris.planners import registry
 from lampyris.planners.astar import AStar
 from lampyris.referee import check_drive
 from lampyris.selfcheck._sim_scenes import PROMISE, harsh_drive
+from lampyris.selfcheck.twins.use_files import GRIDS
 from lampyris.sim.cutting import Cutter
 from lampyris.sim.drive import drive
 
@@ -55,4 +58,16 @@ def test_ways_round_obstacles_beside_walls(seed):
     scene = Scene(grid, (15, 22), (4, 11), robot=Robot(radius=0.256202), traffic=spec)
     how = {"patience": 1.0, "noise": 0.05, "know": "tracks", "on_hit": "go-on", "time_limit": 60.0}
     run = drive(scene, AStar(), seed=seed, sources=[Cutter(1.0, count=2, wait=4.0)], give_up=30.0, **how)
+    assert check_drive(run) is None
+
+
+def test_brakes_that_stop_within_the_rounding_of_the_clock() -> None:
+    """At 1,500 m/s2 a stop takes 4e-8 s; the clock's rounding at 17 s is worth 1.2e-12 m/s of it."""
+    grid = Grid(GRIDS[0])
+    robot = Robot(
+        radius=0.3, v_max=3.2823617466797232, a_max=1.0, d_max=1508.4520586838746,
+        lat_max=5.947838945236971e-06, turn_radius=0.300433398115674, jerk_max=1.0,
+    )  # fmt: skip
+    spec = (Recorded(track=((3, 4),), radius=0.3), RandomWalk(3))
+    run = drive(Scene(grid, (9, 1), (11, 3), "four", robot, spec), registry.make("dstar"))
     assert check_drive(run) is None

@@ -210,7 +210,7 @@ def _driven(drive: Drive) -> Violation | None:
         return found
     dt = np.diff(drive.t)
     to = s[:-1] + dt * (v[:-1] + 0.5 * a[:-1] * dt)
-    give = ROUNDING * np.maximum(np.abs(to - s[:-1]), np.abs(s[1:])) + DUST
+    give = ROUNDING * np.maximum(np.abs(to - s[:-1]), np.abs(s[1:])) + DUST + np.abs(v[:-1]) * _clock(drive)
     same = leg[1:] == leg[:-1]
     found = _at("distance", same & ~(np.abs(s[1:] - to) <= give), "ends at {} m, not {}", to, s[1:])
     if found is not None:
@@ -236,12 +236,18 @@ def _xy(place: Floats) -> str:
     return f"({place[0]:.6g}, {place[1]:.6g})"
 
 
+def _clock(drive: Drive) -> Floats:
+    """Seconds by which the rounding of the times at both ends may change a stretch's duration, (n - 1,)."""
+    return np.asarray(2 * np.spacing(np.abs(drive.t[1:])))
+
+
 def _limits(drive: Drive) -> Violation | None:
     """Speeds and accelerations; within a stretch the speed lies between those at its ends."""
     robot, v, a = drive.scene.robot, drive.v, drive.a
     dt = np.diff(drive.t)
     to = v[:-1] + a[:-1] * dt
     give = ROUNDING * np.maximum(np.maximum(v[:-1], v[1:]), np.abs(a[:-1]) * dt) + DUST
+    give += np.abs(a[:-1]) * _clock(drive)
     more = 1 + ROUNDING
     n = len(v)
     return (
