@@ -16,6 +16,7 @@ import pytest
 import lampyris
 from lampyris.api import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
+from lampyris.limits import MAX_CELLS
 from lampyris.maps import (
     csv_table,
     dob,
@@ -32,7 +33,7 @@ from lampyris.maps import (
 from lampyris.maps.document import byte_limit
 from lampyris.maps.json_text import read_json
 from lampyris.maps.load import load_map
-from lampyris.maps.make import MAX_CELLS, make
+from lampyris.maps.make import make
 from lampyris.maps.movers_file import read_movers
 from lampyris.maps.movingai import read_scen
 from lampyris.maps.tracks import read_track

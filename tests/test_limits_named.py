@@ -231,7 +231,7 @@ ASKED: dict[str, str] = {
     "maps.json_text.MAX_DEPTH": LIMITS_PY,
     "maps.json_text.MAX_DIGITS": LIMITS_PY,
     "maps.json_text.MAX_VALUES": HERE,
-    "maps.make.MAX_CELLS": LIMITS_PY,
+    "limits.MAX_CELLS": LIMITS_PY,
     "maps.movingai.MAX_SCEN_BYTES": LIMITS_PY,
     "maps.movingai.MAX_SCEN_LINES": LIMITS_PY,
     "maps.ros_yaml.MAX_ORIGIN": HERE,
@@ -251,7 +251,6 @@ ASKED: dict[str, str] = {
     "model.grid.MAX_TERRAIN": HERE,
     "model.scene.MAX_RADIUS": LIMITS_PY,
     "model.traffic.MAX_BODIES": LIMITS_PY,
-    "planners._graph.MAX_CELLS": NOT_INPUT + "what exact costs are proven for; maps are no larger",
     "planners._timed_session.MAX_HORIZON": HERE,
     "planners.ad_gso.MAX_MVR": HERE,
     "planners.ad_gso.MAX_NT": HERE,
@@ -340,7 +339,6 @@ ASKED: dict[str, str] = {
     "motion.curve.LONGEST_STEP": NOT_INPUT + "a length of the curve, not of what is given",
     "app.watched.MOST_PATH": NOT_INPUT + "cells of a patrol's path that the page draws",
     "app.asking.MOST_WHOLE": "app/test_app_forms.py",
-    "cli.options.MOST_CELLS": "cli/test_cli_run.py",
 }
 
 

@@ -19,9 +19,8 @@ from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind,
 from lampyris.field.layers import free_space
 from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
-from lampyris.limits import NODES, PATH, PER_CELL, demand_memory
+from lampyris.limits import MAX_CELLS, NODES, PATH, PER_CELL, demand_memory
 from lampyris.maps.load import load_map
-from lampyris.maps.make import MAX_CELLS
 from lampyris.model.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid

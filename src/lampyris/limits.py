@@ -11,6 +11,10 @@ from dataclasses import dataclass
 
 from lampyris.errors import LimitError, SettingError
 
+MAX_CELLS = 2**24
+"""Cells a map may have, and planners plan on: beyond it one integer is no longer an exact cost (see
+:mod:`lampyris.model.moves`)."""
+
 _END = 10**12
 
 

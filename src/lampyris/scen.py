@@ -21,9 +21,9 @@ from lampyris import referee
 from lampyris.checks import is_whole
 from lampyris.errors import FileError, SettingError, shown
 from lampyris.kernels import loading
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import load_map
-from lampyris.maps.make import MAX_CELLS
 from lampyris.maps.movingai import ScenQuery, check_query, grid_for, read_scen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.plan import Status

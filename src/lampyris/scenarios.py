@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 from lampyris import api
 from lampyris.errors import LampyrisError, callable_or_none, file_name, of_kind
+from lampyris.limits import MAX_CELLS
 from lampyris.maps import scenario as reading
 from lampyris.maps.document import MapDocument
-from lampyris.maps.make import MAX_CELLS, recipe_named
+from lampyris.maps.make import recipe_named
 from lampyris.maps.scenario import Made, MapSource, Scenario, read_scenario
 from lampyris.maps.scenario_save import write_scenario
 from lampyris.model.drive import Drive

@@ -13,8 +13,6 @@ import typer.main
 
 from bad_inputs.case import inside, run, warm
 from lampyris.cli.app import app
-from lampyris.cli.options import MOST_CELLS
-from lampyris.maps.make import MAX_CELLS
 
 MAIN = "from lampyris.cli import main; main()"
 TREE: Any = typer.main.get_command(app)
@@ -130,10 +128,6 @@ def test_a_bad_value_in_a_file_stays_exit_3(tmp_path: Path) -> None:
         done = run("run", "s.yaml", "--max-cells", "1000")
     assert done.exit == 3
     assert "s.yaml:3:7: /seed: -1" in done.err
-
-
-def test_the_most_cells_of_an_option_are_those_of_a_map() -> None:
-    assert MOST_CELLS == MAX_CELLS
 
 
 def test_a_limit_keeps_exit_5_and_names_the_option() -> None:

@@ -14,8 +14,9 @@ from typing import Any
 
 from lampyris import __version__
 from lampyris.errors import LampyrisError
+from lampyris.limits import MAX_CELLS
 from lampyris.maps import library
-from lampyris.maps.make import MAX_CELLS, RECIPES
+from lampyris.maps.make import RECIPES
 from lampyris.maps.recipes.recipe import Recipe
 from lampyris.model.moves import MOVES
 from lampyris.motion import laws, physical

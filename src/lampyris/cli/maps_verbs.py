@@ -14,8 +14,8 @@ import typer
 from typer.core import TyperGroup
 
 from lampyris.cli.option_errors import Command
-from lampyris.cli.options import MOST_CELLS
 from lampyris.errors import FileError, UsageError, did_you_mean
+from lampyris.limits import MAX_CELLS
 
 if TYPE_CHECKING:
     from lampyris.maps.convert import Conversion
@@ -65,7 +65,7 @@ Colour = Annotated[
 MaxCells = Annotated[
     int | None,
     typer.Option(
-        "--max-cells", metavar="N", min=1, max=MOST_CELLS, help="Refuse larger maps (default and most: 2^24)."
+        "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse larger maps (default and most: 2^24)."
     ),
 ]
 AllowOutside = Annotated[
@@ -105,7 +105,6 @@ def show(
     from lampyris.cli import verbs
     from lampyris.maps import library
     from lampyris.maps.load import load_map
-    from lampyris.maps.make import MAX_CELLS
 
     as_json = json_ or bool(context.obj)
     if name in library.names():
@@ -288,7 +287,6 @@ def convert(
     from lampyris.cli.outputs import check_outputs
     from lampyris.maps.convert import convert as convert_map
     from lampyris.maps.convert import files_of
-    from lampyris.maps.make import MAX_CELLS
 
     check_outputs(force, *files_of(target, scen=scen))
     made = convert_map(

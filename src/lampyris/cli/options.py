@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-MOST_CELLS = 2**24
-"""As :data:`lampyris.maps.make.MAX_CELLS`, which `--help` has no time to import."""
+from lampyris.limits import MAX_CELLS
 
 Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
 Start = Annotated[
@@ -85,7 +84,7 @@ AllowOutside = Annotated[
 MaxCells = Annotated[
     int | None,
     typer.Option(
-        "--max-cells", metavar="N", min=1, max=MOST_CELLS, help="Refuse maps of more cells (default 2^24)."
+        "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells (default 2^24)."
     ),
 ]
 LatMax = Annotated[

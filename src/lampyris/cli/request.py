@@ -12,10 +12,10 @@ from typing import Any
 
 from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean
 from lampyris.field.layers import moves_for
+from lampyris.limits import MAX_CELLS
 from lampyris.maps import library
 from lampyris.maps.document import MapDocument
 from lampyris.maps.load import COLOURS, VALUES, load_map
-from lampyris.maps.make import MAX_CELLS
 from lampyris.maps.scenario import MAX_SEED, PRESETS, Bundled, MapFile, Scenario
 from lampyris.maps.tracks import read_track
 from lampyris.model.grid import Grid

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lampyris.cli.options import MOST_CELLS
+from lampyris.limits import MAX_CELLS
 
 if TYPE_CHECKING:
     from lampyris.scen import Answer, Answers, Benchmark
@@ -55,7 +55,7 @@ def scen(
     ] = None,
     max_cells: Annotated[
         int | None,
-        typer.Option("--max-cells", metavar="N", min=1, max=MOST_CELLS, help="Refuse maps of more cells."),
+        typer.Option("--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells."),
     ] = None,
     no_timing: Annotated[
         bool, typer.Option("--no-timing", help="Leave the seconds out of the JSON: same call, same bytes.")
@@ -67,7 +67,6 @@ def scen(
     from lampyris.cli import outputs
     from lampyris.cli.request import known, parse_settings
     from lampyris.cli.verbs import _counting, print_json, remarks
-    from lampyris.maps.make import MAX_CELLS
     from lampyris.model.moves import MOVES
 
     known("MOVES", "--moves", moves, MOVES)

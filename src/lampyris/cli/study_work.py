@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from lampyris.cli import INTERRUPTED, Interrupted, outputs, text, verbs
 from lampyris.cli.request import known
 from lampyris.errors import FileError, UsageError
-from lampyris.maps.make import MAX_CELLS
+from lampyris.limits import MAX_CELLS
 from lampyris.processors import processors
 from lampyris.study.design import Study
 from lampyris.study.row import Row

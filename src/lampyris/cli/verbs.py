@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from lampyris.cli import outputs
 from lampyris.errors import LimitError, SettingError, UsageError
+from lampyris.limits import MAX_CELLS
 
 if TYPE_CHECKING:
     from lampyris.cli.request import Request, TrafficRequest
@@ -103,7 +104,6 @@ def simulate(
 
 def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) -> int:
     """``lampyris run``. Returns the exit code."""
-    from lampyris.maps.make import MAX_CELLS
     from lampyris.scenarios import load_scenario
 
     out.check()

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from lampyris.errors import InternalFault, UsageError
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
 from lampyris.maps.document import MapDocument, Query, look_up, plural
 from lampyris.maps.load import load_map
-from lampyris.maps.make import MAX_CELLS
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.movingai import SWAMP, TREES, WATER, read_scen, write_scen
 from lampyris.maps.save import holds_terrain, save_map, values_for

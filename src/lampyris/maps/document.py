@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import FileError, LimitError, SettingError, shown
-from lampyris.maps.make import MAX_CELLS
+from lampyris.limits import MAX_CELLS
 from lampyris.model.grid import TERRAIN_UNIT, Grid
 from lampyris.model.traffic import MAX_BODIES, RandomWalk, Traffic
 from lampyris.typing import ByteGrid, Cell

@@ -16,9 +16,10 @@ from types import MappingProxyType
 from typing import Any
 
 from lampyris.errors import FileError, did_you_mean
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.document import MapDocument, Query, Reading, Source, document
 from lampyris.maps.image import read_png
-from lampyris.maps.make import MAX_CELLS, Edit, Ground, make_ground
+from lampyris.maps.make import Edit, Ground, make_ground
 from lampyris.maps.text import read_text
 from lampyris.typing import BoolGrid
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from lampyris.checks import is_word
 from lampyris.errors import FileError, SettingError, did_you_mean, of_kind, shown
+from lampyris.limits import MAX_CELLS
 from lampyris.maps import bmp, csv_file, image, library, movingai, numpy_file, pgm, ros, text
 from lampyris.maps.document import (
     MapDocument,
@@ -19,7 +20,6 @@ from lampyris.maps.document import (
     document,
     read_regular,
 )
-from lampyris.maps.make import MAX_CELLS
 
 HEAD_BYTES = 4096
 VALUES = ("occupancy", "costmap")

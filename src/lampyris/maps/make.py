@@ -13,13 +13,11 @@ from types import MappingProxyType
 from typing import Any
 
 from lampyris.errors import LimitError, SettingError, did_you_mean
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.draw import Draw
 from lampyris.maps.recipes import caves, gates, hills, maze, office, rooms, scatter, street, warehouse
 from lampyris.maps.recipes.recipe import Recipe
 from lampyris.typing import BoolGrid, ByteGrid
-
-MAX_CELLS = 2**24
-"""Cells a map may have: beyond it one integer is no longer an exact octile cost (see model.moves)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import FileError, LimitError, SettingError, file_name, of_kind, shown
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.csv_table import MAX_BYTES
 from lampyris.maps.document import read_regular
-from lampyris.maps.make import MAX_CELLS
 from lampyris.model.edit import MAX_EDITS, Edit, applied, check_edits
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from lampyris.errors import LimitError
 from lampyris.kernels._jit import jit_disabled
 from lampyris.kernels.search import FOUND, SPAN, search
+from lampyris.limits import MAX_CELLS
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import PELL_P, Moves
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 _Ints = NDArray[np.int64]
 
-MAX_CELLS = 2**24
-"""As many cells as the exact order of Pell costs is proven for (model/moves.py)."""
 HEAVIEST = (TERRAIN_UNIT + MAX_TERRAIN) // TERRAIN_UNIT
 """What the heaviest terrain weighs, plain ground being 1."""
 PLAIN_EXPANSIONS = 50_000

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from lampyris import scen
+from lampyris.limits import MAX_CELLS
 from lampyris.maps import json_text, yaml_text
 from lampyris.maps.document import MapDocument
-from lampyris.maps.make import MAX_CELLS
 from lampyris.maps.scenario import Scenario
 from lampyris.maps.way_file import Way
 from lampyris.model.grid import Grid

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
-from lampyris.maps.make import MAX_CELLS
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.scenario import PRESETS, read_document
 from lampyris.model.robot import Robot
 from lampyris.study import ready

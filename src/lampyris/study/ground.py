@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import FileError, LampyrisError, LimitError
-from lampyris.maps.make import MAX_CELLS
+from lampyris.limits import MAX_CELLS
 from lampyris.maps.map_hash import map_hash
 from lampyris.maps.yaml_text import shown
 from lampyris.model.grid import Grid
