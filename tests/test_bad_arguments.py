@@ -6,6 +6,7 @@ OverflowError where a SettingError was promised, ``solve_field("x")`` AttributeE
 
 from __future__ import annotations
 
+import inspect
 import itertools
 from collections.abc import Callable
 from pathlib import Path
@@ -39,6 +40,7 @@ from lampyris.errors import (
     did_you_mean,
 )
 from lampyris.planners import registry
+from lampyris.scen import ask
 from lampyris.sim.drive_settings import Settings
 
 CLASSES = dict(public_classes())
@@ -172,6 +174,21 @@ def test_a_setting_called_as_an_argument_is_refused_and_can_be_said(
         verb(scene(), planner, **{name: value})
     assert verb(scene(), planner, planner_settings={name: value}).planner == planner
     assert verb(scene(), planner, planner_settings={}, **{name: value}).planner == planner
+
+
+@pytest.mark.parametrize("verb", [lampyris.plan, lampyris.simulate, lampyris.drive, ask])
+def test_any_argument_may_be_called_as_a_setting_of_a_planner(
+    monkeypatch: pytest.MonkeyPatch, verb: Callable[..., Any]
+) -> None:
+    """A planner of another package may call its settings as it likes."""
+    own = {p.name for p in inspect.signature(verb).parameters.values() if p.default is not p.empty}
+    own |= {f for f in Settings.__dataclass_fields__ if verb is lampyris.drive}
+    own -= {"planner", "planner_settings"}
+    assert len(own) >= 3
+    monkeypatch.setattr(registry, "settings_of", lambda kind: dict.fromkeys(own))
+    for name in own:
+        with pytest.raises(UsageError, match=rf"SETTING_CLASH\]: {name}: "):
+            verb(None, "astar", **{name: object()})
 
 
 def test_the_planners_setting_and_the_drives_are_told_apart() -> None:

@@ -43,7 +43,7 @@ def test_a_map_of_one_row_of_all_cells_is_refused_before_memory_is_asked_for(ver
 
 
 def test_the_largest_square_map_is_within_the_limit() -> None:
-    limits.demand_memory(4096, 4096, 2, limits.PER_CELL, "planning")
+    limits.demand_memory(4096, 4096, 2, "planning")
 
 
 def test_memory_is_asked_of_the_planner(monkeypatch: pytest.MonkeyPatch) -> None:

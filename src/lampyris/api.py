@@ -19,7 +19,7 @@ from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind,
 from lampyris.field.layers import free_space
 from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
-from lampyris.limits import MAX_CELLS, NODES, PATH, PER_CELL, demand_memory
+from lampyris.limits import MAX_CELLS, NODES, PATH, demand_memory
 from lampyris.maps.load import load_map
 from lampyris.model.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.drive import Drive
@@ -124,7 +124,9 @@ def plan(
     SettingError : a setting it does not have, or out of its range; settings beside a planner object.
     InternalFault : the referee refused the result; a bug of ours.
     """
-    chosen = chosen_planner(plan, locals())
+    chosen = chosen_planner(
+        plan, planner, planner_settings, settings, seed=seed, budget=budget, record=record
+    )
     of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "planning")
     of_kind("budget", budget, Budget, none=True)
@@ -333,7 +335,7 @@ def _small_enough(scene: Scene, planner: Planner, doing: str) -> None:
     """Refuse a map on which a planner would take more memory than is allowed."""
     grid, border = scene.grid, scene.moves.reach
     what = f"{doing} with {planner.name}"
-    demand_memory(grid.height, grid.width, border, getattr(planner, "bytes_a_cell", PER_CELL), what)
+    demand_memory(grid.height, grid.width, border, what)
 
 
 def _points(way: object) -> Points:
@@ -385,7 +387,10 @@ def simulate(
     SceneError : obstacles that do not fit the map; ``EDIT_TRACK``: an edit in a recorded lane.
     InternalFault : the referee refused the trace; a bug of ours.
     """
-    chosen = chosen_planner(simulate, locals())
+    chosen = chosen_planner(
+        simulate, planner, planner_settings, settings, traffic=traffic, seed=seed, ticks=ticks, law=law,
+        patience=patience, budget=budget, progress=progress,
+    )  # fmt: skip
     with uninterrupted():
         from lampyris.sim import loop
 
@@ -440,14 +445,16 @@ def drive(
         change; ``OBSTACLE_SPEED``: traffic that passes more than 100 cells between two decisions.
     InternalFault : the referee refused the drive; a bug of ours.
     """
-    given = locals()
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():
         from lampyris.sim import drive as driving
         from lampyris.sim.drive_settings import split_settings
 
     ours, rest = split_settings(settings)
-    chosen = chosen_planner(drive, given, ours, rest)
+    chosen = chosen_planner(
+        drive, planner, planner_settings, rest, traffic=traffic, seed=seed, law=law, sources=sources,
+        feed=feed, budget=budget, progress=progress, **ours,
+    )  # fmt: skip
     of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "driving")
     scene = among(scene, traffic)

@@ -96,17 +96,16 @@ LIMITS = (MEMORY, PATH, NODES, TICKS, DECISIONS)
 """All of them."""
 
 PER_CELL = 100
-"""Bytes that planners take for a cell of the map and of its border at the most, unless they say otherwise."""
+"""Bytes that planners take for a cell of the map and of its border at the most."""
 
 
-def demand_memory(height: int, width: int, border: int, bytes_a_cell: int, what: str) -> None:
+def demand_memory(height: int, width: int, border: int, what: str) -> None:
     """Refuse to work on a map that would take more memory than is allowed.
 
     Parameters
     ----------
     height, width : of the map, cells.
     border : how wide the border is that searches lay around it; a map of one row has more border than cells.
-    bytes_a_cell : what each cell takes, the border's too.
     what : who asks, such as ``planning with astar``.
 
     Raises
@@ -114,5 +113,5 @@ def demand_memory(height: int, width: int, border: int, bytes_a_cell: int, what:
     LimitError : ``MEMORY``.
     """
     cells = (height + 2 * border) * (width + 2 * border)
-    needed = -(-cells * bytes_a_cell // 2**20)
+    needed = -(-cells * PER_CELL // 2**20)
     MEMORY.demand(needed, f"{what} on {width:,} x {height:,} cells", instead="take a smaller map")

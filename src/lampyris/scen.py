@@ -264,7 +264,9 @@ def ask(
     UsageError, SettingError : no such planner, setting or moves, a value out of its range.
     InternalFault : the referee refused a way; a bug of ours.
     """
-    chosen = chosen_planner(ask, locals())
+    chosen = chosen_planner(
+        ask, planner, planner_settings, settings, moves=moves, seed=seed, limit=limit, progress=progress
+    )
     if limit is not None and not is_whole(limit, 1):
         raise SettingError("LIMIT", f"limit {shown(limit)}", allowed="a whole number >= 1")
     if not is_whole(seed, 0):

@@ -6,12 +6,14 @@ import math
 import os
 import signal
 import sqlite3
+import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 from store_samples import bytes_of, child, filled, names, rows, study
 
-from lampyris.errors import InternalFault, LampyrisError, UsageError
+from lampyris.errors import BusyError, InternalFault, LampyrisError, UsageError
 from lampyris.study.design import Crowd, Study, Who
 from lampyris.study.plain import study_plain
 from lampyris.study.row import Row
@@ -471,3 +473,59 @@ def _raise(error: BaseException):  # type: ignore[no-untyped-def]
         raise error
 
     return do
+
+
+# ---- several threads --------------------
+
+
+@pytest.mark.parametrize("second", ["add", "keys", "close"])
+def test_a_second_call_while_one_is_at_work_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, second: str
+) -> None:
+    """From another thread, at the worst moment: within a transaction."""
+    of = study()
+    path, given = tmp_path / "a.study", rows(of)
+    calls = {
+        "add": lambda store: store.add(given[1:2]),
+        "keys": lambda store: store.keys(),
+        "close": lambda store: store.close(),
+    }
+    came: list[BaseException | None] = []
+
+    def meanwhile() -> None:
+        try:
+            calls[second](store)
+        except BusyError as error:
+            came.append(error)
+        else:
+            came.append(None)
+
+    def insert(self: Store, *args: Any) -> None:
+        thread = threading.Thread(target=meanwhile)
+        thread.start()
+        thread.join(60)
+        insert_all(self, *args)
+
+    insert_all = Store._insert
+    with Store.create(path, of) as store:
+        with monkeypatch.context() as patch:
+            patch.setattr(Store, "_insert", insert)
+            assert store.add(given[:1]) == 1
+        assert isinstance(came[0], BusyError)
+        assert "one call at a time" in str(came[0])
+        assert store.add(given[1:2]) == 1
+    with Store.open(path, writable=False) as store:
+        assert list(store.rows().values()) == given[:2]
+
+
+def test_threads_that_take_turns_may_share_a_store(tmp_path: Path) -> None:
+    of = study()
+    path, given = tmp_path / "a.study", rows(of)
+    store = Store.create(path, of)
+    for call in (*(lambda r=r: store.add([r]) for r in given[:5]), store.close):
+        thread = threading.Thread(target=call)
+        thread.start()
+        thread.join(60)
+    assert names(tmp_path) == ["a.study"]
+    with Store.open(path, writable=False) as found:
+        assert list(found.rows().values()) == given[:5]

@@ -13,16 +13,22 @@ from lampyris.planners.base import Planner
 
 
 def chosen_planner(
-    verb: Callable[..., Any], given: Mapping[str, Any], own: Iterable[str] = (), rest: Any = None
+    verb: Callable[..., Any],
+    planner: object,
+    planner_settings: object,
+    settings: Mapping[str, Any],
+    /,
+    **own: Any,
 ) -> Planner:
     """The planner that a call of a public function asks for.
 
     Parameters
     ----------
-    verb : the function, which has arguments ``planner``, ``planner_settings`` and ``**settings``.
-    given : its arguments as they were given, by name: ``locals()`` at its beginning.
-    own : keywords of ``**settings`` that were given and are the function's own.
-    rest : those that are the planner's; None: all.
+    verb : the function.
+    planner, planner_settings : its arguments of these names.
+    settings : its other keywords, which are the planner's settings.
+    own : its own arguments that have a default, and keywords that it takes itself, by name. A planner's
+        setting may be called as one of these is.
 
     Raises
     ------
@@ -30,14 +36,13 @@ def chosen_planner(
         the planner's settings is, without ``planner_settings``; a setting in both.
     SettingError : ``PLANNER``: no planner; settings beside a planner object; a setting it does not have.
     """
-    planner, inner = given["planner"], given["planner_settings"]
-    settings: dict[str, Any] = dict(given["settings"] if rest is None else rest)
+    inner = planner_settings
     if inner is not None and not (isinstance(inner, Mapping) and all(isinstance(key, str) for key in inner)):
         raise SettingError("TYPE", shown(inner), where="planner_settings", allowed="settings by name")
     if isinstance(planner, str):
         if inner is None:
             known = registry.settings_of(registry.planner_class(planner))
-            _refuse_clash(verb.__name__, planner, known, [*_told(verb, given), *own])
+            _refuse_clash(verb.__name__, planner, known, _told(verb, own))
         for name in settings.keys() & (inner or {}).keys():
             raise UsageError("SETTING_CLASH", f"{name} is set twice", where=name, allowed="once")
         return registry.make(planner, {**settings, **(inner or {})})
@@ -56,20 +61,21 @@ def chosen_planner(
     return planner
 
 
-def _told(verb: Callable[..., Any], given: Mapping[str, Any]) -> list[str]:
-    """The function's own arguments that were given another value than they have by themselves."""
+def _told(verb: Callable[..., Any], own: Mapping[str, Any]) -> list[str]:
+    """Names of the function's own arguments that were given another value than they have by themselves."""
+    defaults = _defaults(verb)
     return [
         name
-        for name, default in _arguments(verb)
-        if given[name] is not default and not _equal(given[name], default)
+        for name, value in own.items()
+        if name not in defaults or not (value is defaults[name] or _equal(value, defaults[name]))
     ]
 
 
 @cache
-def _arguments(verb: Callable[..., Any]) -> tuple[tuple[str, Any], ...]:
-    """The function's arguments that a planner's setting may be called as, with their defaults."""
+def _defaults(verb: Callable[..., Any]) -> Mapping[str, Any]:
+    """The function's arguments that have a default, with it."""
     named = inspect.signature(verb).parameters.values()
-    return tuple((p.name, p.default) for p in named if p.default is not p.empty and p.name != "planner")
+    return {p.name: p.default for p in named if p.default is not p.empty}
 
 
 def _equal(value: Any, default: Any) -> bool:

@@ -22,6 +22,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from lampyris.errors import FileError, LampyrisError, UsageError
+from lampyris.exclusive import Exclusive, one_call
 from lampyris.study.design import Study, canonical
 from lampyris.study.ground import pack, unpack
 from lampyris.study.plain import demand_same, study_of, study_plain
@@ -56,10 +57,12 @@ _PATIENCE_MS = 200
 _RUNS = "SELECT n, seal, key, ending, error, metrics, timing FROM runs ORDER BY n"
 
 
-class Store:
+class Store(Exclusive):
     """An open store; use :meth:`create`, :meth:`open` or :func:`open_for`.
 
-    Not to be used across a fork, nor by two threads at once. Leaving a ``with`` closes it.
+    :meth:`add`, :meth:`keys` and :meth:`close` serve one call at a time (:mod:`lampyris.exclusive`): a second
+    one, from any thread, is refused with ``BusyError`` and changes nothing. What else reads has a connection
+    of its own and may run beside them. Not to be used across a fork. Leaving a ``with`` closes it.
     """
 
     def __init__(self, path: Path, hold: Hold | None) -> None:
@@ -177,6 +180,7 @@ class Store:
         with self._snapshot() as connection:
             return maps_of(connection, self.path)
 
+    @one_call
     def keys(self) -> frozenset[str]:
         """Keys of all runs that are stored.
 
@@ -215,6 +219,7 @@ class Store:
         for row, texts in self._records():
             yield row.ending, texts
 
+    @one_call
     def add(self, rows: Sequence[Row]) -> int:
         """Store rows, all or none; returns how many of them are new, and then they are on the disk.
 
@@ -225,6 +230,7 @@ class Store:
         FileError : STORE_CONFLICT: a key that is there with another ending or metric; STORE_WRITE: no space,
             read-only, input/output; STORE_DAMAGED. What was stored before stays.
         UsageError : STORE_CLOSED, STORE_READER.
+        BusyError : another call is at work.
         InternalFault : STORE_ROW: a row that is not plain data.
         """
         if self._closed or self._hold is None or self._writer is None:
@@ -250,6 +256,7 @@ class Store:
         self._tally = tally
         return len(fresh)
 
+    @one_call
     def close(self) -> None:
         """Close it; what is in the log goes into the main file, as far as the system lets it."""
         if self._closed:

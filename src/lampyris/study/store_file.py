@@ -120,7 +120,7 @@ def look(path: Path) -> None:
 def connect(path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "") -> sqlite3.Connection:
     """An SQLite connection without implicit transactions that believes nothing the file says of itself."""
     name = f"file:{quote(str(path))}?mode={mode}{more}"
-    # Not bound to one thread: a run may be watched by another. Its user takes care that only one speaks.
+    # Not bound to one thread: a run may be watched by another. Store refuses a second call during one.
     connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False)
     try:
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
