@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -12,11 +13,13 @@ import lampyris
 from lampyris import api, referee
 from lampyris.errors import InternalFault, SettingError, UsageError
 from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES, Moves
 from lampyris.model.path import Path, path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion import laws
 from lampyris.motion.course import corners_of_path, course_with_corners
+from lampyris.typing import FloatGrid, Points
 
 LAWS = ("physical", "constant", "optimum", "blind", "uncertainty")
 
@@ -42,6 +45,76 @@ def test_arcs_fit_within_half_a_step() -> None:
     assert corners_of_path(back, 0.5, scene.robot).stop.tolist() == [True]
     course = course_with_corners(path, 0.5, scene.robot)
     assert np.flatnonzero(course.curvature).tolist() == [4, 5, 6, 9, 10, 11, 14, 15, 16]
+
+
+def arc_of(cells: list[tuple[int, int]], moves: Moves) -> Points:
+    """Points on the arc at the middle one of three cells; none where the robot stops there."""
+    found = corners_of_path(path_of(np.array(cells), moves), 1.0, Robot())
+    if found.stop.any() or not len(found.node):
+        return np.zeros((0, 2))
+    before, node, after = np.array(cells, dtype=np.float64)
+    radius, tangent = float(found.radius[0]), float(found.tangent[0])
+    begin = node + tangent * (before - node) / np.hypot(*(before - node))
+    end = node + tangent * (after - node) / np.hypot(*(after - node))
+    inwards = (begin + end) / 2 - node
+    centre = node + inwards / np.hypot(*inwards) * math.hypot(radius, tangent)
+    mixed = [(begin - centre) * (1 - share) + (end - centre) * share for share in np.linspace(0, 1, 65)]
+    return np.array([centre + radius * d / np.hypot(*d) for d in mixed])
+
+
+def touched(a: tuple[int, int], b: tuple[int, int]) -> set[tuple[int, int]]:
+    """The cells whose inside a straight step passes: whoever may make the step, they are free."""
+    points = np.linspace(a, b, 1201)
+    near = np.abs(points - np.rint(points)).max(axis=1) < 0.5 - 1e-9
+    return {(int(x), int(y)) for x, y in np.rint(points[near])}
+
+
+CORNERS = [
+    (kind, ((-a[0], -a[1]), (0, 0), b))
+    for kind in ("dissertation", "octile", "four", "sixteen")
+    for a in MOVES[kind].offsets
+    for b in MOVES[kind].offsets
+]
+
+
+def test_an_arc_stays_within_the_cells_that_its_two_steps_touch() -> None:
+    """So it meets no wall: whatever is blocked, these cells are not."""
+    arcs = 0
+    for kind, cells in CORNERS:
+        points = arc_of(list(cells), MOVES[kind])
+        arcs += len(points) > 0
+        free = touched(*cells[:2]) | touched(*cells[1:])
+        for x, y in points:
+            inside = [
+                (i, j)
+                for i in range(math.floor(x), math.floor(x) + 2)
+                for j in range(math.floor(y), math.floor(y) + 2)
+                if max(abs(x - i), abs(y - j)) < 0.5 - 1e-9
+            ]
+            assert free.issuperset(inside), (kind, cells, (x, y))
+    assert arcs == sum(len(MOVES[k].offsets) * (len(MOVES[k].offsets) - 2) for k in {k for k, _ in CORNERS})
+
+
+def wall_gap(point: tuple[float, float] | FloatGrid, wall: tuple[int, int]) -> float:
+    """Distance from a point to the square of a wall."""
+    return math.hypot(*(max(abs(p - w) - 0.5, 0.0) for p, w in zip(point, wall, strict=True)))
+
+
+def test_an_arc_is_no_nearer_to_a_wall_than_the_cells_around_its_two_steps() -> None:
+    """A robot of some radius may stand in these, so there is room for it on the arc, too.
+
+    Such a robot makes no knight's steps and cuts no corners: with a diagonal step all four cells around it
+    have room for the robot.
+    """
+    for kind, cells in CORNERS:
+        if kind != "octile":
+            continue
+        points = arc_of(list(cells), MOVES[kind])
+        around = {(x, y) for (x0, y0), (x1, y1) in (cells[:2], cells[1:]) for x in (x0, x1) for y in (y0, y1)}
+        for wall in itertools.product(range(-7, 8), repeat=2):
+            if len(points) and wall not in around:
+                room = min(wall_gap(cell, wall) for cell in around)
+                assert min(wall_gap(p, wall) for p in points) >= room - 1e-9, (cells, wall)
 
 
 @pytest.mark.parametrize("law", LAWS)

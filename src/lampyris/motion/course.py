@@ -112,8 +112,10 @@ def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
     Each corner is an arc that touches both steps, and begins and ends at most half the shorter of the two
     away from the node, so that the arcs of neighbouring corners do not overlap: its radius is that half,
     divided by the tangent of half the turn. Where that is less than the robot's turning circle, or the path
-    turns back on itself, the corner is a stop. Whether walls leave room for an arc is not asked: see
-    :func:`lampyris.motion.curve.curve_of`.
+    turns back on itself, the corner is a stop. Walls need not be looked at: an arc stays within the cells
+    that its two steps touch, and is no nearer to any wall than the nearest of the cells that a robot with a
+    radius must have room in to make these steps (tests/motion/test_corners.py tries every pair of steps).
+    Lines between other places than cells have no such cells: see :func:`lampyris.motion.curve.curve_of`.
     """
     step = np.diff(path.cells.astype(np.float64), axis=0) * resolution
     if len(step) < 2:
