@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from lampyris.motion.course import course_of
 from lampyris.motion.refine import refined
 from lampyris.planners import registry
 from lampyris.planners.assess import assess
+from lampyris.planners.base import Traits
 from lampyris.sim.drive import DriveSimulation
 
 
@@ -117,6 +120,48 @@ def test_a_drive_that_would_take_too_many_decisions_says_so(monkeypatch: pytest.
     said = "the time limit of 1000000 s was cut to 20 s: LAMPYRIS_MAX_DECISIONS allows 1,000 decisions"
     assert long.drive().notes == (said,)
     assert DriveSimulation(street(9), registry.make("astar"), time_limit=15.0, period=0.02).time_limit == 15.0
+
+
+class Unasked:
+    """A planner that must not be asked."""
+
+    name: ClassVar[str] = "unasked"
+    summary: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    traits: ClassVar[Traits] = Traits(optimal=True)
+
+    def open(self, *args: Any, **settings: Any) -> NoReturn:
+        pytest.fail("it was searched for")
+
+
+@pytest.mark.parametrize(
+    ("verb", "limit", "given", "says"),
+    [
+        (lampyris.plan, "PATH", {}, "PATH_LENGTH.*a straight path needs 400 cells"),
+        (lampyris.simulate, "TICKS", {}, "TICKS.*a straight path needs 399 ticks"),
+        (lampyris.drive, "NODES", {"spacing": 0.5}, "NODES.*a straight path needs 798 nodes"),
+        (lampyris.drive, "DECISIONS", {}, "DECISIONS.*a straight drive needs 3,990 decisions"),
+    ],
+)
+def test_what_even_a_straight_path_makes_too_much_is_refused_before_the_search(
+    monkeypatch: pytest.MonkeyPatch, verb: Callable[..., Any], limit: str, given: dict[str, Any], says: str
+) -> None:
+    monkeypatch.setenv(f"LAMPYRIS_MAX_{limit}", "398")
+    with pytest.raises(LimitError, match=says):
+        verb(street(400), Unasked(), **given)
+    shut = np.zeros((1, 400), dtype=np.bool_)
+    shut[0, 399] = True  # there is no way, and that is told
+    assert verb(Scene(Grid(shut), (0, 0), (399, 0)), "astar").planner == "astar"
+
+
+@pytest.mark.parametrize("verb", [lampyris.plan, lampyris.simulate, lampyris.drive])
+def test_a_variable_that_is_no_number_is_refused_before_the_search(
+    monkeypatch: pytest.MonkeyPatch, verb: Callable[..., Any]
+) -> None:
+    for name in ("PATH", "TICKS", "NODES", "DECISIONS"):
+        monkeypatch.setenv(f"LAMPYRIS_MAX_{name}", "much")
+    with pytest.raises(SettingError, match="LIMIT_VARIABLE"):
+        verb(street(5), Unasked())
 
 
 @pytest.mark.parametrize("given", ["0", "-1", "1.5", "much", "1" * 400, "٣"])

@@ -19,7 +19,7 @@ from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind,
 from lampyris.field.layers import free_space
 from lampyris.halting import uninterrupted
 from lampyris.kernels import loading
-from lampyris.limits import MAX_CELLS, NODES, PATH, demand_memory
+from lampyris.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
 from lampyris.maps.load import load_map
 from lampyris.model.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.drive import Drive
@@ -43,6 +43,7 @@ from lampyris.motion.scheduled import scheduled_profile
 from lampyris.planners._limits import within
 from lampyris.planners.assess import assess
 from lampyris.planners.base import Budget, Planner
+from lampyris.planners.beforehand import least_steps
 from lampyris.planners.chosen import chosen_planner
 from lampyris.referee.caps import check_caps
 from lampyris.referee.curve import check_curve
@@ -131,6 +132,7 @@ def plan(
     _small_enough(scene, chosen, "planning")
     of_kind("budget", budget, Budget, none=True)
     of_kind("record", record, bool)
+    PATH.demand(least_steps(scene) + 1, "even a straight path")
     rng = np.random.Generator(np.random.PCG64(_seed(seed)))
     began, loaded = loading.wall(), loading.seconds()
     answers: list[tuple[Plan, float]] = []
@@ -183,21 +185,13 @@ def course(
     if not is_word(drawing, DRAWINGS):
         raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
     of_kind("scene", scene, Scene)
-    resolution = scene.grid.resolution
-    step = COURSE_SPACING * resolution if spacing is None else spacing
-    if not in_range(step, MIN_SPACING * resolution, 1e6):
-        raise SettingError(
-            "SPACING",
-            f"{shown(spacing)} m",
-            where="spacing",
-            allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
-        )
+    step = _spacing(scene, spacing)
     points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else _points(way)
-    _few_nodes(points, float(step) / resolution)
-    wanted = wanted_of(way, resolution) if isinstance(way, Plan) else None
+    few_nodes(points, scene, spacing)
+    wanted = wanted_of(way, scene.grid.resolution) if isinstance(way, Plan) else None
     curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
     referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
-    return refined(course_of(curve, float(step)), scene)
+    return refined(course_of(curve, step), scene)
 
 
 def profile(
@@ -319,11 +313,37 @@ def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: f
         referee.demand(found)
 
 
-def _few_nodes(points: Points, step: float) -> None:
+def _spacing(scene: Scene, spacing: float | None) -> float:
+    """Metres between two nodes, as asked for or by default."""
+    resolution = scene.grid.resolution
+    step = COURSE_SPACING * resolution if spacing is None else spacing
+    if not in_range(step, MIN_SPACING * resolution, 1e6):
+        raise SettingError(
+            "SPACING",
+            f"{shown(spacing)} m",
+            where="spacing",
+            allowed=f"{MIN_SPACING * resolution:g} to 1e6 metres",
+        )
+    return float(step)
+
+
+def few_nodes(points: Points, scene: Scene, spacing: float | None) -> None:
     """Refuse a polyline that is too long for its spacing before any of its lines is looked at.
 
     A curve along it is not longer; its pieces' borders are nodes besides.
+
+    Parameters
+    ----------
+    points : (n, 2), cells.
+    scene : whose cells they are.
+    spacing : as for :func:`course`.
+
+    Raises
+    ------
+    SettingError : ``SPACING``.
+    LimitError : ``NODES``.
     """
+    step = _spacing(scene, spacing) / scene.grid.resolution
     xy = np.asarray(points, dtype=np.float64)
     if xy.ndim == 2 and xy.shape[1:] == (2,) and np.isfinite(xy).all():
         d = xy[1:] - xy[:-1]
@@ -399,6 +419,8 @@ def simulate(
     scene = among(scene, traffic)
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
+    if ticks is None:
+        TICKS.demand(least_steps(scene), "even a straight path", instead="say how many ticks there are")
     trace = loop.run(
         scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, budget=budget,
         progress=progress,

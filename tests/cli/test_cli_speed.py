@@ -334,3 +334,24 @@ def test_the_page_names_every_key_and_column() -> None:
     assert not [key for key in keys if f"`{key}`" not in drives]
     for columns in (PROFILE_COLUMNS, DRIVE_COLUMNS):
         assert f"`{', '.join(columns)}`" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--movers", "none.csv"), "none.csv"),
+        (("--track", "none.csv"), "none.csv"),
+        (("--track", "room.txt", "--law", "rpp"), "OPTIONS"),
+        (("--spacing", "0"), "--spacing"),
+        (("--spacing", "0.0003"), "NODES"),
+        (("--csv", "no/where.csv"), "FILE_WRITE"),
+    ],
+)
+def test_files_and_limits_are_looked_at_before_anything_is_planned(
+    monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], says: str
+) -> None:
+    monkeypatch.setattr("lampyris.api.plan", lambda *args, **given: pytest.fail("it was planned"))
+    monkeypatch.setenv("LAMPYRIS_MAX_NODES", "9999")
+    done = run("speed", *MAP, *TAUT, *words)
+    assert done.exit in (2, 3, 5), done.err
+    assert says in done.err

@@ -117,6 +117,9 @@ class Asked:
             names = list(laws.LAWS)
         for name in (*names, r.law or ""):
             known("LAW", "--laws" if name in names else "--law", name, laws.LAWS)
+        if self.tracks.files and not isinstance(laws.named(r.law or "").settings, PhysicalLaw):
+            ours = ", ".join(key for key, row in laws.LAWS.items() if isinstance(row.settings, PhysicalLaw))
+            raise UsageError("OPTIONS", f"--track with the law {r.law}", allowed=ours)
         return tuple(dict.fromkeys((*names, r.law or "")))
 
 
@@ -204,7 +207,18 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
     names = asked.check()
     out.check()
     began, loaded = loading.wall(), loading.seconds()
-    scene, source, way, notes = _way(asked)
+    # All files are read before anything is planned: a search may take long.
+    scene, source, points, notes = _scene(asked)
+    movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
+    tracks = asked.tracks.read(scene)
+    smooth: Any = asked.drawing
+    if points is None and smooth != "none":
+        api.few_nodes(np.array([scene.start, scene.goal]), scene, asked.spacing)
+    way: Plan | Points | None = points
+    if points is None:
+        planned = api.plan(scene, _planner(asked.request), asked.request.seed, record=False)
+        way, source = (None, planned.sentence) if planned.path is None else (planned, source)
+        notes = (*notes, *planned.notes) if way is not None else notes
     verbs.remarks(notes)
     if way is None:
         # Who planned has said why; there is nothing to drive on.
@@ -213,15 +227,12 @@ def speed(asked: Asked, out: SpeedOutputs) -> int:
         else:
             speed_show.no_way(source)
         return verbs.NO_ANSWER
-    movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
     verbs.remarks(_off_the_map(movers, scene.grid))
-    tracks = asked.tracks.read(scene)
-    smooth: Any = asked.drawing
     course = _course(way, scene, smooth, asked.spacing)
-    planned = loading.wall()
+    drawn = loading.wall()
     entries, refused = _entries(names, asked, way, course, scene, movers, tracks)
     chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
-    timing = {"way_s": planned - began, "laws_s": loading.wall() - planned}
+    timing = {"way_s": drawn - began, "laws_s": loading.wall() - drawn}
     timing["loading_s"] = loading.seconds() - loaded
     kept = _kept_as_planned(way, smooth)
     verbs.remarks(kept)
@@ -247,15 +258,12 @@ def _kept_as_planned(way: Plan | Points, smooth: str) -> tuple[str, ...]:
     return (f"--smooth taut without effect: {why}",) if why else ()
 
 
-def _way(asked: Asked) -> tuple[Scene, str, Plan | Points | None, tuple[str, ...]]:
-    """The scene, where the way is from (or why there is none), its points in cells, and remarks."""
+def _scene(asked: Asked) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
+    """The scene, where the way is from, its points in cells if it is in a file, and remarks."""
     request = asked.request
     if asked.path is None:
         scenario = request.scenario()
-        found: Plan = api.plan(scenario.scene, _planner(request), request.seed, record=False)
-        if found.path is None:
-            return scenario.scene, found.sentence, None, scenario.notes
-        return scenario.scene, request.planner, found, (*scenario.notes, *found.notes)
+        return scenario.scene, request.planner, None, scenario.notes
     document = request.load()
     grid, way = document.grid, read_way(asked.path, asked.units)
     points = way.on(grid)
@@ -371,12 +379,8 @@ def _through(
 
     Raises
     ------
-    UsageError : a law that has no caps.
     SettingError : PROFILE_BLOCKED: there is no way through.
     """
-    if not isinstance(law, PhysicalLaw):
-        ours = ", ".join(key for key, row in laws.LAWS.items() if isinstance(row.settings, PhysicalLaw))
-        raise UsageError("OPTIONS", f"--track with the law {made.law}", allowed=ours)
     cap = np.min([speeds for _, speeds in made.caps], axis=0)
     found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
     if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):

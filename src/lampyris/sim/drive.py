@@ -25,7 +25,7 @@ from lampyris.checks import MOST_WHOLE, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.exclusive import Exclusive, one_call
 from lampyris.kernels import loading
-from lampyris.limits import DECISIONS
+from lampyris.limits import DECISIONS, NODES
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.plan import Status
@@ -33,19 +33,21 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.motion.laws import SpeedLaw
 from lampyris.planners.base import Budget, Planner
+from lampyris.planners.beforehand import least_metres
 from lampyris.sim.control import Decision, State, node_at
 from lampyris.sim.controllers import wheel
 from lampyris.sim.drive_log import Log
 from lampyris.sim.drive_settings import Settings
 from lampyris.sim.feed import FaultyFeed, Feed, PerfectFeed, Watch
 from lampyris.sim.going import Going
-from lampyris.sim.guide import Guide
+from lampyris.sim.guide import Guide, spacing_of
 from lampyris.sim.leg import Leg, covered_cells
 from lampyris.sim.others import Others
 from lampyris.sim.sources import Source
 from lampyris.sim.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.waiting import WAITS, Waiting
 
+_LONGER = "choose a longer period"
 _NEVER = {
     Status.NO_PATH: Outcome.NO_PATH,
     Status.START_OCCUPIED: Outcome.START_OCCUPIED,
@@ -122,6 +124,7 @@ class DriveSimulation(Exclusive):
         self.settings = one = Settings.of(settings)
         one.check_traffic(scene)
         self.scene = scene
+        self._demand_room()
         self.seed = _seed(seed)
         self.feed: Feed = feed.fresh() if isinstance(feed, FaultyFeed) else feed or PerfectFeed()
         self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
@@ -195,6 +198,22 @@ class DriveSimulation(Exclusive):
         if curve is not None and len(curve.lengths):
             self._take(curve)
 
+    def _demand_room(self) -> None:
+        """Refuse, before anything is planned, what the straight line to the goal alone makes too much.
+
+        Raises
+        ------
+        LimitError : it takes more nodes or decisions than are allowed.
+        """
+        one, metres = self.settings, least_metres(self.scene)
+        nodes = metres / spacing_of(one.spacing, self.scene)
+        NODES.demand(int(min(nodes, 1e15)), "even a straight path", instead="choose a larger spacing")
+        seconds = metres / self.scene.robot.v_max
+        if one.time_limit is not None:
+            seconds = min(seconds, one.time_limit)
+        needed = seconds / one.decision_period
+        DECISIONS.demand(int(min(needed, 1e15)), "even a straight drive", instead=_LONGER)
+
     def _within_decisions(self, limit: float) -> float:
         """A time limit, at most that of the decisions that are allowed.
 
@@ -204,7 +223,7 @@ class DriveSimulation(Exclusive):
         """
         period = self.settings.decision_period
         needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
-        DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead="choose a longer period")
+        DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead=_LONGER)
         most = DECISIONS.allowed * period
         if limit > most:
             why = f"{DECISIONS.variable} allows {DECISIONS.allowed:,} {DECISIONS.unit}"

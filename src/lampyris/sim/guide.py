@@ -29,6 +29,11 @@ from lampyris.sim.sources import stream
 from lampyris.typing import Cell, Floats
 
 
+def spacing_of(spacing: float | None, scene: Scene) -> float:
+    """Metres between two nodes, as asked for or by default."""
+    return DRIVE_SPACING * scene.grid.resolution if spacing is None else spacing
+
+
 class Guide:
     """A planner's session with what it has cost.
 
@@ -49,7 +54,7 @@ class Guide:
         budget: Budget | None = None,
     ) -> None:
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
-        self.spacing = DRIVE_SPACING * scene.grid.resolution if spacing is None else spacing
+        self.spacing = spacing_of(spacing, scene)
         self.budget = budget
         self.session = planner.open(scene, stream(seed, 0))
         self.replans = self.expansions = 0
