@@ -124,6 +124,15 @@ def test_a_step_is_clear_of_who_stands_and_of_who_moves() -> None:
     assert not motions.clear(0, (1.0, 1.0))
 
 
+def test_two_that_come_towards_each_other_see_each_other_from_both_steps_away() -> None:
+    motions = Motions()
+    for x in (0.0, 3.0):
+        motions.add(x, 0.0, 0.6)
+    motions.to[1] = (2.0, 0.0)
+    assert motions.near(0) == [1]
+    assert not motions.clear(0, (1.0, 0.0))
+
+
 def test_who_meets_a_halted_one_halts_and_so_on_down_the_line() -> None:
     motions = Motions()
     for x in range(5):
