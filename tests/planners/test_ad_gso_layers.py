@@ -293,3 +293,21 @@ def test_attributes_that_add_up_to_more_than_a_cell_can_cost_are_said() -> None:
     plan = api.plan(scene, crowding=1.0, window=1, max_extra=None)
     assert len(plan.notes) == 1
     assert plan.notes[0].endswith("cells cost 5 times plain ground, the most there is, in place of more")
+
+
+@pytest.mark.parametrize(("radius", "closed"), [(0.0, True), (0.4, False), (0.8, False)])
+def test_gates_under_a_margin_are_those_of_the_cells_left_for_the_robots_centre(
+    radius: float, closed: bool
+) -> None:
+    """An opening of five cells: with a margin of two, one is left. The map as given has no gate."""
+    blocked = np.zeros((15, 21), dtype=np.bool_)
+    blocked[:, 10] = True
+    blocked[4:9, 10] = False
+    scene = Scene(Grid(blocked), (2, 6), (18, 6), robot=Robot(radius=radius))
+    margin = 2 if radius < 0.5 else 1
+    for policy in ("close", "replan"):
+        found = api.plan(scene, "ad-gso", keep_away=margin, gates=policy)
+        assert (found.status is Status.NO_PATH) == closed
+        assert bool(found.gates_met) == (closed and policy == "replan")
+        assert found.attributes["keep_away"] == margin
+        assert found.gates_in_map == ()

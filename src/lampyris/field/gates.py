@@ -53,6 +53,10 @@ def find_gates(grid: Grid, robot: Robot = _POINT) -> tuple[Gate, ...]:
     the opening. Outside the map is not blocked here. Gates are found on the map as it is: closing one never
     makes another.
 
+    Under ``keep_away``, ad-gso looks for gates among the cells that are left for the robot's centre once
+    walls, its radius and the margin are taken off: for a robot without a radius these are openings one cell
+    wide there; for a robot with one there are none, as it has room in each of these cells.
+
     ``dead_end`` says that on one side of its passage there is no live cell to step to, where live means
     free and not itself a gate that is a dead end; of a gate on both axes, that this is so for both
     passages. Without a radius the step may cut corners (the dissertation's moves); with one it may not.

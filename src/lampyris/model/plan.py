@@ -96,7 +96,9 @@ class Plan(Value):
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
         baselines' "path cost".
     mended : whether moving obstacles count as walls in it: there was no other way to go on.
-    gates_on_path, gates_in_map : openings too narrow for the robot.
+    gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``keep_away``
+        the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
+        centre, see :func:`lampyris.field.gates.find_gates`.
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
         where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
         where there is a schedule.
