@@ -515,5 +515,5 @@ def _with_method(where: str, given: object, method: str) -> None:
 
 def _seed(seed: int) -> int:
     if not is_whole(seed, 0, MAX_SEED):
-        raise SettingError("SEED", f"seed {shown(seed)}", allowed=f"a whole number, 0 to {MAX_SEED}")
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {MAX_SEED}")
     return int(seed)

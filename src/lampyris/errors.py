@@ -9,6 +9,7 @@
     │   ├── FileError             a file cannot be read as what it claims to be
     │   ├── SceneError            an end outside the map, a body in a wall
     │   └── SettingError          a number or name out of its range (a ValueError, too)
+    │       └── UnknownSettingError   there is no such setting
     ├── LimitError        exit 5  more than a stated limit allows
     └── InternalFault     exit 6  the referee refused our own result; must never be seen
 
@@ -21,6 +22,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from typing import Self
 
 
 class LampyrisError(Exception):
@@ -33,17 +35,40 @@ class LampyrisError(Exception):
     where : file, line, column, pixel or setting, as far as they are known.
     allowed : what would have been accepted.
     todo : what to do about it.
+    setting : name of the argument, option or setting that is wrong, dotted where its owner tells it from
+        others (``robot.radius``); empty: ``where`` if that is such a name, else none.
+    value : its value in words, if ``what`` is the setting's name and its value; see :meth:`of`.
     """
 
     exit_code = 3
 
-    def __init__(self, code: str, what: str, *, where: str = "", allowed: str = "", todo: str = "") -> None:
+    def __init__(
+        self,
+        code: str,
+        what: str,
+        *,
+        where: str = "",
+        allowed: str = "",
+        todo: str = "",
+        setting: str = "",
+        value: str = "",
+    ) -> None:
         self.code = code
         self.what = what
         self.where = where
         self.allowed = allowed
         self.todo = todo
+        self.setting = setting or (where if _is_name(where) else "")
+        self.value = value
         super().__init__(code, what, where, allowed, todo)
+
+    @classmethod
+    def of(
+        cls, code: str, setting: str, value: str, *, where: str = "", allowed: str = "", todo: str = ""
+    ) -> Self:
+        """The error about a setting's value; it reads ``SETTING VALUE``, without the setting's owner."""
+        what = f"{setting.rpartition('.')[2]} {value}"
+        return cls(code, what, where=where, allowed=allowed, todo=todo, setting=setting, value=value)
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
@@ -52,7 +77,14 @@ class LampyrisError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         # Keyword-only arguments do not survive Exception's own pickling; workers of a study send these home.
-        return (_rebuild, (type(self), self.code, self.what, self.where, self.allowed, self.todo))
+        said = (self.code, self.what, self.where, self.allowed, self.todo, self.setting, self.value)
+        return (_rebuild, (type(self), *said))
+
+
+def _is_name(where: str) -> bool:
+    """Whether a place is that of a setting and neither an option, a file nor a part of a list."""
+    parts = where.replace("-", "_").split(".")
+    return not where.startswith("-") and all(part.isidentifier() for part in parts)
 
 
 MAX_SHOWN = 200
@@ -127,10 +159,9 @@ def _line(text: str) -> str:
     return text if len(text) <= MAX_PART else f"{text[: MAX_PART - 4]} ..."
 
 
-def _rebuild(
-    kind: type[LampyrisError], code: str, what: str, where: str, allowed: str, todo: str
-) -> LampyrisError:
-    return kind(code, what, where=where, allowed=allowed, todo=todo)
+def _rebuild(kind: type[LampyrisError], code: str, what: str, *said: str) -> LampyrisError:
+    where, allowed, todo, setting, value = said
+    return kind(code, what, where=where, allowed=allowed, todo=todo, setting=setting, value=value)
 
 
 class UsageError(LampyrisError):
@@ -159,6 +190,10 @@ class SceneError(InputError):
 
 class SettingError(InputError, ValueError):
     """A number or name is out of its range; a ``ValueError``, too, as Python says it."""
+
+
+class UnknownSettingError(SettingError):
+    """There is no setting of that name; ``setting`` is what was given."""
 
 
 class LimitError(LampyrisError):

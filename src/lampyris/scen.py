@@ -268,9 +268,9 @@ def ask(
         ask, planner, planner_settings, settings, moves=moves, seed=seed, limit=limit, progress=progress
     )
     if limit is not None and not is_whole(limit, 1):
-        raise SettingError("LIMIT", f"limit {shown(limit)}", allowed="a whole number >= 1")
+        raise SettingError.of("LIMIT", "limit", shown(limit), allowed="a whole number >= 1")
     if not is_whole(seed, 0):
-        raise SettingError("SEED", f"seed {shown(seed)}", allowed=f"a whole number, 0 to {2**63 - 1}")
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {2**63 - 1}")
     began, loaded = time.perf_counter(), loading.seconds()
     steps = moves_named(moves)
     rule = "found" if steps.name != "octile" else "equal" if chosen.traits.optimal else "not shorter"

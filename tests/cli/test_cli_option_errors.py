@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import pytest
 import typer.main
 
 from bad_inputs.case import inside, run, warm
 from lampyris.cli.app import app
+from lampyris.cli.option_errors import as_typed
+from lampyris.errors import LampyrisError, LimitError, SettingError, UnknownSettingError
+from lampyris.motion import laws
+from lampyris.planners import registry
 
 MAIN = "from lampyris.cli import main; main()"
 TREE: Any = typer.main.get_command(app)
@@ -179,3 +185,52 @@ def test_a_name_that_the_terminal_cannot_show_is_shown_otherwise(tmp_path: Path)
     )
     assert done.returncode == 0, done.stderr
     assert list(os.listdir(os.fsencode(tmp_path))) == [b"\xff\xc3\xa9.csv"]
+
+
+# ---- what the mapping rests on --------------------
+
+
+class Given:
+    """What click knows of a call with ``--seed`` and ``--obstacles``."""
+
+    command = TREE.commands["simulate"]
+    params: ClassVar[dict[str, Any]] = {}
+
+    @staticmethod
+    def get_parameter_source(name: str) -> Any:
+        return SimpleNamespace(name="COMMANDLINE" if name in ("seed", "obstacles") else "DEFAULT")
+
+
+@pytest.mark.parametrize("what", ["seed 3 of 5", "seed: odd", "5 obstacles", "it has no setting 'seed'"])
+@pytest.mark.parametrize("code", ["SEED", "OBSTACLES", "TRAFFIC_COUNT"])
+def test_neither_words_nor_codes_of_an_error_say_which_option_it_is_about(code: str, what: str) -> None:
+    error = SettingError(code, what)
+    assert as_typed(error, Given) is error
+    assert as_typed(SettingError(code, what, setting="seed"), Given).where == "--seed"
+    assert as_typed(LimitError(code, what, setting="traffic.count"), Given).where == "--obstacles"
+
+
+@pytest.mark.parametrize("name", registry.names())
+def test_each_setting_of_a_planner_is_named_by_the_error_about_it(name: str) -> None:
+    for key in registry.settings_of(registry.planner_class(name)):
+        with pytest.raises(LampyrisError) as caught:
+            registry.make(name, {key: object()})
+        assert caught.value.setting.rpartition(".")[2] == key
+    with pytest.raises(UnknownSettingError) as unknown:
+        registry.make(name, {"no_such": 1})
+    assert unknown.value.setting == "no_such"
+
+
+@pytest.mark.parametrize("name", laws.LAWS)
+def test_each_setting_of_a_law_is_named_by_the_error_about_it(name: str) -> None:
+    for key in laws.settings_of(name):
+        with pytest.raises(SettingError) as caught:
+            laws.with_settings(name, {key: object()})
+        assert caught.value.setting.endswith(f".{key}")
+
+
+def test_the_setting_of_an_error_outlives_the_way_between_processes() -> None:
+    error = SettingError.of("RATE", "traffic.rate", "2", allowed="up to 1")
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error) == "error[RATE]: rate 2; allowed: up to 1"
+    assert (again.setting, again.value) == ("traffic.rate", "2")

@@ -1,16 +1,16 @@
 """Errors as the command line tells them: which option is wrong, as it was typed, and with which exit code.
 
-The library names settings (``robot.v_max``, ``ad-gso: nt 0``, ``seed -1``) and knows nothing of options.
-Here the options of the verb that runs are asked which of them gave that setting. A bad value on the command
-line is a :class:`lampyris.errors.UsageError` (exit code 2) whoever finds it; a bad value in a file stays what
-it is (exit code 3). Limits keep their exit code 5 and get the option's name.
+The library's errors carry the name of the setting that is wrong (``robot.v_max``, ``nt``, ``seed``) and know
+nothing of options. Here the options of the verb that runs are asked which of them gave that setting. A bad
+value on the command line is a :class:`lampyris.errors.UsageError` (exit code 2) whoever finds it; a bad value
+in a file stays what it is (exit code 3). Limits keep their exit code 5 and get the option's name.
 """
 
 from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import typer
@@ -22,6 +22,7 @@ from lampyris.errors import (
     InternalFault,
     LampyrisError,
     LimitError,
+    UnknownSettingError,
     UsageError,
     did_you_mean,
 )
@@ -32,21 +33,16 @@ ClickUsageError: Any = typer.BadParameter.__mro__[1]
 ClickException: Any = typer.BadParameter.__mro__[2]
 Abort: Any = typer.Abort
 
-ALIASES: Mapping[str, str] = {
-    "TRAFFIC_COUNT": "obstacles",
-    "TRAFFIC_RATE": "rate",
-    "TRAFFIC_RADIUS": "obstacle_radius",
-    "OBSTACLE_ROOM": "obstacles",
-    "MAP_SIZE": "size",
-    "MAP_TOO_LARGE": "size",
+OPTIONS: Mapping[str, str] = {
+    "traffic.count": "obstacles",
+    "traffic.rate": "rate",
+    "traffic.radius": "obstacle_radius",
+    "width": "size",
+    "height": "size",
 }
-"""Codes of errors about settings that an option has another name for."""
+"""Settings that an option has another name for; of all others the option's name is the last of theirs."""
 
 _ARGUMENT = re.compile(r"\b([a-z_]+)=(?:\"(\w+)\"|(True|[A-Z]+))")
-_FIRST = re.compile(r"([a-z][a-z0-9_.]*)[ :]")
-_NO_SETTING = re.compile(r"has no setting '([^']*)'")
-_SIDES = ("width", "height")
-"""Of ``--size``, whose value is both."""
 _QUOTED = re.compile(r"(.*) is not (?:a valid|in the range)")
 _FILES = frozenset(("path", "file"))
 """Kinds of parameters that name a file: what is wrong with its content is not wrong with the option."""
@@ -92,7 +88,7 @@ def as_typed(error: LampyrisError, ctx: Any) -> LampyrisError:
     if isinstance(error, FileError | InternalFault):
         return error
     if error.where.startswith("-"):
-        option, what = error.where, _value_of(error.what)
+        option, what = error.where, error.value or error.what
     else:
         found = _option_of(error, _options_given(ctx))
         if found is None:
@@ -138,41 +134,20 @@ def spelled(parameter: Any) -> str:
 
 def _option_of(error: LampyrisError, given: Mapping[str, str]) -> tuple[str, str] | None:
     """The option that an error is about, and what is wrong with its value."""
-    missing = _NO_SETTING.search(error.what)
-    if missing is not None:
-        option = given.get(missing[1], given.get(""))
+    setting = error.setting.replace("-", "_")
+    if isinstance(error, UnknownSettingError):
+        option = given.get(setting, given.get(""))
         return None if option is None else (option.partition(" ")[0], error.what)
-    for name, place, what in _settings_named(error):
-        if name and name in given:
-            return f"{given[name]}: {place}" if place else given[name], what
-    return None
-
-
-def _settings_named(error: LampyrisError) -> Iterator[tuple[str, str, str]]:
-    """The settings that an error may be about: name, what else it says of the place, what is wrong."""
-    where = error.where.replace("-", "_")
-    while where:
-        yield where, "", error.what
-        where = where.partition(".")[2]
-    if error.what.startswith("obstacle ") and error.code == "RADIUS":
-        yield "obstacle_radius", "", error.what
     # A planner's name or a law's is no place: "ad-gso: nt 0" is about --set nt.
-    place = error.where if "/" in error.where or "." in error.where else ""
-    if error.code in ALIASES:
-        yield ALIASES[error.code], place, _value_of(error.what)
-        return
-    first = _FIRST.match(error.what)
-    if first is not None:
-        yield first[1], place, error.what[first.end() :].lstrip()
-    if "obstacles" in error.what:
-        yield "obstacles", place, error.what
-    yield error.code.lower(), place, error.what
-
-
-def _value_of(what: str) -> str:
-    """The value alone where an error says the setting's name and its value: ``seconds nan``."""
-    name, _, value = what.partition(" ")
-    return value if value and " " not in value and name.isidentifier() and name not in _SIDES else what
+    is_place = error.where != error.setting and ("/" in error.where or "." in error.where)
+    name = OPTIONS.get(setting, setting)
+    while name:
+        if name in given:
+            # The value of --size is both sides: which of them is wrong has to be said.
+            what = error.what if setting in ("width", "height") else error.value or error.what
+            return f"{given[name]}: {error.where}" if is_place else given[name], what
+        name = name.partition(".")[2]
+    return None
 
 
 def usage_error(problem: Any) -> UsageError:

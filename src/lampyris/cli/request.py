@@ -10,7 +10,7 @@ from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
-from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean
+from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError, did_you_mean
 from lampyris.field.layers import moves_for
 from lampyris.limits import MAX_CELLS
 from lampyris.maps import library
@@ -107,7 +107,7 @@ class Request:
         """What was asked for, to be planned; its traffic is what the map has drawn in it."""
         moves, law = self.preset_of()
         if not 0 <= self.seed <= MAX_SEED:
-            raise SettingError("SEED", f"seed {self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
+            raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
         settings = parse_settings(self.planner, self.settings)
         law_settings = parse_law(law, self.law_settings)
         robot, document = self.robot(), self.load()
@@ -233,9 +233,7 @@ def parse_law(name: str, words: Sequence[str]) -> dict[str, Any]:
         given[key.replace("-", "_")] = _plain_value(value, f"--set-law {key}")
     try:
         laws.with_settings(name, given)
-    except SettingError as unknown:
-        if "has no setting" not in unknown.what:
-            raise
+    except UnknownSettingError as unknown:
         raise UsageError(
             unknown.code, unknown.what, where="--set-law", allowed=unknown.allowed, todo=unknown.todo
         ) from None
@@ -298,7 +296,7 @@ def _value(planner: str, key: str, text: str, hints: Mapping[str, Any]) -> Any:
     if key not in hints:
         try:
             registry.make(planner, {key: None})  # raises, naming the settings there are
-        except SettingError as unknown:
+        except UnknownSettingError as unknown:
             raise UsageError(
                 unknown.code, unknown.what, where="--set", allowed=unknown.allowed, todo=unknown.todo
             ) from None

@@ -180,7 +180,7 @@ def check_limit(max_cells: int) -> int:
     SettingError : not 1 to 2^24.
     """
     if not isinstance(max_cells, int) or isinstance(max_cells, bool) or not 1 <= max_cells <= MAX_CELLS:
-        raise SettingError("MAX_CELLS", f"max_cells {shown(max_cells)}", allowed=f"1 to {MAX_CELLS:,}")
+        raise SettingError.of("MAX_CELLS", "max_cells", shown(max_cells), allowed=f"1 to {MAX_CELLS:,}")
     return max_cells
 
 
@@ -268,9 +268,10 @@ def document(
     """
     if reading.resolution is not None:
         if resolution is not None and resolution != reading.resolution:
-            raise SettingError(
+            raise SettingError.of(
                 "MAP_RESOLUTION",
-                f"resolution {resolution!r} given, the file says {reading.resolution!r}",
+                "resolution",
+                f"{resolution!r} given, the file says {reading.resolution!r}",
                 where=source.name,
                 todo="leave the resolution out",
             )

@@ -33,7 +33,7 @@ class Draw:
 
     def __init__(self, seed: int) -> None:
         if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**63:
-            raise SettingError("SEED", f"seed {seed!r}", allowed="a whole number, 0 to 2^63 - 1")
+            raise SettingError.of("SEED", "seed", repr(seed), allowed="a whole number, 0 to 2^63 - 1")
         self._bits = np.random.PCG64(np.random.SeedSequence(seed))
 
     def below(self, n: int) -> int:

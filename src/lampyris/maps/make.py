@@ -79,9 +79,10 @@ def make_ground(
     complete = row.complete(settings)
     for what, n in (("width", width), ("height", height)):
         if not isinstance(n, int) or isinstance(n, bool) or n < row.least:
-            raise SettingError("MAP_SIZE", f"{what} {n!r}", allowed=f"a whole number >= {row.least}")
+            raise SettingError.of("MAP_SIZE", what, repr(n), allowed=f"a whole number >= {row.least}")
     if width * height > MAX_CELLS:
-        raise LimitError("MAP_TOO_LARGE", f"{width} x {height} cells", allowed=f"at most {MAX_CELLS:,} cells")
+        what, most = f"{width} x {height} cells", f"at most {MAX_CELLS:,} cells"
+        raise LimitError("MAP_TOO_LARGE", what, allowed=most, setting="size")
     built = row.build(Draw(seed), width, height, **complete)
     blocked, terrain = built if isinstance(built, tuple) else (built, None)
     for edit in edits:
@@ -103,6 +104,7 @@ def recipe_named(name: str) -> Recipe:
             f"no recipe is called {name!r}",
             allowed=", ".join(RECIPES),
             todo=did_you_mean(name, RECIPES),
+            setting="recipe",
         )
     return row
 

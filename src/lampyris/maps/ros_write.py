@@ -64,7 +64,7 @@ def save_ros(
     if mode is None:
         mode = "raw" if ((cells > 0) & (cells < 100)).any() else "trinary"
     if mode not in MODES:
-        raise UsageError("MAP_MODE", f"mode {mode!r}", allowed=", ".join(MODES))
+        raise UsageError.of("MAP_MODE", "mode", repr(mode), allowed=", ".join(MODES))
     kind = image_format or ("png" if mode == "scale" else "pgm")
     if kind not in ("pgm", "png") or (mode == "scale" and kind == "pgm"):
         allowed = "png, as unknown cells are transparent" if mode == "scale" else "pgm, png"

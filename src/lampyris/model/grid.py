@@ -71,14 +71,14 @@ class Grid(Value):
         if self.terrain is not None:
             object.__setattr__(self, "terrain", _terrain(self.terrain, self.blocked))
         if not in_range(self.resolution, 1e-6, 1000):
-            raise SettingError(
-                "MAP_RESOLUTION", f"resolution {shown(self.resolution)}", allowed="1e-6 to 1000 metres a cell"
+            raise SettingError.of(
+                "MAP_RESOLUTION", "resolution", shown(self.resolution), allowed="1e-6 to 1000 metres a cell"
             )
         object.__setattr__(self, "resolution", float(self.resolution))
         origin = numbers(self.origin, (3,))
         if origin is None or not np.isfinite(origin).all():
-            raise SettingError(
-                "MAP_ORIGIN", f"origin {shown(self.origin)}", allowed="three finite numbers: x, y, yaw"
+            raise SettingError.of(
+                "MAP_ORIGIN", "origin", shown(self.origin), allowed="three finite numbers: x, y, yaw"
             )
         object.__setattr__(self, "origin", tuple(origin.tolist()))
 

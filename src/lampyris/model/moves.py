@@ -181,6 +181,6 @@ def moves_named(name: str | Moves) -> Moves:
     try:
         return MOVES[name]
     except (KeyError, TypeError):
-        raise SettingError(
-            "MOVES", f"moves {shown(name)}", allowed=", ".join(MOVES), todo=did_you_mean(name, MOVES)
+        raise SettingError.of(
+            "MOVES", "moves", shown(name), allowed=", ".join(MOVES), todo=did_you_mean(name, MOVES)
         ) from None

@@ -68,7 +68,7 @@ class Scene(Value):
         if not isinstance(traffic, tuple | list):
             traffic = () if traffic is None else (traffic,)
         object.__setattr__(self, "traffic", tuple(traffic))
-        _small_enough(self.grid, "robot", self.robot.radius)
+        _small_enough(self.grid, "robot", self.robot.radius, "robot.radius")
         for k, one in enumerate(self.traffic):
             body: object = one
             if not isinstance(body, Traffic):
@@ -86,9 +86,10 @@ class Scene(Value):
                 "TYPE", f"{shown(given)} is not a cell", where=what, allowed="two whole numbers x, y"
             )
         if not self.grid.contains(cell):
-            raise SceneError(
+            raise SceneError.of(
                 f"{what.upper()}_OUTSIDE",
-                f"{what} {cell} is outside the map",
+                what,
+                f"{cell} is outside the map",
                 allowed=f"x 0 to {self.grid.width - 1}, y 0 to {self.grid.height - 1}",
             )
         return cell
@@ -102,7 +103,7 @@ def check_obstacle(grid: Grid, k: int, one: Traffic) -> None:
     SceneError : OBSTACLE_TRACK: a waypoint or a cell of its track outside the map.
     LimitError : RADIUS: more than 250 cells.
     """
-    _small_enough(grid, f"obstacle {k}", one.radius)
+    _small_enough(grid, f"obstacle {k}", one.radius, "traffic.radius")
     cells: tuple[Cell, ...] = ()
     if isinstance(one, Patrol):
         cells = one.waypoints
@@ -143,11 +144,12 @@ def _zones(grid: Grid, given: Any) -> FloatGrid | None:
     return None if np.isinf(limits).all() else frozen(limits)
 
 
-def _small_enough(grid: Grid, who: str, radius: float) -> None:
+def _small_enough(grid: Grid, who: str, radius: float, setting: str) -> None:
     """A disc of more cells is a wrong unit or resolution; it would cost memory by its square."""
     if radius > MAX_RADIUS * grid.resolution:
         raise LimitError(
             "RADIUS",
             f"{who}: radius {radius:g} m is {radius / grid.resolution:.3g} cells",
             allowed=f"at most {MAX_RADIUS} cells",
+            setting=setting,
         )

@@ -50,7 +50,9 @@ class RandomWalk:
             raise SettingError("TRAFFIC_STARTS", "a cell twice", allowed="each cell once")
         object.__setattr__(self, "radius", _radius(self.radius))
         if self.rate is not None and not (is_real(self.rate) and 0 < self.rate <= 1):
-            raise SettingError("TRAFFIC_RATE", f"rate {shown(self.rate)}", allowed="0 < rate <= 1, or None")
+            raise SettingError.of(
+                "TRAFFIC_RATE", "traffic.rate", shown(self.rate), allowed="0 < rate <= 1, or None"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,15 +142,16 @@ class Body:
 
 def _count(count: Any) -> int:
     if not (isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 0):
-        raise SettingError("TRAFFIC_COUNT", f"count {shown(count)}", allowed="a whole number >= 0")
+        raise SettingError.of("TRAFFIC_COUNT", "traffic.count", shown(count), allowed="a whole number >= 0")
     if count > MAX_BODIES:
-        raise LimitError("LIMIT", f"{shown(count)} obstacles", allowed=f"at most {MAX_BODIES}")
+        what = f"{shown(count)} obstacles"
+        raise LimitError("LIMIT", what, allowed=f"at most {MAX_BODIES}", setting="traffic.count")
     return int(count)
 
 
 def _radius(radius: Any) -> float:
     if not in_range(radius, 0, 1e6):
-        raise SettingError("TRAFFIC_RADIUS", f"radius {shown(radius)}", allowed="0 to 1e6 metres")
+        raise SettingError.of("TRAFFIC_RADIUS", "traffic.radius", shown(radius), allowed="0 to 1e6 metres")
     return float(radius)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from lampyris.errors import SettingError, did_you_mean, shown
+from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
 
 _HIDDEN = frozenset(("name",))
 """Fields that say which law the settings belong to."""
@@ -97,9 +97,10 @@ def _known(given: Mapping[str, Any], settings: Any, where: str, kinds: Mapping[s
     for key in given:
         if key not in known:
             nested = [f"{rule}.{f.name}" for rule, kind in kinds.items() for f in fields(kind)]
-            raise SettingError(
+            raise UnknownSettingError(
                 "LAW_SETTING",
                 f"{where} has no setting {shown(key)}",
                 allowed=", ".join([*known, *nested]),
                 todo=did_you_mean(key, [*known, *nested], cutoff=0.5),
+                setting=str(key),
             )

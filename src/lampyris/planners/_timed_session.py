@@ -70,15 +70,15 @@ class Timed:
         for what, word, known in (("forecast", self.forecast, GUESSES), ("tracks", self.tracks, TRACKS)):
             if not isinstance(word, str) or word not in known:
                 todo = did_you_mean(word, known)
-                raise SettingError(what.upper(), f"{what} {shown(word)}", allowed=", ".join(known), todo=todo)
+                raise SettingError.of(what.upper(), what, shown(word), allowed=", ".join(known), todo=todo)
         for what, n in (("horizon", self.horizon), ("margin", self.margin)):
             if not isinstance(n, int) or isinstance(n, bool) or not 0 <= n <= MAX_HORIZON:
-                raise SettingError(
-                    what.upper(), f"{what} {shown(n)}", allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
+                raise SettingError.of(
+                    what.upper(), what, shown(n), allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
                 )
         g: Any = self.growth
         if not in_range(g, 0, 10):
-            raise SettingError("GROWTH", f"growth {shown(g)}", allowed="0 to 10 cells a tick")
+            raise SettingError.of("GROWTH", "growth", shown(g), allowed="0 to 10 cells a tick")
 
 
 class TimedSession(SessionBase):

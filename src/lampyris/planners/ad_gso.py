@@ -92,17 +92,17 @@ class AdGso:
             _whole("KEEP_AWAY", "keep_away", self.keep_away, MAX_MVR)
         for what, weight in (("crowding", self.crowding), ("warmth", self.warmth)):
             if not (is_real(weight) and 0 <= weight <= 4):
-                raise SettingError(what.upper(), f"{what} {shown(weight)}", where="ad-gso", allowed="0 to 4")
+                raise SettingError.of(what.upper(), what, shown(weight), where="ad-gso", allowed="0 to 4")
         if self.max_extra is not None and not (is_real(self.max_extra) and self.max_extra >= 0):
             allowed = "a share >= 0 (0.25: a quarter longer at most), or None"
-            raise SettingError(
-                "MAX_EXTRA", f"max_extra {shown(self.max_extra)}", where="ad-gso", allowed=allowed
+            raise SettingError.of(
+                "MAX_EXTRA", "max_extra", shown(self.max_extra), where="ad-gso", allowed=allowed
             )
         if not (is_real(self.rho) and 0 < self.rho <= 1):
-            raise SettingError("RHO", f"rho {shown(self.rho)}", where="ad-gso", allowed="0 < rho <= 1")
+            raise SettingError.of("RHO", "rho", shown(self.rho), where="ad-gso", allowed="0 < rho <= 1")
         if not (is_real(self.gamma) and self.gamma > 0):
-            raise SettingError(
-                "GAMMA", f"gamma {shown(self.gamma)}", where="ad-gso", allowed="a finite number > 0"
+            raise SettingError.of(
+                "GAMMA", "gamma", shown(self.gamma), where="ad-gso", allowed="a finite number > 0"
             )
 
     def open(
@@ -124,13 +124,11 @@ class AdGso:
 def _one_of(code: str, what: str, value: object, allowed: tuple[str, ...]) -> None:
     if not isinstance(value, str) or value not in allowed:
         todo = did_you_mean(value, allowed)
-        raise SettingError(
-            code, f"{what} {shown(value)}", where="ad-gso", allowed=", ".join(allowed), todo=todo
-        )
+        raise SettingError.of(code, what, shown(value), where="ad-gso", allowed=", ".join(allowed), todo=todo)
 
 
 def _whole(code: str, what: str, value: object, most: int) -> None:
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= most:
-        raise SettingError(
-            code, f"{what} {shown(value)}", where="ad-gso", allowed=f"a whole number, 1 to {most}"
+        raise SettingError.of(
+            code, what, shown(value), where="ad-gso", allowed=f"a whole number, 1 to {most}"
         )

@@ -62,12 +62,12 @@ class Budget:
         e = self.expansions
         if e is not None and not is_whole(e, 1):
             allowed = f"a whole number, 1 to {MOST_WHOLE}, or None"
-            raise SettingError("BUDGET", f"expansions {shown(e)}", allowed=allowed)
+            raise SettingError.of("BUDGET", "expansions", shown(e), allowed=allowed)
         s = self.seconds
         if s is not None and not (is_real(s) and s > 0):
-            raise SettingError("BUDGET", f"seconds {shown(s)}", allowed="a finite number > 0, or None")
+            raise SettingError.of("BUDGET", "seconds", shown(s), allowed="a finite number > 0, or None")
         if self.stop is not None and not isinstance(self.stop, Stop):
-            raise SettingError("BUDGET", f"stop {shown(self.stop)}", allowed="a lampyris.Stop, or None")
+            raise SettingError.of("BUDGET", "stop", shown(self.stop), allowed="a lampyris.Stop, or None")
 
 
 @runtime_checkable

@@ -10,7 +10,7 @@ from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any, cast
 
-from lampyris.errors import InputError, SettingError, UsageError, did_you_mean, shown
+from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
 from lampyris.halting import uninterrupted
 from lampyris.planners.base import Planner, Traits
 
@@ -64,6 +64,7 @@ def _entry(name: str) -> EntryPoint:
             f"no planner is called {shown(name)}",
             allowed=", ".join(names()),
             todo=did_you_mean(name, names()),
+            setting="planner",
         ) from None
 
 
@@ -136,11 +137,12 @@ def make(name: str, settings: Mapping[str, Any] | None = None) -> Planner:
     known = settings_of(kind)
     for key in settings or {}:
         if key not in known:
-            raise SettingError(
+            raise UnknownSettingError(
                 "SETTING",
                 f"{name} has no setting {shown(key)}",
                 allowed=", ".join(known) or "none: it has no settings",
                 todo=did_you_mean(key, known, cutoff=0.5),  # names are short: nq, nt
+                setting=str(key),
             )
     return kind(**(settings or {}))
 

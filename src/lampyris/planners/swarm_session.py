@@ -92,7 +92,7 @@ class SwarmPlanner:
         for weight in ("terrain", "blocked", "clearance", "turns"):
             check.number(self.name, weight, getattr(self, weight), 0.0, 1e6)
         if self.blocked == 0:
-            raise SettingError("BLOCKED", "blocked 0", where=self.name, allowed="a number > 0")
+            raise SettingError.of("BLOCKED", "blocked", "0", where=self.name, allowed="a number > 0")
 
     @property
     def weights(self) -> Weights:

@@ -31,4 +31,4 @@ def one_of(where: str, name: str, value: object, allowed: tuple[str, ...]) -> No
 
 
 def _refuse(where: str, name: str, value: object, allowed: str, todo: str = "") -> None:
-    raise SettingError(name.upper(), f"{name} {shown(value)}", where=where, allowed=allowed, todo=todo)
+    raise SettingError.of(name.upper(), name, shown(value), where=where, allowed=allowed, todo=todo)

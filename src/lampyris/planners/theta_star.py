@@ -86,7 +86,7 @@ class LazyThetaStar:
 
     def __post_init__(self) -> None:
         if not isinstance(self.put_back, bool):
-            raise SettingError("LAZY_THETA", f"put_back {shown(self.put_back)}", allowed="true or false")
+            raise SettingError.of("LAZY_THETA", "put_back", shown(self.put_back), allowed="true or false")
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> GraphSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""

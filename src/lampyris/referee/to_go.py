@@ -38,7 +38,7 @@ def sum_cost_to_go(path: Path, scene: Scene, *, every: int = 1) -> float:
     It takes some 10 microseconds a cell of the map: meant for tables and tests.
     """
     if every < 1:
-        raise UsageError("EVERY", f"every {every}", allowed="1 or more")
+        raise UsageError.of("EVERY", "every", f"{every}", allowed="1 or more")
     counted = [(int(x), int(y)) for x, y in path.cells[::every].tolist()]
     known = _costs_to_go(_standing(scene), path.moves, scene, set(counted))
     lost = [cell for cell in counted if cell not in known]

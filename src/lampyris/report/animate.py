@@ -107,9 +107,11 @@ def check(out: OutFile, fps: float, scale: int | None) -> None:
     """
     suffix_of(out, (".webp", ".gif"))
     if isinstance(fps, bool) or not isinstance(fps, int | float) or not 1 <= fps <= 50:
-        raise UsageError("FPS", f"fps {fps!r:.40}", allowed="1 to 50 frames a second")
+        raise UsageError.of("FPS", "fps", f"{fps!r:.40}", allowed="1 to 50 frames a second")
     if scale is not None and (type(scale) is not int or not 1 <= scale <= 64):
-        raise UsageError("SCALE", f"scale {scale!r:.40}", allowed="a whole number, 1 to 64 pixels a cell")
+        raise UsageError.of(
+            "SCALE", "scale", f"{scale!r:.40}", allowed="a whole number, 1 to 64 pixels a cell"
+        )
 
 
 def write_film(stage: Draws, shown: Shown, out: OutFile, progress: Callable[[int], None] | None) -> None:

@@ -63,7 +63,7 @@ def draw_plan(
     """
     suffix = style.suffix_of(out, (".png", ".svg"))
     if layer not in LAYERS:
-        raise UsageError("LAYER", f"layer {layer!r}", allowed=", ".join(LAYERS))
+        raise UsageError.of("LAYER", "layer", repr(layer), allowed=", ".join(LAYERS))
     values = _layer(field, layer)
     bars = _bars(profile, values, layer)
     figure, axes, frame = canvas.blank(grid, bars, values)

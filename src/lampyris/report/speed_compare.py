@@ -41,7 +41,7 @@ def draw_comparison(profiles: Sequence[tuple[str, Profile]], chosen: int, out: s
     suffix = style.suffix_of(out, (".png", ".svg"))
     for name, one in profiles:
         if not one.metric:
-            raise UsageError("CHART", f"{name} is in {one.units}", allowed="profiles in m/s")
+            raise UsageError("CHART", f"{name} is in {one.units}", allowed="profiles in m/s", setting="chart")
     law, profile = profiles[chosen]
     shares = worth_telling(cause_shares(profile))
     rows = -(-len(shares) // 6)

@@ -450,5 +450,5 @@ class DriveSimulation(Exclusive):
 
 def _seed(seed: int) -> int:
     if not is_whole(seed, 0):
-        raise SettingError("SEED", f"seed {shown(seed)}", allowed=f"a whole number, 0 to {MOST_WHOLE}")
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {MOST_WHOLE}")
     return int(seed)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
 from lampyris.checks import in_range, is_word
-from lampyris.errors import SettingError, did_you_mean, shown
+from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
 from lampyris.model.scene import Scene
 from lampyris.motion.curve import Smooth
 from lampyris.sim.tracking import Tracking
@@ -106,11 +106,12 @@ class Settings:
         names = [f.name for f in fields(cls)]
         for name in given:
             if name not in names:
-                raise SettingError(
+                raise UnknownSettingError(
                     "DRIVE_SETTING",
                     f"a drive has no setting {shown(name)}",
                     allowed=", ".join(names),
                     todo=did_you_mean(name, names),
+                    setting=str(name),
                 )
         return cls(**given)
 

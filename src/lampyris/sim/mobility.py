@@ -61,7 +61,7 @@ def crowd(
     if kind not in (*MOBILITIES, "none"):
         raise SettingError(
             "MOBILITY", shown(kind), where="kind", allowed=", ".join((*MOBILITIES, "none")),
-            todo=did_you_mean(kind, MOBILITIES),
+            todo=did_you_mean(kind, MOBILITIES), setting="mobility",
         )  # fmt: skip
     RandomWalk(count, rate, radius)  # refuses what is out of range, whatever the kind
     if rate is not None and kind not in ("random-walk", "mixed"):
@@ -105,6 +105,7 @@ def patrols(
                 f"{len(made)} of {count} patrols fit on the map",
                 allowed="no more than the map has room for",
                 todo="ask for fewer or smaller ones",
+                setting="traffic.count",
             )
         made.append(Patrol(ends, radius))
     return made

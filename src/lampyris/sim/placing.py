@@ -226,6 +226,7 @@ class Placing:
             f"obstacle specification {k}: {fit} of {count} {what} fit on the map",
             allowed="no more than the map has room for",
             todo="ask for fewer or smaller ones",
+            setting="traffic.count",
         )
 
 

@@ -213,7 +213,8 @@ def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
     specs = scene.traffic
     total = sum(s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in specs)  # bits: whole numbers
     if total > MAX_BODIES:
-        raise LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
+        what, most = f"{total:,} obstacles in all", f"at most {MAX_BODIES:,}"
+        raise LimitError("LIMIT", what, allowed=most, setting="traffic.count")
     plans = Placing(scene, world, seed)
     places: list[list[list[int]]] = [[] for _ in specs]
     for k, cells in plans.given().items():

@@ -77,7 +77,7 @@ def write_parquet(path: str | os.PathLike[str], table: Table, *, timing: bool = 
         pq: Any = import_module("pyarrow.parquet")
     except ImportError:
         raise UsageError(
-            "PARQUET", "pyarrow is not installed", todo="pip install 'lampyris[parquet]'"
+            "PARQUET", "pyarrow is not installed", todo="pip install 'lampyris[parquet]'", setting="parquet"
         ) from None
     names = table.names(timing=timing)
     schema = pa.schema([pa.field(name, getattr(pa, _type(name, table[name]))()) for name in names])

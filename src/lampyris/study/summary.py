@@ -93,7 +93,7 @@ def _entrant(entrants: tuple[str, ...], name: str | None) -> int:
     if name not in entrants:
         raise UsageError(
             "REFERENCE", f"nobody is called {name!r}", allowed="; ".join(entrants),
-            todo=did_you_mean(name, entrants),
+            todo=did_you_mean(name, entrants), setting="reference",
         )  # fmt: skip
     return entrants.index(name)
 

@@ -38,7 +38,7 @@ class Box:
             given = getattr(self, name)
             corner = numbers([given] if is_real(given) else given, (None,))
             if corner is None:
-                raise SettingError("BOX", f"{name} {shown(given)}", allowed="numbers, (d,)")
+                raise SettingError.of("BOX", name, shown(given), allowed="numbers, (d,)")
             corner.setflags(write=False)
             object.__setattr__(self, name, corner)
         fits = self.low.shape == self.high.shape and self.low.ndim == 1 and self.low.size > 0

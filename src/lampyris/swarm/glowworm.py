@@ -71,8 +71,8 @@ class GSO:
 
     def __post_init__(self) -> None:
         if not isinstance(self.n, int) or isinstance(self.n, bool) or not 1 <= self.n <= MOST:
-            raise SettingError(
-                "SWARM", f"n {shown(self.n)}", where="gso", allowed=f"a whole number, 1 to {MOST}"
+            raise SettingError.of(
+                "SWARM", "n", shown(self.n), where="gso", allowed=f"a whole number, 1 to {MOST}"
             )
         if not is_word(self.choice, CHOICES):
             raise SettingError("CHOICE", shown(self.choice), where="gso", allowed=", ".join(CHOICES))
@@ -91,7 +91,7 @@ class GSO:
                 continue
             if not in_range(value, least, most):
                 allowed = f"a finite number, {least:g} to {most:g}"
-                raise SettingError("GSO", f"{name} {shown(value)}", where="gso", allowed=allowed)
+                raise SettingError.of("GSO", name, shown(value), where="gso", allowed=allowed)
 
     def start(self, box: Box, rng: np.random.Generator, first: ArrayLike | None = None) -> GlowwormSwarm:
         """A swarm at its first iteration; see :meth:`lampyris.swarm.loop.Optimiser.start`."""

@@ -75,10 +75,10 @@ class Stop:
             if value is None and name != "iterations":
                 continue
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                raise SettingError("STOP", f"{name} {shown(value)}", allowed="a whole number >= 1")
+                raise SettingError.of("STOP", name, shown(value), allowed="a whole number >= 1")
         target: object = self.target
         if target is not None and (not isinstance(target, float | int) or target != target):
-            raise SettingError("STOP", f"target {shown(target)}", allowed="a number, or None")
+            raise SettingError.of("STOP", "target", shown(target), allowed="a number, or None")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

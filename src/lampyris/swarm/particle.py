@@ -43,9 +43,7 @@ def _within(rule: Any, least: float, most: float) -> None:
     for f in fields(rule):
         value = getattr(rule, f.name)
         if not in_range(value, least, most):
-            raise SettingError(
-                "INERTIA", f"{f.name} {shown(value)}", allowed=f"a number, {least:g} to {most:g}"
-            )
+            raise SettingError.of("INERTIA", f.name, shown(value), allowed=f"a number, {least:g} to {most:g}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,19 +111,19 @@ class PSO:
 
     def __post_init__(self) -> None:
         if not isinstance(self.n, int) or isinstance(self.n, bool) or not 1 <= self.n <= MOST:
-            raise SettingError(
-                "SWARM", f"n {shown(self.n)}", where="pso", allowed=f"a whole number, 1 to {MOST}"
+            raise SettingError.of(
+                "SWARM", "n", shown(self.n), where="pso", allowed=f"a whole number, 1 to {MOST}"
             )
         ring = self.ring
         if ring is not None and (not isinstance(ring, int) or isinstance(ring, bool) or ring < 1):
-            raise SettingError(
-                "RING", f"ring {shown(ring)}", where="pso", allowed="a whole number >= 1, or None"
+            raise SettingError.of(
+                "RING", "ring", shown(ring), where="pso", allowed="a whole number >= 1, or None"
             )
         for name, least in (("own", 0.0), ("others", 0.0), ("clamp", 5e-324)):
             value = getattr(self, name)
             if not in_range(value, least, math.inf):
                 allowed = f"a finite number from {least:g}"
-                raise SettingError("PSO", f"{name} {shown(value)}", where="pso", allowed=allowed)
+                raise SettingError.of("PSO", name, shown(value), where="pso", allowed=allowed)
 
     def start(self, box: Box, rng: np.random.Generator, first: ArrayLike | None = None) -> ParticleSwarm:
         """A swarm at its first iteration; see :meth:`lampyris.swarm.loop.Optimiser.start`."""

@@ -91,4 +91,4 @@ def _positive(rule: FixedStep | DecayingStep | CoolingStep) -> None:
     for f in fields(rule):
         value = getattr(rule, f.name)
         if not (is_real(value) and value > 0):
-            raise SettingError("STEP", f"{f.name} {shown(value)}", allowed="a finite number > 0")
+            raise SettingError.of("STEP", f.name, shown(value), allowed="a finite number > 0")

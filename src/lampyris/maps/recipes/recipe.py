@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from lampyris.errors import SettingError, did_you_mean
+from lampyris.errors import SettingError, UnknownSettingError, did_you_mean
 from lampyris.typing import BoolGrid, ByteGrid
 
 
@@ -84,7 +84,7 @@ class Setting:
             raise self._error(value) from None
 
     def _error(self, value: Any) -> SettingError:
-        return SettingError("RECIPE", f"{self.name} {value!r}", allowed=self.range)
+        return SettingError.of("RECIPE", self.name, repr(value), allowed=self.range)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,11 +124,12 @@ class Recipe:
             if setting.name == name:
                 return setting
         known = [s.name for s in self.table]
-        raise SettingError(
+        raise UnknownSettingError(
             "RECIPE",
             f"{self.name} has no setting {name!r}",
             allowed=", ".join(known),
             todo=did_you_mean(name, known),
+            setting=name,
         )
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -149,4 +150,5 @@ def too_small(what: str, width: int, height: int, need: str) -> SettingError:
         f"{width} x {height} cells are too small for {what}",
         allowed=need,
         todo="make the map larger or its parts smaller",
+        setting="size",
     )
