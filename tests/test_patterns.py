@@ -30,8 +30,6 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     "app.names.PLAIN": ("fullmatch", ("a.b-c",)),
     "app.run._HOSTNAME": ("fullmatch", ("a-b.c.d",)),
     "cli.option_errors._ARGUMENT": ("search", ('a b_c="d"', "a_b=True")),
-    "cli.option_errors._FIRST": ("match", ("a.b_c: ",)),
-    "cli.option_errors._NO_SETTING": ("search", ("a has no setting 'b'",)),
     "cli.option_errors._QUOTED": ("match", ("'a' is not a valid",)),
     "maps.csv_file._FLOAT": ("fullmatch", ("-1.5e+10", ".5", "1.", "12")),
     "maps.csv_table.NUMBER": ("fullmatch", ("-1.5e+10", ".5", "1.", "12")),

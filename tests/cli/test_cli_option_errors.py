@@ -96,6 +96,13 @@ def test_every_verb_with_numbers_is_tried() -> None:
         (("maps", "make", "maze", "-o", "m.txt", "--seed", "-1"), "error[SEED]: --seed: -1"),
         (("compare", "guide", "--planners", "gso:swarm=0"), "error[SWARM]: --planners: gso:swarm=0: "),
         (("plan", "guide", "--start-m", "99,99"), "error[START_OUTSIDE]: --start-m: "),
+        (("plan", "guide", "--start", "99,99"), "error[START_OUTSIDE]: --start: (99, 99) is outside"),
+        (("plan", "guide", "--values", "costmap"), "error[VALUES]: --values: a bundled map says itself"),
+        (("plan", "guide", "--planner", "astra"), "error[PLANNER]: --planner: no planner is called 'astra'"),
+        (("compare", "guide", "--planners", "astar,astar"), "error[OPTIONS]: --planners: astar twice"),
+        (("simulate", "guide", "--obstacles", "90"), "error[OBSTACLE_ROOM]: --obstacles: obstacle specif"),
+        (("maps", "make", "mase", "-o", "m.txt"), "error[RECIPE]: RECIPE: no recipe is called 'mase'"),
+        (("maps", "make", "maze", "-o", "m.txt", "--size", "1x9"), "error[MAP_SIZE]: --size: width 1; "),
         (("plan", "guide", "--set-law", f"creep={HUGE}"), "error[TYPE]: --set-law creep: a number of 400"),
         (("plan", "guide", "--set-law", f"blind.reach=-{LONGER}"), "error[TYPE]: --set-law blind.reach: "),
         (("plan", "guide", "--set", f"rho={HUGE}"), "error[RHO]: --set rho: inf"),
@@ -136,10 +143,32 @@ def test_a_bad_value_in_a_file_stays_exit_3(tmp_path: Path) -> None:
     assert "s.yaml:3:7: /seed: -1" in done.err
 
 
-def test_a_limit_keeps_exit_5_and_names_the_option() -> None:
-    done = run("simulate", "guide", "--obstacles", "100000")
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("simulate", "guide", "--obstacles", "100000"), "error[LIMIT]: --obstacles: 100000 obstacles"),
+        (("plan", "guide", "--radius", "1e5"), "error[RADIUS]: --radius: robot: radius 100000 m"),
+        (
+            ("simulate", "guide", "--obstacles", "1", "--obstacle-radius", "1e5"),
+            "error[RADIUS]: --obstacle-radius: obstacle 0: radius 100000 m",
+        ),
+        (
+            ("maps", "make", "maze", "-o", "m.txt", "--size", "9999x9999"),
+            "error[MAP_TOO_LARGE]: --size: 9999 x 9999 cells",
+        ),
+    ],
+)
+def test_a_limit_keeps_exit_5_and_names_the_option(tmp_path: Path, words: tuple[str, ...], says: str) -> None:
+    with inside(tmp_path):
+        done = run(*words)
     assert done.exit == 5
-    assert done.err.startswith("error[LIMIT]: --obstacles: ")
+    assert done.err.startswith(says), done.err
+
+
+def test_what_every_run_of_a_comparison_refuses_names_the_option() -> None:
+    done = run("compare", "guide", "--obstacles", "90")
+    assert done.exit == 2
+    assert "error[OBSTACLE_ROOM]: --obstacles: obstacle specification 0: 76 of 90" in done.err
 
 
 @pytest.mark.parametrize(

@@ -259,7 +259,8 @@ def compare(asked: Asked, out: Outputs) -> int:
     code = _exit_code(lines, metric)
     if code == BAD_INPUT:
         code_of, _, what = lines[0].rows[0].error.partition(": ")
-        raise InputError(code_of, what)
+        # A row holds the code and the words of an error, not the setting.
+        raise InputError(code_of, what, setting="traffic.count" if code_of == "OBSTACLE_ROOM" else "")
     return code
 
 

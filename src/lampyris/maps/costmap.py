@@ -109,4 +109,5 @@ def no_numbers(source: Source, kind: str) -> None:
             f"{kind} has no costmap values",
             where=source.name,
             allowed="costmap values in PNG, BMP, PGM, NumPy, CSV or ROS YAML",
+            setting="values",
         )

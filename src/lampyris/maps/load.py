@@ -112,7 +112,7 @@ def load_map(
     if isinstance(name_or_path, str) and name in library.names():
         if values != VALUES[0]:
             what, todo = "a bundled map says itself what its cells are", "leave the option out"
-            raise SettingError("VALUES", what, where=name, todo=todo)
+            raise SettingError("VALUES", what, where=name, todo=todo, setting="values")
         return library.load(name, resolution=resolution, max_cells=max_cells)
     try:
         data = read_regular(name, byte_limit(max_cells))

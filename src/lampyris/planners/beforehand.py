@@ -18,7 +18,8 @@ def least_steps(scene: Scene) -> int:
 
 def least_metres(scene: Scene) -> float:
     """Metres that every way from start to goal has; 0 where an end is blocked."""
-    return math.hypot(*_between(scene)) * scene.grid.resolution
+    dx, dy = _between(scene)
+    return math.sqrt(dx * dx + dy * dy) * scene.grid.resolution
 
 
 def _between(scene: Scene) -> tuple[int, int]:
