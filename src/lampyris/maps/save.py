@@ -106,8 +106,8 @@ def values_for(what: MapDocument | Grid, path: str | os.PathLike[str], values: s
         raise UsageError("VALUES", repr(values), where="values", allowed="occupancy or costmap")
     if values == "costmap" and not holds_terrain(path):
         allowed = ", ".join((*COST_WRITERS, *SUFFIXES))
-        what = f"{ending} has no costmap values"
-        raise UsageError("VALUES", what, where=str(path), allowed=allowed, setting="values")
+        said = f"{ending} has no costmap values"
+        raise UsageError("VALUES", said, where=str(path), allowed=allowed, setting="values")
     return values
 
 
