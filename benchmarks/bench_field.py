@@ -18,15 +18,15 @@ from benchmarks.figures import Figure, Section, Table, Verdict, judge, judge_cos
 from benchmarks.maps import maze, middle, published_map, random_map, rooms
 from benchmarks.turns import Call, take_turns
 
-from lampyris.field.many import solve_many
-from lampyris.field.solve import solve
+from lampyris._core.processors import processors
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.moves import MOVES
-from lampyris.processors import processors
+from lampyris.planning.field.many import solve_many
+from lampyris.planning.field.solve import solve
 
 TITLE = "Fields"
 HOW = """Cost, parents and luciferin of every cell that can reach a goal in the middle, by the whole public
-call `lampyris.field.solve.solve`, allocation and all, code compiled. Nanoseconds of this thread's processor
+call `lampyris.planning.field.solve.solve`, allocation and all, code compiled. Nanoseconds of this thread's processor
 time for each cell reached; everybody is called once a round. The rivals give less than that (parents would
 cost most of them more):
 
@@ -309,7 +309,7 @@ def _many(figures: list[Figure], quick: bool) -> Table:
         gain = f"{figure.ratio:.2f} x"
         rows.append((f"{size} x {size}", f"{theirs.middle:,.0f}", f"{ours.middle:,.0f}", gain))
     heads = ("size", "one after the other, fields a second", f"{workers} threads", "gain")
-    return Table(heads, tuple(rows), "Many goals (`lampyris.field.many.solve_many`), by the clock")
+    return Table(heads, tuple(rows), "Many goals (`lampyris.planning.field.many.solve_many`), by the clock")
 
 
 # ---- what is claimed ----

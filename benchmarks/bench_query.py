@@ -37,8 +37,8 @@ from benchmarks.query_tables import (
 )
 from benchmarks.turns import take_turns
 
+from lampyris.io.maps.formats.movingai import read_scen
 from lampyris.kernels._jit import prefer_compiled
-from lampyris.maps.movingai import read_scen
 from lampyris.model.moves import MOVES
 
 TITLE = "Queries"

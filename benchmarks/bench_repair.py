@@ -15,21 +15,21 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.maps import middle, random_map
 from benchmarks.motion_planning import DStarLite as TheirDStarLite
 
-from lampyris.field.repair import Mender
-from lampyris.field.solve import solve
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
-from lampyris.planners.astar import AStar
-from lampyris.planners.dstar_lite import DStarLite
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.solve import solve
+from lampyris.planning.graph.astar import AStar
+from lampyris.planning.incremental.dstar_lite import DStarLite
 
 TITLE = "Replanning"
 HOW = """What a change of k cells takes, in microseconds of this thread's processor time:
 
 - mend: `Mender.mend`, the whole public call, cells in a list; cost, parents and luciferin of every cell.
-- solve: `lampyris.field.solve.solve` of the changed map, the rival of the former and equal to it.
+- solve: `lampyris.planning.field.solve.solve` of the changed map, the rival of the former and equal to it.
 - D* Lite: `session.plan(change)`, the whole public call, path included.
 - to robot: `solve(..., stop=robot)`, the field as far as the robot, and
 - A*: `session.plan(change)` of `astar`: two ways to the same path from scratch; D* Lite is held against the

@@ -20,19 +20,19 @@ from benchmarks.maps import middle, random_map
 
 import lampyris
 from lampyris import referee
-from lampyris.field import gates, layers
-from lampyris.field.repair import Mender
-from lampyris.field.solve import solve, solve_field
+from lampyris.io.maps.load import load_map
 from lampyris.kernels._jit import prefer_compiled
-from lampyris.maps.load import load_map
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners.dstar_lite import DStarLite
-from lampyris.planners.sipp import Sipp
-from lampyris.report.picture import draw_plan
+from lampyris.planning.field import gates, layers
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.solve import solve, solve_field
+from lampyris.planning.incremental.dstar_lite import DStarLite
+from lampyris.planning.spacetime.sipp import Sipp
+from lampyris.report.pictures.plan_picture import draw_plan
 
 TITLE = "Scaling"
 HOW = """What each thing takes, in this thread's processor time, at growing sizes, and the slope of a straight

@@ -17,14 +17,14 @@ from toppra import algorithm, constraint
 import lampyris
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
-from lampyris.motion import laws
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.curve import curve_of
-from lampyris.motion.physical import Approach, PhysicalLaw
+from lampyris.motion.geometry.curve import curve_of
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.physical import Approach, PhysicalLaw
 from lampyris.motion.profile import feasible_profile
 
 TITLE = "Speed profiles"

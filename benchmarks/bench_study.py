@@ -19,29 +19,29 @@ from benchmarks.figures import Figure, Section, Spread, Table, Verdict
 from benchmarks.plain_simulator import NeedsMending, Simulator
 
 import lampyris
-from lampyris.kernels import simulate
+from lampyris._core.processors import processors
+from lampyris.io.maps import library
 from lampyris.kernels._jit import prefer_compiled
-from lampyris.maps import library
+from lampyris.kernels.adgso import simulate
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners.ad_gso import AdGso
-from lampyris.processors import processors
-from lampyris.sim import fast, loop
-from lampyris.study.design import Study
-from lampyris.study.file import load_study
-from lampyris.study.run import run as run_study
-from lampyris.study.store import Store
-from lampyris.study.where import Where
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.sim.grid import fast_simulation, loop
+from lampyris.study.design.study import Study
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution.execution import Where
+from lampyris.study.execution.run import run as run_study
+from lampyris.study.store.store import Store
 
 TITLE = "Simulations and studies"
 HOW = """Complete simulations a second: AD-GSO on three maps of 50 x 50 cells among 20 random walkers, by the
 dissertation's rules and its speed law.
 
-- kernels: the kernel that runs of `lampyris.sim.fast.FastRuns` spend their ticks in, call included.
+- kernels: the kernel that runs of `lampyris.sim.grid.fast_simulation.FastRuns` spend their ticks in, call included.
 - runs: the same runs whole, from a seed to a Trace; what the runs of a query share is made before.
 - study: the same simulations as a study: jobs as bytes, evidence as bytes, the referee, the metrics, and a
   store on the disk that takes every row before it counts.
-- loop: `lampyris.sim.loop.run`, which can be watched tick by tick, and solves its field each time.
+- loop: `lampyris.sim.grid.loop.run`, which can be watched tick by tick, and solves its field each time.
 - public call: `lampyris.simulate`, which is the loop and the referee's check of every tick. **This is what a
   user of the package calls**; the kernels and the runs are reached through a study alone.
 - plain Python: `benchmarks/plain_simulator.py`, as one would write it without us; it shares no code with
@@ -110,7 +110,7 @@ class Query:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.planner = AdGso()
-        self.fast = fast.FastRuns(scene, self.planner)
+        self.fast = fast_simulation.FastRuns(scene, self.planner)
         self.plain = Simulator(scene.grid.blocked.tolist(), scene.start, scene.goal, WALKERS)
 
     def loop(self, seed: int) -> Any:

@@ -19,10 +19,10 @@ from lampyris.model.change import Change, Seen
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
-from lampyris.planners._timed_search import TimedSearch
-from lampyris.planners.forecast import Forecaster
-from lampyris.planners.sipp import Sipp
-from lampyris.planners.space_time_astar import SpaceTimeAStar
+from lampyris.planning.spacetime.prediction import Forecaster
+from lampyris.planning.spacetime.search import TimedSearch
+from lampyris.planning.spacetime.sipp import Sipp
+from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
 
 TITLE = "Among moving obstacles"
 HOW = """One call of `session.plan` in an open session: the forecast (here: known tracks of 600 ticks) is laid

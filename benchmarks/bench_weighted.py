@@ -14,13 +14,13 @@ from benchmarks.turns import Call, take_turns
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from lampyris.field.solve import solve
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
+from lampyris.planning.field.solve import solve
 
 TITLE = "Weighted cells"
-HOW = """The whole field (cost, parents, luciferin) by `lampyris.field.solve.solve`, goal in the middle, code
+HOW = """The whole field (cost, parents, luciferin) by `lampyris.planning.field.solve.solve`, goal in the middle, code
 compiled, nanoseconds of this thread's processor time for each cell reached: first where every free cell costs
 the same, then over terrain, integer weights from 1 to 5 in steps of 1/63 of the price of a step. Flat terrain
 is 0 everywhere; smooth is hills some hundred cells wide; noise is a number drawn for each cell. By turns, the

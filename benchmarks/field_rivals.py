@@ -11,9 +11,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from lampyris.field.solve import solve
 from lampyris.model.field import Field
 from lampyris.model.moves import MOVES, Moves
+from lampyris.planning.field.solve import solve
 
 RULES = {
     "scikit-image": "`find_costs`, which tells where each cost comes from too, of an `MCP_Geometric`, made "

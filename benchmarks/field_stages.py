@@ -13,13 +13,13 @@ from benchmarks.figures import Figure, Spread
 from benchmarks.native import Native, build
 from benchmarks.turns import Call, take_turns
 
-from lampyris.field import waves
-from lampyris.field.solve import solve
 from lampyris.model.field import Field
 from lampyris.model.moves import Moves
+from lampyris.planning.field import waves
+from lampyris.planning.field.solve import solve
 
 PARENTS, LUCIFERIN = ("parents8", "parents"), ("glow", "shine")
-"""The passes of :mod:`lampyris.kernels.descent`."""
+"""The passes of :mod:`lampyris.kernels.field.descent`."""
 HEADS = (
     "map", "moves", "cost alone", "with parents", "with luciferin: whole", "whole / cost alone", "C++ -O3",
     "ours / that", "C++ -O3 -march=native", "ours / that", "floor",

@@ -61,8 +61,8 @@ def _terrain(size: int) -> np.ndarray:
 
 def field(size: int, kind: str, over: str = "") -> Job:
     """Free cells are there; a field is made of them."""
-    from lampyris.field.solve import solve
     from lampyris.model.moves import MOVES
+    from lampyris.planning.field.solve import solve
 
     free = blocked_map(size)
     np.logical_not(free, out=free)
@@ -74,8 +74,8 @@ def field(size: int, kind: str, over: str = "") -> Job:
 
 def mender(size: int, kind: str) -> Job:
     """A field that is kept, and mended once."""
-    from lampyris.field.repair import Mender
     from lampyris.model.moves import MOVES
+    from lampyris.planning.field.repair import Mender
 
     free = blocked_map(size)
     np.logical_not(free, out=free)
@@ -90,8 +90,8 @@ def mender(size: int, kind: str) -> Job:
 
 def layer(size: int, what: str) -> Job:
     """A map is there."""
-    from lampyris.field import gates, layers
     from lampyris.model.grid import Grid
+    from lampyris.planning.field import gates, layers
 
     grid = Grid(blocked_map(size))
     calls = {
@@ -165,8 +165,8 @@ def study(size: int) -> Job:
 def picture(size: int) -> Job:
     """A plan and its field are there; the picture as PNG."""
     import lampyris
-    from lampyris.field.solve import solve_field
-    from lampyris.report.picture import draw_plan
+    from lampyris.planning.field.solve import solve_field
+    from lampyris.report.pictures.plan_picture import draw_plan
 
     scene = _scene(size)
     found, landscape = lampyris.plan(scene, "jps"), solve_field(scene)
@@ -176,7 +176,7 @@ def picture(size: int) -> Job:
 
 def loading(size: int, kind: str, folder: Path | None = None) -> Job:
     """A file is there; a map of it."""
-    from lampyris.maps.load import load_map
+    from lampyris.io.maps.load import load_map
 
     path = write_map(kind, size, Path(tempfile.mkdtemp()) if folder is None else folder)
     return lambda: load_map(path)
@@ -207,8 +207,8 @@ def write_map(kind: str, size: int, folder: Path) -> Path:
 
 def frames(size: int) -> Job:
     """A map of a value for every cell as the app's page takes it."""
-    from lampyris.app.frames import layer_frame
-    from lampyris.field.solve import solve_field
+    from lampyris.app.engine.frames import layer_frame
+    from lampyris.planning.field.solve import solve_field
 
     values = solve_field(_scene(size)).luciferin
     return lambda: layer_frame("luciferin", values)

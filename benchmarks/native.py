@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.field.frame import AHEAD, SPARING, Frame
 from lampyris.model.moves import Moves
+from lampyris.planning.field.frame import AHEAD, SPARING, Frame
 
 BUILDS = {"-O3": ("-O3",), "-O3 -march=native": ("-O3", "-march=native")}
 """What the table calls a build, and the flags that make it."""
@@ -40,7 +40,7 @@ def build() -> dict[str, ctypes.CDLL]:
 
 
 class Native:
-    """The field of one map in C++, by the loops that :mod:`lampyris.field.waves` picks; arrays made once.
+    """The field of one map in C++, by the loops that :mod:`lampyris.planning.field.waves` picks; arrays made once.
 
     Parameters
     ----------

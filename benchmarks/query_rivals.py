@@ -13,18 +13,18 @@ from benchmarks.field_rivals import edges
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from lampyris.field.solve import fill
-from lampyris.kernels.trail import trail
+from lampyris.kernels.graph.trail import trail
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
-from lampyris.planners._any_angle import AnyAngleSearch
-from lampyris.planners._bidirectional import TwoSearches
-from lampyris.planners._fastest import FieldSearch, suited
-from lampyris.planners._graph import GridSearch
-from lampyris.planners._jps import JumpSearch, PackedMap
-from lampyris.planners.jps import JumpPointSearch
+from lampyris.planning.field.solve import fill
+from lampyris.planning.graph.any_angle_search import AnyAngleSearch
+from lampyris.planning.graph.bidirectional_search import TwoSearches
+from lampyris.planning.graph.fastest_search import FieldSearch, suited
+from lampyris.planning.graph.grid_graph import GridSearch
+from lampyris.planning.graph.jps import JumpPointSearch
+from lampyris.planning.graph.jps_search import JumpSearch, PackedMap
 
 Cell = tuple[int, int]
 Search = Callable[[Cell, Cell], Any]

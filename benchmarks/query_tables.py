@@ -14,9 +14,9 @@ from benchmarks.query_rivals import WITH_FIELD, Contest, length_of, with_field
 from benchmarks.turns import take_turns
 
 from lampyris.model.moves import MOVES, Moves
-from lampyris.planners._fastest import FieldSearch, suited
-from lampyris.planners._graph import GridSearch
-from lampyris.planners._jps import JumpSearch
+from lampyris.planning.graph.fastest_search import FieldSearch, suited
+from lampyris.planning.graph.grid_graph import GridSearch
+from lampyris.planning.graph.jps_search import JumpSearch
 
 NAMES = (
     "arena2", "AR0011SR", "Berlin_0_256", "16room_000", "ht_0_hightown", "maze512-32-0", "random512-10-0",

@@ -3,7 +3,7 @@
 import lampyris
 
 scene = lampyris.Scene(lampyris.load_grid("env-1"), start=(37, 8), goal=(5, 38))
-for name in lampyris.planners():
+for name in lampyris.list_planners():
     plan = lampyris.plan(scene, planner=name, seed=1)
     print(
         f"{name:19} {plan.status:8} cost {plan.cost:7.3f}, gap {plan.gap:6.2%}, expansions {plan.expansions}"

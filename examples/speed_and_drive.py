@@ -3,7 +3,7 @@
 import numpy as np
 
 import lampyris
-from lampyris.motion.compare import compare
+from lampyris.motion.laws.compare import compare
 
 grid = lampyris.load_grid("env-3")
 robot = lampyris.Robot(radius=0.3, v_max=1.0, a_max=0.5, d_max=1.0)

@@ -4,8 +4,8 @@ import tempfile
 from pathlib import Path
 
 import lampyris
-from lampyris.study.runs import runs_of
-from lampyris.study.summary import summarise
+from lampyris.study.analysis.runs import runs_of
+from lampyris.study.analysis.summary import summarise
 
 STUDY = """\
 version: 1

@@ -17,9 +17,9 @@ import numpy as np
 import lampyris
 from lampyris.errors import LampyrisError, shown
 from lampyris.model.path import path_of
-from lampyris.planners import registry
+from lampyris.planning import registry
 
-ROOMS = ("model", "planners", "motion", "sim", "swarm")
+ROOMS = ("model", "planning", "motion", "sim")
 """Rooms whose public classes with checks of their own are found by themselves."""
 
 HUGE = 10**400
@@ -145,7 +145,7 @@ def public_classes() -> Iterator[tuple[str, type]]:
             module = importlib.import_module(found.name)
             for name, kind in sorted(vars(module).items()):
                 own = inspect.isclass(kind) and kind.__module__ == found.name and not name.startswith("_")
-                abstract = room == "planners" and hasattr(kind, "open") and not hasattr(kind, "name")
+                abstract = room == "planning" and hasattr(kind, "open") and not hasattr(kind, "name")
                 wanted = own and hasattr(kind, "__post_init__") and not abstract
                 if wanted and name not in NOT_FOR_CALLERS and new(kind):
                     yield name, kind

@@ -114,7 +114,7 @@ def test_seeds_and_settings_are_checked() -> None:
 def test_a_lying_planner_does_not_get_through() -> None:
     class Liar:
         name = "liar"
-        traits = lampyris.planners()["astar"].traits
+        traits = lampyris.list_planners()["astar"].traits
         summary = source = ""
 
         def open(self, scene: lampyris.Scene, rng: np.random.Generator, *, record: bool = False) -> Liar:

@@ -10,13 +10,14 @@ import pytest
 
 from lampyris import Plan, Robot, Scene, Status, api
 from lampyris.errors import InternalFault, LampyrisError
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
-from lampyris.motion import laws, physical
-from lampyris.motion.course import course_of
-from lampyris.motion.physical import PhysicalLaw
+from lampyris.model.obstacles import Movers
+from lampyris.motion.geometry.sampled_path import course_of
+from lampyris.motion.laws import physical
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.physical import PhysicalLaw
 
 RNG = np.random.default_rng(1)
 

@@ -10,11 +10,11 @@ import pytest
 
 from lampyris import Robot, Scene, api
 from lampyris.errors import InternalFault, SettingError
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.path import path_of
 from lampyris.model.profile import Profile
-from lampyris.motion import laws
-from lampyris.motion.compare import compare, entry_of, jerk_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.compare import compare, entry_of, jerk_of
 
 Case = tuple[Any, Scene]
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.field.layers import moves_for
-from lampyris.field.solve import solve_field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners.assess import assess
+from lampyris.planning.assess import assess
+from lampyris.planning.field.layers import moves_for
+from lampyris.planning.field.solve import solve_field
 
 
 def rough(seed: int, moves: str, radius: float = 0.0) -> Scene:

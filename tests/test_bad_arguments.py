@@ -29,7 +29,7 @@ from bad_arguments import (
     shown,
     what_comes,
 )
-from lampyris.checks import MOST_WHOLE, is_whole
+from lampyris._core.predicates import MOST_WHOLE, is_whole
 from lampyris.errors import (
     MAX_DIGITS,
     MAX_SHOWN,
@@ -39,9 +39,9 @@ from lampyris.errors import (
     UsageError,
     did_you_mean,
 )
-from lampyris.planners import registry
+from lampyris.planning import registry
 from lampyris.scen import ask
-from lampyris.sim.drive_settings import Settings
+from lampyris.sim.continuous.settings import Settings
 
 CLASSES = dict(public_classes())
 FUNCTIONS = dict(public_functions())

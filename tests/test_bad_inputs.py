@@ -22,7 +22,7 @@ import lampyris
 from bad_inputs import CASES, DEFERRED, ELSEWHERE, studies
 from bad_inputs.case import LAUNCHER, Case, Outcome, inside, run, warm
 from lampyris.errors import LampyrisError
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 
 CPU_S = 1.0
 MEMORY = 256 * 2**20

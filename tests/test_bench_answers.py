@@ -112,7 +112,7 @@ def test_the_public_call_is_among_the_contestants_of_the_simulations() -> None:
     from benchmarks import bench_study
 
     import lampyris
-    from lampyris.maps import library
+    from lampyris.io.maps import library
 
     ground = library.load("env-1")
     scene = lampyris.Scene(

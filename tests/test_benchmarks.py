@@ -285,8 +285,8 @@ def test_stages_leave_out_what_they_say_and_nothing_else() -> None:
     import numpy as np
     from benchmarks.field_stages import LUCIFERIN, PARENTS, without
 
-    from lampyris.field.solve import solve
     from lampyris.model.moves import MOVES
+    from lampyris.planning.field.solve import solve
 
     for free in small_maps():
         for moves in MOVES.values():
@@ -313,8 +313,8 @@ def test_the_loops_in_cpp_give_our_bits(sparing: bool, monkeypatch: pytest.Monke
     import numpy as np
     from benchmarks import native
 
-    from lampyris.field.solve import solve
     from lampyris.model.moves import MOVES
+    from lampyris.planning.field.solve import solve
 
     monkeypatch.setattr(native, "SPARING", 0 if sparing else 2**60)
     # What is compared is the source, so let the compiler be quick about it.
@@ -379,7 +379,7 @@ def contestants_at_hand(free: Any, kind: str) -> Any:
         return field_rivals.contestants(free, MOVES[kind], (11, 8), without=())
     from functools import partial
 
-    from lampyris.field.solve import solve
+    from lampyris.planning.field.solve import solve
 
     graphs = field_rivals._by_graphs(free, MOVES[kind], (11, 8), slow=False)
     return {"lampyris": partial(solve, free, MOVES[kind], (11, 8))} | graphs

@@ -10,10 +10,10 @@ import pytest
 import lampyris
 from bad_inputs.case import inside
 from lampyris.cli.study_show import sizes
-from lampyris.report.measure import METRICS
-from lampyris.study.file import json_schema
-from lampyris.study.ready import names
-from lampyris.study.table import TIMING
+from lampyris.report.data.measures import METRICS
+from lampyris.study.analysis.table import TIMING
+from lampyris.study.design.bundled import names
+from lampyris.study.design.study_file import json_schema
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "studies.md"
 pytestmark = pytest.mark.source

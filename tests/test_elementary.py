@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lampyris import elementary
+from lampyris._core import elementary
 
 RANGES = [
     ("exp", -708.0, 709.7),

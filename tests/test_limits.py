@@ -14,31 +14,25 @@ import numpy as np
 import pytest
 
 import lampyris
+from lampyris._core.limits import MAX_CELLS
 from lampyris.api import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
-from lampyris.limits import MAX_CELLS
-from lampyris.maps import (
-    csv_table,
-    dob,
-    image,
-    json_text,
-    load,
-    movingai,
-    numpy_file,
-    pgm,
-    tracks,
-    way_file,
-    yaml_text,
-)
-from lampyris.maps.document import byte_limit
-from lampyris.maps.json_text import read_json
-from lampyris.maps.load import load_map
-from lampyris.maps.make import make
-from lampyris.maps.movers_file import read_movers
-from lampyris.maps.movingai import read_scen
-from lampyris.maps.tracks import read_track
-from lampyris.maps.way_file import read_way
-from lampyris.maps.yaml_text import read_yaml
+from lampyris.io import paths as way_file
+from lampyris.io.maps import load
+from lampyris.io.maps.formats import movingai, pgm
+from lampyris.io.maps.formats import npy as numpy_file
+from lampyris.io.maps.formats import png as image
+from lampyris.io.maps.formats.document import byte_limit
+from lampyris.io.maps.formats.movingai import read_scen
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.recipes.make import make
+from lampyris.io.paths import read_way
+from lampyris.io.text import csv_table, strict_json, strict_yaml
+from lampyris.io.text.strict_json import read_json
+from lampyris.io.text.strict_yaml import read_yaml
+from lampyris.io.tracks import csv_tracks, dob
+from lampyris.io.tracks.csv_tracks import read_track
+from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
 from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.scene import MAX_RADIUS, Scene
@@ -54,8 +48,8 @@ Ask = Callable[[Path, int], object]
 def test_the_limits_are_those_that_are_promised() -> None:
     assert MAX_CELLS == 2**24
     assert byte_limit(MAX_CELLS) == 8 * 2**24 + 2**20
-    assert (yaml_text.MAX_BYTES, yaml_text.MAX_DEPTH) == (64 * 2**10, 32)
-    assert (json_text.MAX_BYTES, json_text.MAX_DEPTH) == (16 * 2**20, 32)
+    assert (strict_yaml.MAX_BYTES, strict_yaml.MAX_DEPTH) == (64 * 2**10, 32)
+    assert (strict_json.MAX_BYTES, strict_json.MAX_DEPTH) == (16 * 2**20, 32)
     assert movingai.MAX_SCEN_LINES == 100_000
     assert pgm.HEADER_BYTES == movingai.HEADER_BYTES == numpy_file.HEADER_BYTES == 4096
     assert MAX_BODIES == 10_000
@@ -310,8 +304,8 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "obstacles in all": (MAX_BODIES, in_all, "LIMIT"),
     "obstacles drawn": (MAX_BODIES, bodies_drawn, "LIMIT"),
     "obstacles of a specification": (MAX_BODIES, lambda f, n: RandomWalk(n), "LIMIT"),
-    "track": (tracks.MAX_TICKS, one_track, "LIMIT"),
-    "track by ticks": (tracks.MAX_TICKS, one_track_by_ticks, "LIMIT"),
+    "track": (csv_tracks.MAX_TICKS, one_track, "LIMIT"),
+    "track by ticks": (csv_tracks.MAX_TICKS, one_track_by_ticks, "LIMIT"),
     "line of a track file": (
         csv_table.MAX_LINE,
         lambda f, n: read_track(put(f, b"x,y\n1,2," + b"z" * (n - 5) + b"\n", "t.csv")),

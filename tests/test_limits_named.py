@@ -18,24 +18,30 @@ import pytest
 
 import lampyris
 from lampyris.errors import MAX_PART, FileError, LampyrisError
-from lampyris.maps import json_text, ros_yaml, scenario_form, scenario_how, way_file
-from lampyris.maps.json_text import read_json
-from lampyris.maps.load import load_map
-from lampyris.maps.scenario_file import MAX_SIDE
-from lampyris.maps.way_file import read_way
+from lampyris.io import paths as way_file
+from lampyris.io.maps.formats import ros_yaml
+from lampyris.io.maps.load import load_map
+from lampyris.io.paths import read_way
+from lampyris.io.scenario import run_settings, schema_types
+from lampyris.io.scenario.schema import MAX_SIDE
+from lampyris.io.text import strict_json
+from lampyris.io.text.strict_json import read_json
 from lampyris.model.edit import MAX_EDITS, Edit, check_edits
 from lampyris.model.grid import MAX_TERRAIN, Grid
-from lampyris.planners import _timed_session, ad_gso
+from lampyris.planning.adgso import ad_gso
+from lampyris.planning.spacetime import session as _timed_session
+from lampyris.planning.swarm.optimisers import glowworm, particle
 from lampyris.scenarios import load_scenario
 from lampyris.selfcheck import _fuzz_study
 from lampyris.selfcheck.twins.map_files import put
-from lampyris.study import file as study_file
-from lampyris.study import form, ground, store_file, who
-from lampyris.study.file import load_study
-from lampyris.study.row import Row
-from lampyris.study.store import Store
-from lampyris.study.where import MAX_WORKERS, Where
-from lampyris.swarm import glowworm, particle
+from lampyris.study.design import config as who
+from lampyris.study.design import schema as form
+from lampyris.study.design import study_file, study_map
+from lampyris.study.design.row import Row
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution.execution import MAX_WORKERS, Where
+from lampyris.study.store import file as store_file
+from lampyris.study.store.store import Store
 
 SOURCE = Path(lampyris.__file__).parent
 TESTS = Path(__file__).parent
@@ -70,8 +76,8 @@ def grid_of(n: int) -> dict[str, Any]:
 
 
 def packed_map(folder: Path, n: int) -> object:
-    made = ground.pack(Grid([[False]]))
-    return ground.unpack({**made, "name": "x" * n})
+    made = study_map.pack(Grid([[False]]))
+    return study_map.unpack({**made, "name": "x" * n})
 
 
 def count(n: int, many: int) -> list[dict[str, Any]]:
@@ -87,14 +93,14 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         lambda f, n: scenario(simulate={}, edits=[{"tick": k} for k in range(n)])(f),
         "LIMIT",
     ),
-    "ticks of a scenario": (scenario_how.MAX_TICKS, lambda f, n: scenario(simulate={"ticks": n})(f), "TICKS"),
+    "ticks of a scenario": (run_settings.MAX_TICKS, lambda f, n: scenario(simulate={"ticks": n})(f), "TICKS"),
     "patience of a scenario": (
-        scenario_how.MAX_TICKS,
+        run_settings.MAX_TICKS,
         lambda f, n: scenario(simulate={"patience": n})(f),
         "PATIENCE",
     ),
     "words of a setting": (
-        scenario_form.MAX_TEXT,
+        schema_types.MAX_TEXT,
         lambda f, n: scenario(planner={"name": "ad-gso", "settings": {"choice": "x" * n}})(f),
         "JSON_TEXT",
     ),
@@ -122,8 +128,8 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         lambda f, n: study(seeds=n, planners=[grid_of(1000)], maps=[drawn(1)])(f),
         "LIMIT",
     ),
-    "ticks of a study": (scenario_how.MAX_TICKS, lambda f, n: study(ticks=n)(f), "TICKS"),
-    "name of a packed map": (ground.MAX_NAME, packed_map, "PACKED_MAP"),
+    "ticks of a study": (run_settings.MAX_TICKS, lambda f, n: study(ticks=n)(f), "TICKS"),
+    "name of a packed map": (study_map.MAX_NAME, packed_map, "PACKED_MAP"),
     "workers": (MAX_WORKERS, lambda f, n: Where(workers=n), "WORKERS"),
     "nt": (ad_gso.MAX_NT, lambda f, n: ad_gso.AdGso(nt=n), "NT"),
     "mvr": (ad_gso.MAX_MVR, lambda f, n: ad_gso.AdGso(mvr=n), "MVR"),
@@ -143,7 +149,7 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         "YAML_SIZE",
     ),
     "values of JSON": (
-        json_text.MAX_VALUES,
+        strict_json.MAX_VALUES,
         lambda f, n: read_json(b'{"a": [' + b"0," * (n - 2) + b"0]}", "m"),
         "JSON_SIZE",
     ),
@@ -216,138 +222,141 @@ NOT_INPUT = "not of what comes in: "
 ASKED: dict[str, str] = {
     "api.MAX_SEED": LIMITS_PY,
     "cli.compare_work.MAX_RUNS": "cli/test_cli_compare.py",
-    "checks.MOST_WHOLE": "test_bad_arguments.py",
+    "_core.predicates.MOST_WHOLE": "test_bad_arguments.py",
     "errors.MAX_DIGITS": "test_bad_arguments.py",
     "errors.MAX_PART": HERE,
     "errors.MAX_SHOWN": "test_bad_arguments.py",
-    "field.frame.MOST": NOT_INPUT + "as many cells as a number of 32 bits tells apart; maps are smaller",
-    "maps.csv_table.MAX_BYTES": LIMITS_PY,
-    "maps.csv_table.MAX_LINE": LIMITS_PY,
-    "maps.csv_table.MAX_LINES": LIMITS_PY,
-    "maps.dob.MAX_WORDS": LIMITS_PY,
-    "maps.image.MAX_CHUNKS": LIMITS_PY,
-    "maps.image.MAX_TEXT": LIMITS_PY,
-    "maps.json_text.MAX_BYTES": LIMITS_PY,
-    "maps.json_text.MAX_DEPTH": LIMITS_PY,
-    "maps.json_text.MAX_DIGITS": LIMITS_PY,
-    "maps.json_text.MAX_VALUES": HERE,
-    "limits.MAX_CELLS": LIMITS_PY,
-    "maps.movingai.MAX_SCEN_BYTES": LIMITS_PY,
-    "maps.movingai.MAX_SCEN_LINES": LIMITS_PY,
-    "maps.ros_yaml.MAX_ORIGIN": HERE,
-    "maps.scenario.MAX_SEED": LIMITS_PY,
-    "maps.scenario_faults.MOST": NOT_INPUT + "mistakes told whole",
-    "maps.scenario_file.MAX_SIDE": HERE,
-    "maps.scenario_form.MAX_TEXT": HERE,
-    "maps.scenario_how.MAX_TICKS": HERE,
-    "maps.tracks.MAX_TICKS": LIMITS_PY,
-    "maps.way_file.MAX_POINTS": LIMITS_PY,
-    "maps.yaml_text.MAX_BYTES": LIMITS_PY,
-    "maps.yaml_text.MAX_DEPTH": LIMITS_PY,
-    "maps.yaml_text.MAX_DIGITS": LIMITS_PY,
-    "maps.yaml_text.MAX_VALUES": LIMITS_PY,
+    "planning.field.frame.MOST": NOT_INPUT
+    + "as many cells as a number of 32 bits tells apart; maps are smaller",
+    "io.text.csv_table.MAX_BYTES": LIMITS_PY,
+    "io.text.csv_table.MAX_LINE": LIMITS_PY,
+    "io.text.csv_table.MAX_LINES": LIMITS_PY,
+    "io.tracks.dob.MAX_WORDS": LIMITS_PY,
+    "io.maps.formats.png.MAX_CHUNKS": LIMITS_PY,
+    "io.maps.formats.png.MAX_TEXT": LIMITS_PY,
+    "io.text.strict_json.MAX_BYTES": LIMITS_PY,
+    "io.text.strict_json.MAX_DEPTH": LIMITS_PY,
+    "io.text.strict_json.MAX_DIGITS": LIMITS_PY,
+    "io.text.strict_json.MAX_VALUES": HERE,
+    "_core.limits.MAX_CELLS": LIMITS_PY,
+    "io.maps.formats.movingai.MAX_SCEN_BYTES": LIMITS_PY,
+    "io.maps.formats.movingai.MAX_SCEN_LINES": LIMITS_PY,
+    "io.maps.formats.ros_yaml.MAX_ORIGIN": HERE,
+    "io.scenario.scenario.MAX_SEED": LIMITS_PY,
+    "io.scenario.validation_errors.MOST": NOT_INPUT + "mistakes told whole",
+    "io.scenario.schema.MAX_SIDE": HERE,
+    "io.scenario.schema_types.MAX_TEXT": HERE,
+    "io.scenario.run_settings.MAX_TICKS": HERE,
+    "io.tracks.csv_tracks.MAX_TICKS": LIMITS_PY,
+    "io.paths.MAX_POINTS": LIMITS_PY,
+    "io.text.strict_yaml.MAX_BYTES": LIMITS_PY,
+    "io.text.strict_yaml.MAX_DEPTH": LIMITS_PY,
+    "io.text.strict_yaml.MAX_DIGITS": LIMITS_PY,
+    "io.text.strict_yaml.MAX_VALUES": LIMITS_PY,
     "model.edit.MAX_EDITED": "model/test_edit.py",
     "model.edit.MAX_EDITS": HERE,
     "model.grid.MAX_TERRAIN": HERE,
     "model.scene.MAX_RADIUS": LIMITS_PY,
     "model.traffic.MAX_BODIES": LIMITS_PY,
-    "planners._timed_session.MAX_HORIZON": HERE,
-    "planners.ad_gso.MAX_MVR": HERE,
-    "planners.ad_gso.MAX_NT": HERE,
-    "report.animate.MAX_FRAMES": "report/test_report_film.py",
-    "sim.drive_settings.MAX_PASSED": "sim/test_sim_drive.py",
-    "sim.feed._MOST": "sim/test_sim_feed.py",
-    "study.batches.MAX_JOBS": NOT_INPUT + "jobs of a batch",
-    "study.compare.MAX_DRAWN": "study/test_study_compare.py",
-    "study.compare.MAX_EXACT": "study/test_study_compare.py",
-    "study.evidence.MAX_BYTES": "study/test_study_evidence.py",
-    "study.evidence.MAX_NOTE": "study/test_study_otherwise.py",
-    "study.evidence.MAX_NOTES": "study/test_study_otherwise.py",
-    "study.file.MAX_JOBS": HERE,
-    "study.form.MAX_ABOUT": HERE,
-    "study.form.MAX_ENTRIES": HERE,
-    "study.form.MAX_QUERIES": HERE,
-    "study.form.MAX_SEEDS": HERE,
-    "study.ground.MAX_NAME": HERE,
-    "study.judge.MAX_WORDS": "study/test_study_judge.py",
-    "study.one.MAX_WORDS": "study/test_study_one.py",
-    "study.page_figures.MAX_LINES": NOT_INPUT + "curves of a figure",
-    "study.page_figures.MAX_ROWS": NOT_INPUT + "rows of a figure",
-    "study.page_figures.MAX_RUNS": NOT_INPUT + "bars of a figure",
-    "study.page_films.MAX_BYTES": NOT_INPUT + "films of a page",
-    "study.page_films.MAX_CELLS": NOT_INPUT + "films of a page",
-    "study.page_films.MOST": NOT_INPUT + "films of a page",
-    "study.run.MAX_ANSWER": "study/test_study_run.py",
-    "study.run.MAX_DEATHS": "study/test_study_run.py",
-    "study.run.MAX_DOUBTS": NOT_INPUT + "answers of workers, study/test_study_lies.py",
-    "study.site.MAX_TICKS": NOT_INPUT + "tracks drawn ahead of a drive",
-    "study.store_file.MAX_VALUE": HERE,
-    "study.store_row.MOST": "study/test_study_store_damage.py",
-    "study.where.MAX_WORKERS": HERE,
-    "study.who.MAX_WHO": HERE,
-    "study.worlds.MAX_ALL_CELLS": "study/test_study_file.py",
-    "study.worlds.MAX_WORLDS": "study/test_study_file.py",
-    "swarm.glowworm.MOST": HERE,
-    "swarm.particle.MOST": HERE,
-    "motion.lattice.MAX_WORDS": NOT_INPUT + "memory of a search, tests/test_memory.py",
-    "planners._incremental_search.LIMIT": NOT_INPUT + "a number of 64 bits",
-    "planners._incremental_search._MOST_BIAS": NOT_INPUT + "a number of 64 bits",
-    "planners._timed_search.MOST_STATES": NOT_INPUT + "memory of a search, tests/test_memory.py",
-    "planners._timed_session.MOST_UNROLLED": NOT_INPUT + "ticks of tracks written out",
-    "planners.expanded.MOST_CELLS": NOT_INPUT + "maps up to which a page draws what was expanded",
-    "app.asking.MAX_JSON": "app/test_app_limits.py",
-    "app.asking.MOST_VALUES": "app/test_app_limits.py",
-    "app.compared.MOST_SEEDS": "app/test_app_limits.py",
-    "app.compared.MOST_WHO": "app/test_app_limits.py",
-    "app.decode.MAX_BYTES": "app/test_app_limits.py",
-    "app.decode.MAX_FILES": "app/test_app_limits.py",
-    "app.engine.MAX_QUESTION": "app/test_app_limits.py",
-    "app.guard.MAX_HEAD": "app/test_app_limits.py",
-    "app.guard.MAX_HEADERS": "app/test_app_limits.py",
-    "app.guard.MAX_URL": "app/test_app_limits.py",
-    "app.library.MOST_BYTES": "app/test_app_limits.py",
-    "app.library.MOST_FILES": "app/test_app_limits.py",
-    "app.names.MOST": "app/test_app_limits.py",
-    "app.said.MOST_SIDE": "app/test_app_limits.py",
-    "app.studying.MOST_QUERIES": "app/test_app_limits.py",
-    "app.studying.MOST_RUNS": "app/test_app_limits.py",
-    "app.studying.MOST_SEEDS": "app/test_app_limits.py",
-    "app.guard.MAX_BODY": "app/test_app_http.py",
-    "app.guard.LARGE_AT_ONCE": "app/test_threats_bombs.py",
-    "app.decode.AT_ONCE": "app/test_app_decode.py",
-    "app.engines.QUEUE": "app/test_app_engine.py",
-    "app.studies.MOST_WAITING": "app/test_app_studies.py",
-    "app.decode.MAX_ANSWER": NOT_INPUT + "what our own reader of maps says of them",
-    "app.engines.MAX_FRAME": NOT_INPUT + "what our own engine says, app/test_app_engine.py",
-    "app.guard.MAX_DRAIN": NOT_INPUT + "what is still read of a refused body, app/test_app_http.py",
-    "app.studies.MAX_LINE": NOT_INPUT + "what our own study says of how far it is",
-    "app.studies.MOST": NOT_INPUT + "studies that are over and still known",
-    "app.watched.MOST_TICKS": NOT_INPUT + "ticks of one frame; a drive has as many frames as it takes",
-    "field.frame._SCRATCH_BYTES": NOT_INPUT + "memory of a sweep, tests/test_memory.py",
-    "maps.csv_table.GREATEST": LIMITS_PY,
-    "maps.load.HEAD_BYTES": LIMITS_PY,
-    "maps.movingai.HEADER_BYTES": LIMITS_PY,
-    "maps.numpy_file.HEADER_BYTES": LIMITS_PY,
-    "maps.pgm.HEADER_BYTES": LIMITS_PY,
-    "maps.way_file.YAML_BYTES": HERE,
-    "maps.way_file.YAML_VALUES": HERE,
+    "planning.spacetime.session.MAX_HORIZON": HERE,
+    "planning.adgso.ad_gso.MAX_MVR": HERE,
+    "planning.adgso.ad_gso.MAX_NT": HERE,
+    "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",
+    "sim.continuous.settings.MAX_PASSED": "sim/test_sim_drive.py",
+    "sim.sensor._MOST": "sim/test_sim_feed.py",
+    "study.execution.batches.MAX_JOBS": NOT_INPUT + "jobs of a batch",
+    "study.analysis.compare.MAX_DRAWN": "study/test_study_compare.py",
+    "study.analysis.compare.MAX_EXACT": "study/test_study_compare.py",
+    "study.execution.evidence.MAX_BYTES": "study/test_study_evidence.py",
+    "study.execution.evidence.MAX_NOTE": "study/test_study_otherwise.py",
+    "study.execution.evidence.MAX_NOTES": "study/test_study_otherwise.py",
+    "study.design.study_file.MAX_JOBS": HERE,
+    "study.design.schema.MAX_ABOUT": HERE,
+    "study.design.schema.MAX_ENTRIES": HERE,
+    "study.design.schema.MAX_QUERIES": HERE,
+    "study.design.schema.MAX_SEEDS": HERE,
+    "study.design.study_map.MAX_NAME": HERE,
+    "study.execution.verify.MAX_WORDS": "study/test_study_judge.py",
+    "study.execution.worker.MAX_WORDS": "study/test_study_one.py",
+    "study.page.figures.MAX_LINES": NOT_INPUT + "curves of a figure",
+    "study.page.figures.MAX_ROWS": NOT_INPUT + "rows of a figure",
+    "study.page.figures.MAX_RUNS": NOT_INPUT + "bars of a figure",
+    "study.page.films.MAX_BYTES": NOT_INPUT + "films of a page",
+    "study.page.films.MAX_CELLS": NOT_INPUT + "films of a page",
+    "study.page.films.MOST": NOT_INPUT + "films of a page",
+    "study.execution.run.MAX_ANSWER": "study/test_study_run.py",
+    "study.execution.run.MAX_DEATHS": "study/test_study_run.py",
+    "study.execution.run.MAX_DOUBTS": NOT_INPUT + "answers of workers, study/test_study_lies.py",
+    "study.execution.site.MAX_TICKS": NOT_INPUT + "tracks drawn ahead of a drive",
+    "study.store.file.MAX_VALUE": HERE,
+    "study.store.row_record.MOST": "study/test_study_store_damage.py",
+    "study.execution.execution.MAX_WORKERS": HERE,
+    "study.design.config.MAX_WHO": HERE,
+    "study.design.worlds.MAX_ALL_CELLS": "study/test_study_file.py",
+    "study.design.worlds.MAX_WORLDS": "study/test_study_file.py",
+    "planning.swarm.optimisers.glowworm.MOST": HERE,
+    "planning.swarm.optimisers.particle.MOST": HERE,
+    "motion.timing.spacetime_lattice.MAX_WORDS": NOT_INPUT + "memory of a search, tests/test_memory.py",
+    "planning.incremental.search.LIMIT": NOT_INPUT + "a number of 64 bits",
+    "planning.incremental.search._MOST_BIAS": NOT_INPUT + "a number of 64 bits",
+    "planning.spacetime.search.MOST_STATES": NOT_INPUT + "memory of a search, tests/test_memory.py",
+    "planning.spacetime.session.MOST_UNROLLED": NOT_INPUT + "ticks of tracks written out",
+    "planning.graph.expanded.MOST_CELLS": NOT_INPUT + "maps up to which a page draws what was expanded",
+    "app.server.request_parsing.MAX_JSON": "app/test_app_limits.py",
+    "app.server.request_parsing.MOST_VALUES": "app/test_app_limits.py",
+    "app.engine.comparison.MOST_SEEDS": "app/test_app_limits.py",
+    "app.engine.comparison.MOST_WHO": "app/test_app_limits.py",
+    "app.engine.decode.MAX_BYTES": "app/test_app_limits.py",
+    "app.engine.decode.MAX_FILES": "app/test_app_limits.py",
+    "app.engine.engine.MAX_QUESTION": "app/test_app_limits.py",
+    "app.server.guard.MAX_HEAD": "app/test_app_limits.py",
+    "app.server.guard.MAX_HEADERS": "app/test_app_limits.py",
+    "app.server.guard.MAX_URL": "app/test_app_limits.py",
+    "app.server.library.MOST_BYTES": "app/test_app_limits.py",
+    "app.server.library.MOST_FILES": "app/test_app_limits.py",
+    "app.engine.names.MOST": "app/test_app_limits.py",
+    "app.engine.parse.MOST_SIDE": "app/test_app_limits.py",
+    "app.engine.study_process.MOST_QUERIES": "app/test_app_limits.py",
+    "app.engine.study_process.MOST_RUNS": "app/test_app_limits.py",
+    "app.engine.study_process.MOST_SEEDS": "app/test_app_limits.py",
+    "app.server.guard.MAX_BODY": "app/test_app_http.py",
+    "app.server.guard.LARGE_AT_ONCE": "app/test_threats_bombs.py",
+    "app.engine.decode.AT_ONCE": "app/test_app_decode.py",
+    "app.server.engines.QUEUE": "app/test_app_engine.py",
+    "app.server.studies.MOST_WAITING": "app/test_app_studies.py",
+    "app.engine.decode.MAX_ANSWER": NOT_INPUT + "what our own reader of maps says of them",
+    "app.server.engines.MAX_FRAME": NOT_INPUT + "what our own engine says, app/test_app_engine.py",
+    "app.server.guard.MAX_DRAIN": NOT_INPUT + "what is still read of a refused body, app/test_app_http.py",
+    "app.server.studies.MAX_LINE": NOT_INPUT + "what our own study says of how far it is",
+    "app.server.studies.MOST": NOT_INPUT + "studies that are over and still known",
+    "app.engine.simulation.MOST_TICKS": NOT_INPUT
+    + "ticks of one frame; a drive has as many frames as it takes",
+    "planning.field.frame._SCRATCH_BYTES": NOT_INPUT + "memory of a sweep, tests/test_memory.py",
+    "io.text.csv_table.GREATEST": LIMITS_PY,
+    "io.maps.load.HEAD_BYTES": LIMITS_PY,
+    "io.maps.formats.movingai.HEADER_BYTES": LIMITS_PY,
+    "io.maps.formats.npy.HEADER_BYTES": LIMITS_PY,
+    "io.maps.formats.pgm.HEADER_BYTES": LIMITS_PY,
+    "io.paths.YAML_BYTES": HERE,
+    "io.paths.YAML_VALUES": HERE,
     "model.robot.GREATEST": LIMITS_PY,
-    "maps.document.BYTES_PER_CELL": LIMITS_PY,
-    "planners.swarm_encoding.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
-    "study.tracks.AT_ONCE": NOT_INPUT + "ticks advanced in one go",
-    "referee.apart._AT_ONCE": NOT_INPUT + "pairs looked at in one go",
-    "motion.curve.LONGEST_STEP": NOT_INPUT + "a length of the curve, not of what is given",
-    "app.watched.MOST_PATH": NOT_INPUT + "cells of a patrol's path that the page draws",
-    "app.asking.MOST_WHOLE": "app/test_app_forms.py",
+    "io.maps.formats.document.BYTES_PER_CELL": LIMITS_PY,
+    "planning.swarm.encoding.LONGEST": NOT_INPUT + "cells of a leg that a swarm draws",
+    "study.execution.obstacle_tracks.AT_ONCE": NOT_INPUT + "ticks advanced in one go",
+    "referee.geometry.separation._AT_ONCE": NOT_INPUT + "pairs looked at in one go",
+    "motion.geometry.curve.LONGEST_STEP": NOT_INPUT + "a length of the curve, not of what is given",
+    "app.engine.simulation.MOST_PATH": NOT_INPUT + "cells of a patrol's path that the page draws",
+    "app.server.request_parsing.MOST_WHOLE": "app/test_app_forms.py",
 }
 
 
 NO_LIMITS = {
-    "kernels.any_angle.LIMIT", "kernels.bidirectional.LIMIT", "kernels.incremental.LIMIT",
-   "kernels.jps.LIMIT",    "kernels.search.LIMIT", "kernels.timed.LIMIT",
-    "kernels.pace.OF_LIMIT", "kernels.pace.OF_WAITING", "kernels.pace.V_MAX", "planners.ad_gso_walk.NO_LIMIT",
-    "maps.scenario_file._LIMIT", "study.form._LIMIT", "app.guard.BYTES", "maps.load.VALUES",
-    "field.frame.WEIGHS_MOST",
+    "kernels.graph.any_angle.LIMIT", "kernels.graph.bidirectional.LIMIT", "kernels.incremental.queue.LIMIT",
+   "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",
+    "kernels.adgso.tick_speed.OF_LIMIT", "kernels.adgso.tick_speed.OF_WAITING",
+    "kernels.adgso.tick_speed.V_MAX", "planning.adgso.walk.NO_LIMIT",
+    "io.scenario.schema._LIMIT", "study.design.schema._LIMIT", "app.server.guard.BYTES", "io.maps.load.VALUES",
+    "planning.field.frame.WEIGHS_MOST",
 }  # fmt: skip
 """So called and no limits: endings, columns of a table, words, types."""
 WORDS = "MAX|MOST|LIMIT|BYTES|VALUES|GREATEST|LONGEST|LARGEST|DEEPEST|WAITING|QUEUE|AT_ONCE"

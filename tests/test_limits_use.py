@@ -12,18 +12,18 @@ import pytest
 from typer.testing import CliRunner
 
 import lampyris
-from lampyris import limits
+from lampyris._core import limits
 from lampyris.cli.app import app
 from lampyris.errors import LimitError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.course import course_of
-from lampyris.motion.refine import refined
-from lampyris.planners import registry
-from lampyris.planners.assess import assess
-from lampyris.planners.base import Traits
-from lampyris.sim.drive import DriveSimulation
+from lampyris.motion.geometry.sampled_path import course_of
+from lampyris.motion.laws.node_refinement import refined
+from lampyris.planning import registry
+from lampyris.planning.assess import assess
+from lampyris.planning.base import Traits
+from lampyris.sim.continuous.drive import DriveSimulation
 
 
 def street(n: int) -> Scene:

@@ -17,24 +17,25 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.app.decode import decode
-from lampyris.app.frames import layer_frame
-from lampyris.app.library import container
+from lampyris.app.engine.decode import decode
+from lampyris.app.engine.frames import layer_frame
+from lampyris.app.server.library import container
 from lampyris.errors import LimitError
-from lampyris.field import frame, gates, layers, waves
-from lampyris.field.repair import Mender
-from lampyris.field.solve import solve, solve_field
+from lampyris.io.maps.load import load_map
 from lampyris.kernels import _jit
-from lampyris.maps.load import load_map
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners import _graph, registry
-from lampyris.planners.ad_gso import AdGso
-from lampyris.planners.astar import AStar
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.field import frame, gates, layers, waves
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.solve import solve, solve_field
+from lampyris.planning.graph import grid_graph
+from lampyris.planning.graph.astar import AStar
 from lampyris.report import style
-from lampyris.report.raster import draw_map
+from lampyris.report.pictures.raster import draw_map
 from lampyris.selfcheck.twins.map_files import bmp, npy, png, put, rows
 
 SIDE = 256
@@ -342,7 +343,7 @@ import sys
 for name in ("coverage", "cffi", "cython"):
     sys.modules[name] = None  # numba and SciPy import them where they are there: 7 MB that are not ours
 import numpy as np
-from lampyris.field.solve import solve
+from lampyris.planning.field.solve import solve
 from lampyris.model.moves import MOVES
 side, rng = int(sys.argv[2]), np.random.default_rng(1)
 free = np.empty((side, side), dtype=np.bool_)
@@ -381,7 +382,7 @@ def test_every_planner_refuses_what_is_too_large(name: str, monkeypatch: pytest.
     rng = np.random.default_rng(0)
     planner = registry.planner_class(name)()
     assert planner.open(scene, rng).plan().path is not None
-    monkeypatch.setattr(_graph, "MAX_CELLS", 255)
+    monkeypatch.setattr(grid_graph, "MAX_CELLS", 255)
     monkeypatch.setattr(waves.Wave, "run", lambda _: pytest.fail("a field was solved"))
     with pytest.raises(LimitError, match="at most 255 cells") as caught:
         planner.open(scene, rng).plan()

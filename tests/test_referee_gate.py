@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.app import watched
+from lampyris.app.engine import simulation as watched
 from lampyris.errors import InternalFault
-from lampyris.maps.scenario import Scenario
+from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.scene import Scene
-from lampyris.sim import drive as driving
-from lampyris.sim.loop import Simulation
+from lampyris.sim.continuous import drive as driving
+from lampyris.sim.grid.loop import Simulation
 
 SCENE = Scene(lampyris.Grid(np.zeros((6, 9), bool)), (0, 0), (8, 5))
 

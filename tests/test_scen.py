@@ -10,8 +10,8 @@ import pytest
 
 from lampyris import scen
 from lampyris.errors import FileError, LampyrisError, SceneError
-from lampyris.maps.make import make
-from lampyris.maps.movingai import ScenQuery
+from lampyris.io.maps.formats.movingai import ScenQuery
+from lampyris.io.maps.recipes.make import make
 from lampyris.model.plan import Status
 from lampyris.selfcheck.twins.search_twin import distances
 

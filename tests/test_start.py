@@ -30,15 +30,15 @@ HEAVY = [
     "multiprocessing",
 ]
 IDLE = [
-    "sim.loop",
-    "sim.drive",
+    "sim.grid.loop",
+    "sim.continuous.drive",
     "referee.drive",
     "referee.trace",
     "study",
     "app",
     "reproduce",
     "warming",
-    "maps.scenario_file",
+    "io.scenario.schema",
 ]
 
 CLI = """
@@ -104,8 +104,8 @@ def test_a_small_plan_loads_what_a_plan_needs() -> None:
 def test_nothing_is_compiled_when_kernels_are_imported() -> None:
     code = """
     import importlib, pkgutil, sys, lampyris.kernels as kernels
-    for module in pkgutil.iter_modules(kernels.__path__):
-        importlib.import_module(f"lampyris.kernels.{module.name}")
+    for module in pkgutil.walk_packages(kernels.__path__, "lampyris.kernels."):
+        importlib.import_module(module.name)
     from lampyris.kernels._jit import KERNELS
     assert len(KERNELS) > 100
     assert all(k._compiled is None for k in KERNELS)
@@ -176,7 +176,7 @@ SMALL = """
 import json, sys, warnings, numpy as np
 warnings.simplefilter("always")
 from lampyris.kernels import _jit
-from lampyris.kernels.speed import clock, sweep
+from lampyris.kernels.motion.speed_passes import clock, sweep
 _jit.prefer_compiled()
 t = np.zeros(4)
 clock(np.array([1.0, 2.0, 3.0]), t)
@@ -191,13 +191,14 @@ print(json.dumps(clock.kept_in()))
 def sealed(tmp_path: Path) -> Path:
     """A copy of the kernels beside which nobody can write: a file is where a folder would be."""
     home = Path(lampyris.__file__).parent
-    for part in ("__init__.py", "halting.py", "kernels"):
+    for part in ("__init__.py", "_core", "kernels"):
         copy = shutil.copytree if (home / part).is_dir() else shutil.copy
         (tmp_path / "lampyris").mkdir(exist_ok=True)
         copy(home / part, tmp_path / "lampyris" / part)
-    beside = tmp_path / "lampyris" / "kernels" / "__pycache__"
-    shutil.rmtree(beside, ignore_errors=True)
-    beside.touch()
+    kernels = tmp_path / "lampyris" / "kernels"
+    for folder in {kernels, *(file.parent for file in kernels.rglob("*.py"))}:
+        shutil.rmtree(folder / "__pycache__", ignore_errors=True)
+        (folder / "__pycache__").touch()
     return tmp_path
 
 
@@ -215,7 +216,7 @@ def test_what_is_kept_belongs_to_all_files_of_kernels(sealed: Path) -> None:
     env = {"PYTHONPATH": str(sealed), "NUMBA_CACHE_DIR": str(sealed / "kept")}
     assert last(run(count, **env)) > 0
     assert last(run(count, **env)) == 0
-    for name in ("_machine.py", "weighted.py"):
+    for name in ("_machine.py", "field/weighted_wavefront.py"):
         with (sealed / "lampyris" / "kernels" / name).open("a") as file:
             file.write("SPARE = 1\n")
         assert last(run(count, **env)) > 0
@@ -251,7 +252,7 @@ def test_a_full_disk_does_not_stop_several_threads(tmp_path: Path) -> None:
     """Both are at the same kernel: the second comes upon it when the first has said so already."""
     code = """
     import json, numpy as np
-    from lampyris.field.many import solve_many
+    from lampyris.planning.field.many import solve_many
     from lampyris.model.moves import MOVES
     _jit.prefer_compiled()
     free = np.ones((5, 6), dtype=np.bool_)
@@ -293,7 +294,7 @@ def test_an_error_that_is_not_the_disks_is_raised(tmp_path: Path) -> None:
     """Nothing is damaged: the arguments are wrong."""
     code = """
     from lampyris.kernels import _jit
-    from lampyris.kernels.speed import clock
+    from lampyris.kernels.motion.speed_passes import clock
     _jit.prefer_compiled()
     try:
         clock(1.0)
@@ -309,7 +310,7 @@ def test_the_command_line_says_it_as_a_note(tmp_path: Path) -> None:
     warn = """
     import warnings
     from lampyris.kernels import _jit
-    from lampyris.planners import registry
+    from lampyris.planning import registry
     make = registry.make
     def loud(*args, **more):
         warnings.warn(_jit.NothingKept("nothing is kept"), stacklevel=2)

@@ -16,10 +16,10 @@ from lampyris.model.moves import MOVES, PELL_Q
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners import registry
-from lampyris.planners.ad_gso import AdGso
-from lampyris.planners.astar import AStar
-from lampyris.planners.base import Budget, Planner, Session, SessionBase, Traits
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Budget, Planner, Session, SessionBase, Traits
+from lampyris.planning.graph.astar import AStar
 from lampyris.selfcheck.twins import terrain_twin
 from lampyris.selfcheck.twins.search_twin import distances
 from lampyris.testing import cheapest, check_planner

@@ -18,16 +18,16 @@ from lampyris.errors import LampyrisError
 from lampyris.kernels import _jit
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
 from lampyris.model.moves import MOVES
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Patrol, RandomWalk
-from lampyris.motion import laws
-from lampyris.planners import registry
-from lampyris.planners.ad_gso import AdGso
-from lampyris.sim.fast import FastRuns
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.sim.grid.fast_simulation import FastRuns
 from lampyris.warming import wanted, warm
 
 
@@ -159,7 +159,7 @@ def test_asked_again_there_is_nothing_to_do(tmp_path: Path) -> None:
     """Progress is told, and the folder and its bytes are right."""
     code = """
 import json, numba, numpy as np, lampyris.warming as w
-from lampyris.kernels.bits import ahead, bit
+from lampyris.kernels.graph.bits import ahead, bit
 types = numba.typeof(np.zeros(1, np.uint64)), numba.int64
 w.wanted = lambda: ((ahead, types), (bit, types))
 told = []
@@ -185,7 +185,7 @@ def test_damaged_code_is_made_anew(how: str, tmp_path: Path) -> None:
 import json, numba, numpy as np, lampyris.warming as w
 from pathlib import Path
 from lampyris.kernels import _jit
-from lampyris.kernels.bits import ahead, bit
+from lampyris.kernels.graph.bits import ahead, bit
 from test_start import DAMAGES
 types = numba.typeof(np.zeros(1, np.uint64)), numba.int64
 w.wanted = lambda: ((ahead, types), (bit, types))

@@ -15,13 +15,13 @@ from dataclasses import replace
 import numpy as np
 
 from lampyris import api
-from lampyris.field.layers import clearance, moves_for
-from lampyris.maps import library
-from lampyris.maps.load import load_map
+from lampyris.io.maps import library
+from lampyris.io.maps.load import load_map
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
+from lampyris.planning.field.layers import clearance, moves_for
 
 CASES: dict[str, dict[str, float]] = {
     "crowding=1": {"crowding": 1.0},

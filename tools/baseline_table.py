@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.scene import Scene
-from lampyris.planners.ad_gso import AdGso
-from lampyris.planners.base import Planner
-from lampyris.planners.dstar_lpso import Dstar16Lpso, DstarLpso
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Planner
+from lampyris.planning.swarm.dstar_lpso import Dstar16Lpso, DstarLpso
 from lampyris.referee import certify, sum_cost_to_go
 
 METHODS: tuple[tuple[str, Planner, int], ...] = (

@@ -39,7 +39,7 @@ TESTS = (
     "tests/cli/test_cli_maps.py",
     "tests/cli/test_cli_speed.py",
     "tests/app/test_app_start.py",
-    "tests/maps/test_scenario_schema.py",
+    "tests/io/test_scenario_schema.py",
 )
 STUDY = """version: 1
 maps:

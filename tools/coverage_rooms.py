@@ -29,7 +29,7 @@ TIMED = [
 ]
 # Names a file of settings to the tests whose processes are to be counted (tests/study/test_study_dask.py).
 CHILDREN = "LAMPYRIS_COVERAGE_OF_CHILDREN"
-ROOMS = ("field", "maps", "model", "motion", "planners", "referee", "sim", "study", "swarm")
+ROOMS = ("io", "model", "motion", "planning", "referee", "sim", "study")
 
 
 def main() -> int:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-OURS = "lampyris.elementary has exp, log, sin, cos and atan2"
+OURS = "lampyris._core.elementary has exp, log, sin, cos and atan2"
 SUMS = "products and a sum, in a stated order"
 _SAID = {
     "exp exp2 expm1 log log2 log10 log1p logaddexp logaddexp2 geomspace logspace": OURS,
     "sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 angle sinc i0": OURS,
     "sinh cosh tanh asinh acosh atanh arcsinh arccosh arctanh gamma lgamma erf erfc cbrt": OURS,
-    "power pow float_power": "a product, or lampyris.elementary.exp and log",
-    "hypot dist": "lampyris.elementary.hypot, or sqrt(x * x + y * y)",
+    "power pow float_power": "a product, or lampyris._core.elementary.exp and log",
+    "hypot dist": "lampyris._core.elementary.hypot, or sqrt(x * x + y * y)",
     "dot vdot inner matmul tensordot einsum vecdot matvec vecmat sumprod": SUMS,
     "convolve correlate cov corrcoef polyfit": SUMS,
-    "interp": "lampyris.elementary.interp",
+    "interp": "lampyris._core.elementary.interp",
     "fma": "a * b + c, rounded twice",
 }
 INSTEAD = {word: instead for words, instead in _SAID.items() for word in words.split()}

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 from lampyris import api
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, RandomWalk, Traffic
 

@@ -15,23 +15,23 @@ from typing import TypeVar
 
 import numpy as np
 
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.change import Change
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, RandomWalk
-from lampyris.motion.course import course_of
-from lampyris.motion.laws import SpeedLaw, profile
-from lampyris.motion.rpp import Rpp
-from lampyris.planners.ad_gso import AdGso
-from lampyris.planners.astar import AStar
-from lampyris.planners.base import Planner
+from lampyris.motion.geometry.sampled_path import course_of
+from lampyris.motion.laws.registry import SpeedLaw, profile
+from lampyris.motion.laws.rpp import Rpp
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Planner
+from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.drive import drive
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.traffic.adversary import Cutter
 
 ROBOT = Robot(radius=0.4, v_max=1.0, a_max=0.5, d_max=1.0)
 """0.4 of a cell at a metre a cell."""

@@ -34,9 +34,9 @@ from drive_runs import (
 from lampyris.model.drive import Drive
 from lampyris.model.traffic import RandomWalk
 from lampyris.referee import check_drive
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.drive import drive
-from lampyris.sim.feed import FAULTS, FaultyFeed
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.sensor import FAULTS, FaultyFeed
+from lampyris.sim.traffic.adversary import Cutter
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["lampyris.maps", "lampyris.study", "lampyris.scen", "yaml"]):
+with atheris.instrument_imports(include=["lampyris.io.maps", "lampyris.study", "lampyris.scen", "yaml"]):
     from lampyris.selfcheck import fuzz
     from lampyris.selfcheck._fuzz_targets import TARGETS
     from lampyris.selfcheck._scratch import folder

@@ -16,9 +16,9 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 from lampyris import api
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.scene import Scene
-from lampyris.planners import registry
+from lampyris.planning import registry
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt

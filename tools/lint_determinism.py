@@ -3,7 +3,7 @@
     python tools/lint_determinism.py
 
 Allowed in such code are whole numbers, ``+ - * /`` and ``sqrt`` on floats (IEEE 754 defines them to the last
-bit), raw draws of PCG64 from a SeedSequence, and :mod:`lampyris.elementary` for exp, log, sin, cos and atan2.
+bit), raw draws of PCG64 from a SeedSequence, and :mod:`lampyris._core.elementary` for exp, log, sin, cos and atan2.
 Each finding is told as ``file:line: rule: what; why; instead``; exit 1 if there are any.
 
 An exception is said where it is, ``# bits: reason`` on one of its lines, or for a whole file in
@@ -30,8 +30,8 @@ from determinism_sets import said_sets
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "lampyris"
 
 ROOMS = (
-    "kernels", "field", "planners", "swarm", "motion", "sim", "model", "maps", "study", "scenarios.py",
-    "api.py", "scen.py", "elementary.py",
+    "kernels", "planning", "motion", "sim", "model", "io", "study", "scenarios.py", "api.py", "scen.py",
+    "_core/elementary.py", "_core/values.py", "_core/arrays.py",
 )  # fmt: skip
 """What decides: rooms and modules of the package.
 
@@ -50,21 +50,26 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
             (file, "time")
             for file in (
                 "api.py", "scen.py", "kernels/loading.py",
-                "sim/drive.py", "sim/fast.py", "sim/guide.py", "sim/loop.py",
-                "planners/_incremental.py", "planners/_jps.py", "planners/_session.py",
-                "planners/_timed_session.py", "planners/swarm_session.py", "planners/swarm_steps.py",
+                "sim/continuous/drive.py", "sim/grid/fast_simulation.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
+                "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",
+                "planning/spacetime/session.py", "planning/swarm/session.py", "planning/swarm/step_session.py",
             )
         ),
         _MEASURED,
     ),
-    ("study/one.py", "time"): _LIMITED,
-    **dict.fromkeys(((f"study/{name}.py", "time") for name in ("cluster", "pool", "run")), _WAITED),
-    **dict.fromkeys((("study/compare.py", "bits"), ("study/compare.py", "scipy")), _TOLD),
-    ("study/summary_tabs.py", "bits"): _TOLD,
-    ("study/pace.py", "sum"): "how long it will take, told meanwhile",
+    ("study/execution/worker.py", "time"): _LIMITED,
+    **dict.fromkeys(((f"study/execution/{name}.py", "time") for name in ("cluster", "pool", "run")), _WAITED),
+    **dict.fromkeys((("study/analysis/compare.py", "bits"), ("study/analysis/compare.py", "scipy")), _TOLD),
+    ("study/analysis/summary_tables.py", "bits"): _TOLD,
+    ("study/execution/eta.py", "sum"): "how long it will take, told meanwhile",
     ("kernels/_jit.py", "sum"): _COUNTED,
     **dict.fromkeys(
-        ((f"study/{name}.py", "sum") for name in ("carve", "drive_evidence", "evidence", "pool", "who")),
+        (
+            (f"study/{name}.py", "sum")
+            for name in (
+                "store/carve", "execution/drive_evidence", "execution/evidence", "execution/pool", "design/config",
+            )
+        ),
         _COUNTED,
     ),
 }  # fmt: skip

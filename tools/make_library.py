@@ -1,6 +1,6 @@
 """Make the bundled maps again: ``python tools/make_library.py [env-1 ...]``.
 
-Writes the maps ``env-1`` to ``env-6`` into ``src/lampyris/maps/data``. Run ``tools/make_recipe_maps.py``
+Writes the maps ``env-1`` to ``env-6`` into ``src/lampyris/io/maps/data``. Run ``tools/make_recipe_maps.py``
 after it: that makes the other maps, and measures all of them (size, hash, lengths, thumbnail).
 
 The six 50x50 maps of the dissertation are lost with its figures; what is left of each are five start and
@@ -9,7 +9,7 @@ own where *every* optimal path of a pair passes exactly that many gates, for the
 (10/14, corners cut) and for octile moves (no corner cut): simulated annealing over the openings of a map
 made by the recipe ``gates``. With all gates closed at once every other free cell can still be reached, so
 a planner that closes them pays a longer way and never the loss of every way. What the search changed is
-kept as edits, so the map is recipe + seed + edits, and ``tests/maps/test_map_library.py`` makes it again and
+kept as edits, so the map is recipe + seed + edits, and ``tests/io/test_map_library.py`` makes it again and
 compares every cell.
 
 The search is not needed to use the maps, and takes about six minutes for all six.
@@ -28,11 +28,11 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import label
 
+from lampyris.io.maps.recipes.draw import Draw
+from lampyris.io.maps.recipes.gates import Wall, divide, put_clutter
+from lampyris.io.maps.recipes.make import Edit, make
+from lampyris.io.maps.recipes.regions import keep_largest
 from lampyris.kernels._jit import kernel
-from lampyris.maps.draw import Draw
-from lampyris.maps.make import Edit, make
-from lampyris.maps.recipes.gates import Wall, divide, put_clutter
-from lampyris.maps.recipes.regions import keep_largest
 
 DATA = Path(__file__).resolve().parent.parent / "src" / "lampyris" / "maps" / "data"
 SIZE = 50

@@ -1,6 +1,6 @@
 """Make the bundled maps that are a recipe and a seed, and measure all: ``python tools/make_recipe_maps.py``.
 
-Writes into ``src/lampyris/maps/data``: a PNG of one bit a cell, or of costmap values where there is terrain,
+Writes into ``src/lampyris/io/maps/data``: a PNG of one bit a cell, or of costmap values where there is terrain,
 for each map of :data:`MAPS`; in ``index.json``, for every bundled map, its size, hash, gates and the cost of
 the best way of each stored query; and every thumbnail. ``--sheet FILE`` draws all thumbnails on one sheet, to
 be looked at.
@@ -21,18 +21,18 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
-from lampyris.field.layers import moves_on
-from lampyris.field.solve import solve
-from lampyris.maps.costmap import costs_of
-from lampyris.maps.document import Source, document
-from lampyris.maps.draw import Draw
-from lampyris.maps.make import make_ground
-from lampyris.maps.map_hash import map_hash
-from lampyris.maps.recipes.regions import keep_largest
-from lampyris.maps.text import read_text
-from lampyris.maps.thumbnail import SIDE, thumbnail
+from lampyris.io.maps.formats.costmap import costs_of
+from lampyris.io.maps.formats.document import Source, document
+from lampyris.io.maps.formats.plain_text import read_text
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.maps.recipes.draw import Draw
+from lampyris.io.maps.recipes.make import make_ground
+from lampyris.io.maps.recipes.regions import keep_largest
+from lampyris.io.maps.thumbnail import SIDE, thumbnail
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, octile_pair
+from lampyris.planning.field.layers import moves_on
+from lampyris.planning.field.solve import solve
 from make_library import DATA, compact, gate_mask
 
 QUERIES = 4

@@ -14,16 +14,16 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.blind import BlindArea, blind_cap, visible_cells
 from lampyris.motion.cap import Around
-from lampyris.motion.cloud import Cloud, degree, drops, membership
-from lampyris.motion.course import Course, course_of_path
-from lampyris.motion.laws import profile
-from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.three_speed import ThreeSpeed, ThreeSpeedControl
+from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.registry import profile
+from lampyris.motion.safety.blind_areas import BlindArea, blind_cap, visible_cells
+from lampyris.motion.safety.danger_cloud import Cloud, degree, drops, membership
+from lampyris.motion.safety.three_speed import ThreeSpeed, ThreeSpeedControl
 from related_speed_table import office
 
 matplotlib.use("Agg")

@@ -18,18 +18,18 @@ from typing import TypeAlias
 import numpy as np
 
 from lampyris import api
-from lampyris.maps.load import load_map
-from lampyris.model.movers import Movers
+from lampyris.io.maps.load import load_map
+from lampyris.model.obstacles import Movers
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.blind import BlindArea, hiding_distance, stop_within
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.cloud import CloudModel, cloud_cap
-from lampyris.motion.course import Course, course_of_path
-from lampyris.motion.laws import profile
-from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.three_speed import ThreeSpeed, ThreeSpeedControl
+from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.registry import profile
+from lampyris.motion.safety.blind_areas import BlindArea, hiding_distance, stop_within
+from lampyris.motion.safety.danger_cloud import CloudModel, cloud_cap
+from lampyris.motion.safety.three_speed import ThreeSpeed, ThreeSpeedControl
 from lampyris.typing import Floats
 
 Decide: TypeAlias = Callable[[Course, float, Movers, float], list[Cap]]

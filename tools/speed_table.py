@@ -20,17 +20,17 @@ from pathlib import Path as File
 import numpy as np
 
 from lampyris import api
-from lampyris.maps.load import load_map
-from lampyris.maps.movingai import read_scen
+from lampyris.io.maps.formats.movingai import read_scen
+from lampyris.io.maps.load import load_map
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.clearance import wall_distance
-from lampyris.motion.compare import compare
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.laws import SpeedLaw
-from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.rpp import Rpp
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws.compare import compare
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.registry import SpeedLaw
+from lampyris.motion.laws.rpp import Rpp
 from lampyris.typing import Cell
 
 MAPS = [f"env-{k}" for k in range(1, 7)] + ["office-120", "office-400", "warehouse-200", "warehouse-1024"]

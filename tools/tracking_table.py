@@ -15,15 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.drive import Drive
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners.astar import AStar
+from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
-from lampyris.sim.drive import drive
+from lampyris.sim.continuous.drive import drive
 
 RATES = (20, 10, 5, 2, 1)
 DELAYS = (0.0, 0.1, 0.25, 0.5)

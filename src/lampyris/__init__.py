@@ -13,6 +13,7 @@ __version__ = "0.1.0"
 _HOME = {
     "course": "lampyris.api",
     "drive": "lampyris.api",
+    "list_planners": "lampyris.planning.registry",
     "load_grid": "lampyris.api",
     "plan": "lampyris.api",
     "profile": "lampyris.api",
@@ -20,12 +21,12 @@ _HOME = {
     "load_scenario": "lampyris.scenarios",
     "run": "lampyris.scenarios",
     "save_scenario": "lampyris.scenarios",
-    "load_study": "lampyris.study.file",
+    "load_study": "lampyris.study.design.study_file",
     "run_study": "lampyris.study.front",
-    "solve_field": "lampyris.field.solve",
-    "solve_fields": "lampyris.field.many",
-    "dissertation_speeds": "lampyris.motion.dissertation",
-    "Budget": "lampyris.planners.base",
+    "solve_field": "lampyris.planning.field.solve",
+    "solve_fields": "lampyris.planning.field.many",
+    "dissertation_speeds": "lampyris.motion.laws.dissertation",
+    "Budget": "lampyris.planning.base",
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
     "Drive": "lampyris.model.drive",
@@ -35,7 +36,7 @@ _HOME = {
     "Grid": "lampyris.model.grid",
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
-    "Movers": "lampyris.model.movers",
+    "Movers": "lampyris.model.obstacles",
     "Moves": "lampyris.model.moves",
     "Outcome": "lampyris.model.trace",
     "Path": "lampyris.model.path",
@@ -45,21 +46,19 @@ _HOME = {
     "RandomWalk": "lampyris.model.traffic",
     "Recorded": "lampyris.model.traffic",
     "Robot": "lampyris.model.robot",
-    "Scenario": "lampyris.maps.scenario",
+    "Scenario": "lampyris.io.scenario.scenario",
     "Scene": "lampyris.model.scene",
     "Status": "lampyris.model.plan",
-    "Stop": "lampyris.halting",
-    "Study": "lampyris.study.design",
+    "Stop": "lampyris._core.cancellation",
+    "Study": "lampyris.study.design.study",
     "Trace": "lampyris.model.trace",
-    "Track": "lampyris.model.movers",
+    "Track": "lampyris.model.obstacles",
 }
 
-_ROOMS = ("planners",)
-
-__all__ = ["__version__", "planners", *_HOME]
+__all__ = ["__version__", *_HOME]
 
 if TYPE_CHECKING:
-    from lampyris import planners as planners
+    from lampyris._core.cancellation import Stop as Stop
     from lampyris.api import course as course
     from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
@@ -67,20 +66,17 @@ if TYPE_CHECKING:
     from lampyris.api import profile as profile
     from lampyris.api import simulate as simulate
     from lampyris.errors import LampyrisError as LampyrisError
-    from lampyris.field.many import solve_fields as solve_fields
-    from lampyris.field.solve import solve_field as solve_field
-    from lampyris.halting import Stop as Stop
-    from lampyris.maps.scenario import Scenario as Scenario
+    from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
     from lampyris.model.drive import Drive as Drive
     from lampyris.model.edit import Edit as Edit
     from lampyris.model.field import Field as Field
     from lampyris.model.field import Gate as Gate
     from lampyris.model.grid import Grid as Grid
-    from lampyris.model.movers import Movers as Movers
-    from lampyris.model.movers import Track as Track
     from lampyris.model.moves import MOVES as MOVES
     from lampyris.model.moves import Moves as Moves
+    from lampyris.model.obstacles import Movers as Movers
+    from lampyris.model.obstacles import Track as Track
     from lampyris.model.path import Path as Path
     from lampyris.model.plan import Plan as Plan
     from lampyris.model.plan import Status as Status
@@ -93,24 +89,25 @@ if TYPE_CHECKING:
     from lampyris.model.traffic import Patrol as Patrol
     from lampyris.model.traffic import RandomWalk as RandomWalk
     from lampyris.model.traffic import Recorded as Recorded
-    from lampyris.motion.dissertation import dissertation_speeds as dissertation_speeds
-    from lampyris.planners.base import Budget as Budget
+    from lampyris.motion.laws.dissertation import dissertation_speeds as dissertation_speeds
+    from lampyris.planning.base import Budget as Budget
+    from lampyris.planning.field.many import solve_fields as solve_fields
+    from lampyris.planning.field.solve import solve_field as solve_field
+    from lampyris.planning.registry import list_planners as list_planners
     from lampyris.scenarios import load_scenario as load_scenario
     from lampyris.scenarios import run as run
     from lampyris.scenarios import save_scenario as save_scenario
-    from lampyris.study.design import Study as Study
-    from lampyris.study.file import load_study as load_study
+    from lampyris.study.design.study import Study as Study
+    from lampyris.study.design.study_file import load_study as load_study
     from lampyris.study.front import run_study as run_study
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME and name not in _ROOMS:
+    if name not in _HOME:
         raise AttributeError(f"module 'lampyris' has no attribute {name!r}")
-    from lampyris.halting import uninterrupted
+    from lampyris._core.cancellation import uninterrupted
 
     with uninterrupted():  # NumPy cannot be imported twice, nor taken as half an import left it
-        if name in _ROOMS:
-            return _importlib.import_module(f"lampyris.{name}")
         value: object = getattr(_importlib.import_module(_HOME[name]), name)
     globals()[name] = value
     return value

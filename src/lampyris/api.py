@@ -14,17 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lampyris import referee
-from lampyris.checks import in_range, is_whole, is_word, numbers
+from lampyris._core.cancellation import uninterrupted
+from lampyris._core.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
+from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
+from lampyris._core.predicates import in_range, is_whole, is_word, numbers
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
-from lampyris.field.layers import free_space
-from lampyris.halting import uninterrupted
+from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
-from lampyris.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
-from lampyris.maps.load import load_map
-from lampyris.model.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -32,27 +31,28 @@ from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Traffic
-from lampyris.motion import laws
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.curve import polyline_of
-from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.geometry.curve import polyline_of
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.node_refinement import refined
+from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.profile import start_speed
-from lampyris.motion.refine import refined
-from lampyris.motion.roomy import DRAWINGS, Drawing, drawn, wanted_of
-from lampyris.motion.scheduled import scheduled_profile
-from lampyris.planners._limits import within
-from lampyris.planners.assess import assess
-from lampyris.planners.base import Budget, Planner
-from lampyris.planners.beforehand import least_steps
-from lampyris.planners.chosen import chosen_planner
+from lampyris.motion.timing.scheduled import scheduled_profile
+from lampyris.planning.assess import assess
+from lampyris.planning.base import Budget, Planner
+from lampyris.planning.field.layers import free_space
+from lampyris.planning.least_steps import least_steps
+from lampyris.planning.selection import chosen_planner
+from lampyris.planning.session_limits import within
 from lampyris.referee.caps import check_caps
-from lampyris.referee.curve import check_curve
-from lampyris.sim.endings import why
+from lampyris.referee.geometry.curve import check_curve
+from lampyris.sim.world.endings import why
 from lampyris.typing import Points
 
 if TYPE_CHECKING:
-    from lampyris.sim.feed import Feed
-    from lampyris.sim.sources import Source
+    from lampyris.sim.sensor import Feed
+    from lampyris.sim.traffic.motion_sources import Source
 
 MAX_SEED = 2**63 - 1
 
@@ -80,7 +80,7 @@ def load_grid(
         the picture as grey.
     resolution : metres a cell; None: the file's own, or 1.
     max_cells : maps of more cells are refused.
-    allow_outside, strict : see :func:`lampyris.maps.load.load_map`, as for all of these.
+    allow_outside, strict : see :func:`lampyris.io.maps.load.load_map`, as for all of these.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def plan(
     ----------
     scene : what to plan in, as it is at tick 0: later edits are left aside. Of its traffic, planners that see
         traffic (``sipp``) plan with the recorded obstacles; nobody else looks at it: see :func:`simulate`.
-    planner : a name (see ``lampyris.planners()``) or a planner object.
+    planner : a name (see ``lampyris.list_planners()``) or a planner object.
     seed : root of every draw; the same seed gives the same plan.
     budget : when to give up. Its seconds are for opening, searching and judging (a plan found may be left
         without its optimum and gates); the referee's check comes on top.
@@ -172,7 +172,7 @@ def course(
         no room for an arc. None: ``taut`` for a plan or a path of cells, a curve that is good to drive
         (:func:`profile`, which keeps the cells, has another default); ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell
-        (:data:`lampyris.model.defaults.COURSE_SPACING`). Where the room or a zone changes
+        (:data:`lampyris._core.defaults.COURSE_SPACING`). Where the room or a zone changes
         quickly they are closer together.
 
     Raises
@@ -217,9 +217,9 @@ def profile(
     v0 : speed at the start, in the profile's units.
     smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
         half a step of its node and driven as slowly as ``lat_max`` asks, or is a stop where the robot's
-        ``turn_radius`` does not fit (see :func:`lampyris.motion.course.corners_of_path`). ``taut`` or
+        ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``taut`` or
         ``arcs``: the path is made a curve first, as :func:`course` does. The default is that of ``lampyris
-        plan`` and ``lampyris speed``, :data:`lampyris.model.defaults.PROFILE_SMOOTH`.
+        plan`` and ``lampyris speed``, :data:`lampyris._core.defaults.PROFILE_SMOOTH`.
     spacing : as for :func:`course`, with ``taut`` or ``arcs``.
     movers : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
@@ -412,7 +412,7 @@ def simulate(
         patience=patience, budget=budget, progress=progress,
     )  # fmt: skip
     with uninterrupted():
-        from lampyris.sim import loop
+        from lampyris.sim.grid import loop
 
     of_kind("scene", scene, Scene)
     _small_enough(scene, chosen, "simulating")
@@ -451,13 +451,13 @@ def drive(
     ----------
     scene, planner, traffic, seed : as for :func:`simulate`; the scene's traffic moves from cell to cell.
     law : a speed law's name, or its settings.
-    sources : obstacles beside the traffic, such as :class:`lampyris.sim.cutting.Cutter`.
-    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.feed.FaultyFeed`.
+    sources : obstacles beside the traffic, such as :class:`lampyris.sim.traffic.adversary.Cutter`.
+    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.sensor.FaultyFeed`.
     budget : when each call of the planner gives up.
     progress : called with the seconds that are over.
     planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
         :func:`simulate`.
-    settings : those of :class:`lampyris.sim.drive_settings.Settings`; all others are the planner's.
+    settings : those of :class:`lampyris.sim.continuous.settings.Settings`; all others are the planner's.
 
     Raises
     ------
@@ -469,8 +469,8 @@ def drive(
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():
-        from lampyris.sim import drive as driving
-        from lampyris.sim.drive_settings import split_settings
+        from lampyris.sim.continuous import drive as driving
+        from lampyris.sim.continuous.settings import split_settings
 
     ours, rest = split_settings(settings)
     chosen = chosen_planner(

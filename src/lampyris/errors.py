@@ -171,7 +171,7 @@ class UsageError(LampyrisError):
 
 
 class BusyError(UsageError):
-    """An object that serves one call at a time is at work in another call: see :mod:`lampyris.exclusive`."""
+    """An object that serves one call at a time is at work in another call: see :mod:`lampyris._core.exclusive`."""
 
 
 class InputError(LampyrisError):
@@ -223,3 +223,8 @@ def did_you_mean(word: object, known: Iterable[str], cutoff: float = 0.6) -> str
         return ""
     near = difflib.get_close_matches(word[:100], list(known), 1, cutoff)
     return f"did you mean {near[0]}?" if near else ""
+
+
+def plural(n: int, thing: str) -> str:
+    """``1 pixel``, ``2 pixels``."""
+    return f"{n:,} {thing}" + ("" if n == 1 else "s")

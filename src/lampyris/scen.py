@@ -18,17 +18,17 @@ from typing import Any
 import numpy as np
 
 from lampyris import referee
-from lampyris.checks import is_whole
+from lampyris._core.limits import MAX_CELLS
+from lampyris._core.predicates import is_whole
 from lampyris.errors import FileError, SettingError, shown
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.formats.movingai import ScenQuery, check_query, grid_for, read_scen
+from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
-from lampyris.limits import MAX_CELLS
-from lampyris.maps.document import MapDocument
-from lampyris.maps.load import load_map
-from lampyris.maps.movingai import ScenQuery, check_query, grid_for, read_scen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
-from lampyris.planners.chosen import chosen_planner
+from lampyris.planning.selection import chosen_planner
 
 RELATIVE = 1e-5
 """How far a published length may be off beside its last digit: some were summed up in single precision."""

@@ -11,21 +11,21 @@ from dataclasses import asdict, fields, replace
 from typing import Any, NamedTuple
 
 from lampyris import api
+from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import LampyrisError, callable_or_none, file_name, of_kind
-from lampyris.limits import MAX_CELLS
-from lampyris.maps import scenario as reading
-from lampyris.maps.document import MapDocument
-from lampyris.maps.make import recipe_named
-from lampyris.maps.scenario import Made, MapSource, Scenario, read_scenario
-from lampyris.maps.scenario_save import write_scenario
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.recipes.make import recipe_named
+from lampyris.io.scenario import scenario as reading
+from lampyris.io.scenario.save import write_scenario
+from lampyris.io.scenario.scenario import Made, MapSource, Scenario, read_scenario
 from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.trace import Trace
-from lampyris.motion import laws
-from lampyris.planners import registry
-from lampyris.planners.base import Budget
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
+from lampyris.planning.base import Budget
 
 
 class Planned(NamedTuple):
@@ -48,7 +48,7 @@ class _Names:
 
     def drive(self, settings: Mapping[str, Any]) -> object:
         """The settings themselves."""
-        from lampyris.sim.drive_settings import Settings
+        from lampyris.sim.continuous.settings import Settings
 
         return Settings.of(settings)
 
@@ -79,7 +79,7 @@ def scenario_of(
     source: MapSource | None = None,
     max_cells: int = MAX_CELLS,
 ) -> Scenario:
-    """A scenario from plain data that is in no file: see :func:`lampyris.maps.scenario.scenario_of`.
+    """A scenario from plain data that is in no file: see :func:`lampyris.io.scenario.scenario.scenario_of`.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
     source = scenario.map
     if isinstance(source, Made):
         source = replace(source, settings=recipe_named(source.recipe).complete(source.settings))
-    from lampyris.sim.drive_settings import Settings
+    from lampyris.sim.continuous.settings import Settings
 
     done = replace(
         scenario,
@@ -203,7 +203,7 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
     )
     if not scenario.simulated:
         return done
-    from lampyris.sim.loop import PATIENCE
+    from lampyris.sim.grid.loop import PATIENCE
 
     ticks = scenario.ticks if scenario.ticks is not None or trace is None else trace.last_tick
     return replace(done, ticks=ticks, patience=PATIENCE if scenario.patience is None else scenario.patience)

@@ -21,25 +21,25 @@ import numpy as np
 
 from lampyris import api, kernels
 from lampyris.errors import FileError, LampyrisError, UsageError
-from lampyris.field.layers import clearance
-from lampyris.field.solve import checked, fill, solve
 from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid, frozen
-from lampyris.model.movers import Movers, Track
 from lampyris.model.moves import MOVES
+from lampyris.model.obstacles import Movers, Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.motion import laws
-from lampyris.motion.blind import visible_cells
-from lampyris.motion.path_time import through_tracks
-from lampyris.planners import registry
-from lampyris.planners._fastest import FieldSearch
-from lampyris.planners._jps import JumpSearch
-from lampyris.planners.ad_gso import AdGso
-from lampyris.sim.fast import FastRuns
-from lampyris.study.tracks import Replay
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.safety.blind_areas import visible_cells
+from lampyris.motion.timing.path_time import through_tracks
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.field.layers import clearance
+from lampyris.planning.field.solve import checked, fill, solve
+from lampyris.planning.graph.fastest_search import FieldSearch
+from lampyris.planning.graph.jps_search import JumpSearch
+from lampyris.sim.grid.fast_simulation import FastRuns
+from lampyris.study.execution.obstacle_tracks import Replay
 
 Wanted = tuple[_jit.Kernel, tuple[Any, ...]]
 """A kernel and the numba types of its arguments."""
@@ -139,8 +139,8 @@ def _kept(folder: Path) -> list[Path]:
 
 def wanted() -> tuple[Wanted, ...]:
     """Every kernel, with each list of argument types that it is called with."""
-    for module in pkgutil.iter_modules(kernels.__path__):
-        importlib.import_module(f"{kernels.__name__}.{module.name}")
+    for module in pkgutil.walk_packages(kernels.__path__, f"{kernels.__name__}."):
+        importlib.import_module(module.name)
     with _jit.recorded() as found:
         for job in jobs():
             job()

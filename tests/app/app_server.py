@@ -14,11 +14,11 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from lampyris.app import listening
-from lampyris.app.frames import frame, json_frame
-from lampyris.app.guard import SAFE, Guard, Way, door
-from lampyris.app.server import WAYS, Services, application
-from lampyris.app.shipped import PART_CSP
+from lampyris.app.engine.frames import frame, json_frame
+from lampyris.app.server import listening
+from lampyris.app.server.guard import SAFE, Guard, Way, door
+from lampyris.app.server.server import WAYS, Services, application
+from lampyris.app.server.static_files import PART_CSP
 from lampyris.errors import FileError, UsageError
 
 TOKEN = "5ec7e7" * 10 + "abcd"

@@ -12,8 +12,8 @@ import types
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from lampyris.app import engine
-from lampyris.app.frames import frame, json_frame
+from lampyris.app.engine import engine
+from lampyris.app.engine.frames import frame, json_frame
 
 Look = Callable[[], None]
 
@@ -141,11 +141,11 @@ if __name__ == "__main__":
     # As the server calls them, which asks for nothing else.
     verbs |= {"plan": quick, "layer": wait, "simulate": flood, "compare": wait, "make": quick}
     # In the place of the real work, whose import takes most of a second.
-    odd = types.ModuleType("lampyris.app.work")
+    odd = types.ModuleType("lampyris.app.engine.work")
     odd.answer = lambda question, look: verbs[question["verb"]](question, look)  # type: ignore[attr-defined]
     odd.warm = lambda question, look: iter(())  # type: ignore[attr-defined]
     import lampyris.app
 
-    sys.modules[odd.__name__] = lampyris.app.work = odd  # type: ignore[attr-defined]
+    sys.modules[odd.__name__] = lampyris.app.engine.work = odd  # type: ignore[attr-defined]
     engine.main()
     sys.exit(0)

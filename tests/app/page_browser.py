@@ -22,7 +22,7 @@ SOON = 120_000
 @contextmanager
 def app(home: Path, map_: str | None = None, port: int = 0) -> Iterator[str]:
     """An app of its own, that keeps its uploads in a folder of its own; its address."""
-    code = f"from lampyris.app.run import run_app; run_app({map_!r}, port={port}, browser=False)"
+    code = f"from lampyris.app.server.run import run_app; run_app({map_!r}, port={port}, browser=False)"
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "XDG_DATA_HOME": str(home)}
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=env) as server:
         try:

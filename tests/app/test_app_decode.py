@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from bad_inputs.pictures import header_only, text_bomb, wide_png
-from lampyris.app import decode as reading
-from lampyris.app.decode import decode, files_of
-from lampyris.app.library import container
-from lampyris.app.said import unpacked
+from lampyris.app.engine import decode as reading
+from lampyris.app.engine.decode import decode, files_of
+from lampyris.app.engine.parse import unpacked
+from lampyris.app.server.library import container
 from lampyris.errors import InternalFault, LampyrisError, LimitError
 from lampyris.selfcheck.twins.map_files import png, rows
 
@@ -206,7 +206,7 @@ def inside(code: str) -> str:
     words = textwrap.dedent(f"""
         import os, socket, subprocess, sys, tempfile, pickle
         from pathlib import Path
-        from lampyris.app.decode import confine
+        from lampyris.app.engine.decode import confine
         folder = tempfile.mkdtemp()
         confine(folder)
         try:

@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from lampyris.app.engines import Busy, Engines
-from lampyris.app.frames import json_frame
+from lampyris.app.engine.frames import json_frame
+from lampyris.app.server.engines import Busy, Engines
 
 ODD = (sys.executable, str(Path(__file__).with_name("odd_engine.py")))
 LINUX = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
@@ -161,7 +161,9 @@ def test_a_kill_is_want_of_memory_only_if_the_system_says_so(
 ) -> None:
     told = tmp_path / "vmstat"
     told.write_text("nr_free_pages 7\noom_kill 3\n")
-    monkeypatch.setattr("lampyris.app.engines._KILLS", ((str(told), "oom_kill"), ("/nowhere", "oom_kill")))
+    monkeypatch.setattr(
+        "lampyris.app.server.engines._KILLS", ((str(told), "oom_kill"), ("/nowhere", "oom_kill"))
+    )
 
     async def ask() -> Any:
         engines = Engines(1, command=ODD)
@@ -206,7 +208,7 @@ def test_who_waits_can_be_cancelled_and_can_leave() -> None:
 @LINUX
 @pytest.mark.parametrize("verb", ["wait", "sleep"])
 def test_a_reader_that_leaves_ends_the_job(verb: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lampyris.app.engines.GRACE", 5.0)
+    monkeypatch.setattr("lampyris.app.server.engines.GRACE", 5.0)
 
     async def ask() -> tuple[bool, bool]:
         engines = Engines(1, command=ODD)
@@ -262,7 +264,7 @@ def test_a_job_within_a_compiled_loop_hears_that_it_is_cancelled(
 ) -> None:
     """The loop ends for nothing else: the next jobs find its process only if it was not killed. The first of
     them is within the loop as well, and is not stopped by a cancellation of the one before."""
-    monkeypatch.setattr("lampyris.app.engines.GRACE", 20.0)  # others may have all processors meanwhile
+    monkeypatch.setattr("lampyris.app.server.engines.GRACE", 20.0)  # others may have all processors meanwhile
 
     async def ask() -> Any:
         engines = Engines(1, quick=0, command=ODD)
@@ -288,7 +290,7 @@ def test_a_job_within_a_compiled_loop_hears_that_it_is_cancelled(
 def test_who_leaves_a_job_within_a_compiled_loop_leaves_the_engine_free(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lampyris.app.engines.GRACE", 20.0)
+    monkeypatch.setattr("lampyris.app.server.engines.GRACE", 20.0)
 
     async def ask() -> tuple[int, int]:
         engines = Engines(1, quick=0, command=ODD)
@@ -406,7 +408,7 @@ def test_closing_leaves_nobody() -> None:
 def test_when_the_server_is_killed_its_engines_end() -> None:
     code = textwrap.dedent(f"""
         import asyncio, json
-        from lampyris.app.engines import Engines
+        from lampyris.app.server.engines import Engines
         async def main():
             engines = Engines(2, command={ODD!r})
             answers = [engines.ask({{"verb": verb}}) for verb in ("wait", "sleep")]

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lampyris.app import kept, work
-from lampyris.app.frames import json_frame
-from lampyris.app.said import said_scenario
+from lampyris.app.engine import export as kept
+from lampyris.app.engine import work
+from lampyris.app.engine.frames import json_frame
+from lampyris.app.engine.parse import said_scenario
 from lampyris.errors import UsageError
-from lampyris.report import sprites
+from lampyris.report.film import sprites
 from lampyris.report.style import FREE, landscape_colours
 
 ROWS = [

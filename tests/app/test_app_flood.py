@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from app_server import asks, parsed, raw, rest, serving
 
-from lampyris.app import listening
-from lampyris.app.guard import Guard
-from lampyris.app.run import _AtMost
+from lampyris.app.server import listening
+from lampyris.app.server.guard import Guard
+from lampyris.app.server.run import _AtMost
 
 HELD = 1500
 """Connections that a flood keeps open at a time."""

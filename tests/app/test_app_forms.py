@@ -17,17 +17,17 @@ import numpy as np
 import pytest
 from app_server import Told, World, own
 
-from lampyris import halting
-from lampyris.app import work
-from lampyris.app.frames import error_frame
-from lampyris.app.guard import JSON
-from lampyris.app.library import Library
-from lampyris.app.server import ASKED, OTHERS, WAYS
-from lampyris.app.studies import Studies
-from lampyris.app.studying import study_of_question
+from lampyris._core import cancellation
+from lampyris.app.engine import work
+from lampyris.app.engine.frames import error_frame
+from lampyris.app.engine.study_process import study_of_question
+from lampyris.app.server.guard import JSON
+from lampyris.app.server.library import Library
+from lampyris.app.server.server import ASKED, OTHERS, WAYS
+from lampyris.app.server.studies import Studies
 from lampyris.errors import InternalFault, LampyrisError
-from lampyris.motion import laws
-from lampyris.planners import registry
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
 
 HUGE = "@huge@"
 """Stands for a number of 400 digits: json.dumps writes none that long."""
@@ -101,12 +101,12 @@ class Engines:
             nonlocal looks
             looks += 1
             if looks > 200:  # long enough: what is asked, and not what comes of it, is tried
-                raise halting.Halted
+                raise cancellation.Halted
 
         try:
             for piece in work.answer({**json.loads(json.dumps(question)), "job": 1}, look):
                 yield piece
-        except halting.Halted:
+        except cancellation.Halted:
             return
         except LampyrisError as fault:
             if isinstance(fault, InternalFault):

@@ -19,20 +19,21 @@ from PIL import Image
 from test_app_work import ask, only, refusal, state
 
 from lampyris import scenarios
-from lampyris.app import said, work
-from lampyris.app.hello import hello
-from lampyris.app.layered import own_order, reach
-from lampyris.app.server import ASKED, WAYS
-from lampyris.app.telling import heard
-from lampyris.app.watched import begin
-from lampyris.field.gates import gate_mask
-from lampyris.field.layers import clearance
-from lampyris.field.solve import solve_field
-from lampyris.halting import Halted
-from lampyris.maps.make import RECIPES, make_ground
-from lampyris.maps.map_hash import map_hash
+from lampyris._core.cancellation import Halted
+from lampyris.app.engine import parse as said
+from lampyris.app.engine import work
+from lampyris.app.engine.bootstrap import hello
+from lampyris.app.engine.layers import own_order, reach
+from lampyris.app.engine.progress import heard
+from lampyris.app.engine.simulation import begin
+from lampyris.app.server.server import ASKED, WAYS
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.maps.recipes.make import RECIPES, make_ground
 from lampyris.model.grid import Grid
-from lampyris.planners import registry
+from lampyris.planning import registry
+from lampyris.planning.field.gates import gate_mask
+from lampyris.planning.field.layers import clearance
+from lampyris.planning.field.solve import solve_field
 
 CAVES = {"recipe": "caves", "size": [48, 32], "seed": 5, "settings": {"fill": 0.45}}
 
@@ -121,7 +122,7 @@ def test_a_map_by_a_recipe_is_made_once_for_many_plans(monkeypatch: pytest.Monke
         made.append(given)
         return make_ground(*given, **more)
 
-    monkeypatch.setattr("lampyris.maps.scenario_maps.make_ground", make)
+    monkeypatch.setattr("lampyris.io.scenario.map_source.make_ground", make)
     head = only(ask("make", map=CAVES), "H")
     for seed in range(3):
         ask("plan", state(map=CAVES, seed=seed, start=head["start"], goal=head["goal"]))
@@ -167,7 +168,7 @@ def told_of(verb: str, scenario: dict[str, Any], **more: Any) -> list[dict[str, 
 def test_a_film_tells_how_many_frames_of_how_many_are_drawn(
     what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lampyris.app.telling.SELDOM", 0.0)
+    monkeypatch.setattr("lampyris.app.engine.progress.SELDOM", 0.0)
     made = state(map="guide", obstacles=[{"kind": "random-walk", "count": 2}])
     end = only(ask("simulate", made), "Z")
     told = told_of("export", made, what=what)
@@ -220,7 +221,7 @@ def test_an_engine_says_that_it_compiles_and_a_warm_one_does_not(tmp_path: Path)
 TELLS = """
 import json, sys
 from lampyris.app import work
-from lampyris.app.telling import heard, tell
+from lampyris.app.engine.progress import heard, tell
 from lampyris.kernels._jit import on_compile
 on_compile(lambda on: tell("compiling" if on else "working"))
 with heard(lambda piece: print(json.loads(piece[5:])["what"])):
@@ -251,7 +252,7 @@ def test_a_speed_is_what_its_rule_allows_and_no_rule_allows_less(
     law: str, slow: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if slow:
-        monkeypatch.setattr("lampyris.app.watched.CHUNK_S", -1.0)
+        monkeypatch.setattr("lampyris.app.engine.simulation.CHUNK_S", -1.0)
     made = state(law={"name": law, "settings": {}}, obstacles=BUSY, robot={"radius": 0.2})
     frames = ask("simulate", made)
     head, end = only(frames, "H"), only(frames, "Z")

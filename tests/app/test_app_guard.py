@@ -25,10 +25,10 @@ from app_server import (
 )
 
 import lampyris.app
-from lampyris.app.guard import SAFE, door
-from lampyris.app.listening import open_sockets
-from lampyris.app.server import EXPORTS, VIEW_CSP, WAYS
-from lampyris.app.shipped import static_files
+from lampyris.app.server.guard import SAFE, door
+from lampyris.app.server.listening import open_sockets
+from lampyris.app.server.server import EXPORTS, VIEW_CSP, WAYS
+from lampyris.app.server.static_files import static_files
 from lampyris.errors import UsageError
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT")
@@ -349,7 +349,7 @@ def test_a_report_has_a_policy_of_its_own_and_a_ticket_opens_it_once() -> None:
 def test_a_ticket_is_old_after_half_a_minute(monkeypatch: pytest.MonkeyPatch) -> None:
     world = World()
     now = [0.0]
-    monkeypatch.setattr("lampyris.app.server.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("lampyris.app.server.server.time.monotonic", lambda: now[0])
     tickets = [
         run(world.ask("POST", "/api/ticket", own(json_=True), b'{"job": "job1"}')).body.decode().split('"')[3]
         for _ in range(20)

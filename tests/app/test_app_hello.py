@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from lampyris.app.hello import _allowed, _setting, hello
+from lampyris.app.engine.bootstrap import _allowed, _setting, hello
 from lampyris.errors import LampyrisError, SettingError
-from lampyris.motion import laws
-from lampyris.planners import registry
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
 
 
 def forms() -> list[tuple[str, dict[str, Any]]]:

@@ -31,11 +31,11 @@ from app_server import (
     serving,
 )
 
-from lampyris.app import guard, listening
-from lampyris.app.frames import frame, json_frame
-from lampyris.app.guard import JSON, MAX_BODY, Guard, Left
-from lampyris.app.listening import BadHead, check_head
-from lampyris.app.server import WAYS
+from lampyris.app.engine.frames import frame, json_frame
+from lampyris.app.server import guard, listening
+from lampyris.app.server.guard import JSON, MAX_BODY, Guard, Left
+from lampyris.app.server.listening import BadHead, check_head
+from lampyris.app.server.server import WAYS
 from lampyris.errors import InputError, LampyrisError
 
 MIB = 2**20

@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lampyris.app import library as room
-from lampyris.app.library import Library, container
-from lampyris.app.names import check_file_name, is_plain_name
-from lampyris.app.said import said_scenario
-from lampyris.app.watched import standing
+from lampyris.app.engine.names import check_file_name, is_plain_name
+from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.simulation import standing
+from lampyris.app.server import library as room
+from lampyris.app.server.library import Library, container
 from lampyris.errors import FileError, LimitError
-from lampyris.maps import library as bundled
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps import library as bundled
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.selfcheck.twins.map_files import png, rows
-from lampyris.study.ground import pack
+from lampyris.study.design.study_map import pack
 
 SMALL = png(3, 2, 8, 0, rows([0, 255, 255], [255, 255, 0]))
 OTHER = png(2, 2, 8, 0, rows([0, 255], [255, 255]))

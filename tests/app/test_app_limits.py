@@ -11,12 +11,14 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from lampyris.app import asking, compared, decode, engines, guard, library, names, said, studying
-from lampyris.app.guard import Guard, Refused
+from lampyris.app.engine import comparison, decode, names, study_process
+from lampyris.app.engine import parse as said
+from lampyris.app.server import engines, guard, library, request_parsing
+from lampyris.app.server.guard import Guard, Refused
 from lampyris.errors import LampyrisError
 from lampyris.model.grid import Grid
 from lampyris.selfcheck.twins.map_files import png, rows
-from lampyris.study.ground import pack
+from lampyris.study.design.study_map import pack
 
 STATE: dict[str, Any] = {"version": 1, "map": "guide", "start": [0, 9], "goal": [7, 0]}
 Ask = Callable[[int], object]
@@ -33,7 +35,7 @@ class Body:
 
 
 def json_of(raw: bytes) -> object:
-    return asyncio.run(asking.said(cast(Any, Body(raw)), None))
+    return asyncio.run(request_parsing.said(cast(Any, Body(raw)), None))
 
 
 def headed(*headers: tuple[bytes, bytes], path: bytes = b"/") -> None:
@@ -41,7 +43,7 @@ def headed(*headers: tuple[bytes, bytes], path: bytes = b"/") -> None:
 
 
 def study(**said_: Any) -> object:
-    return studying.study_of_question({"scenario": STATE, **said_})
+    return study_process.study_of_question({"scenario": STATE, **said_})
 
 
 def wide(n: int) -> object:
@@ -70,9 +72,9 @@ def asked(n: int) -> object:
 
 
 LIMITS: dict[str, tuple[int, Ask, str]] = {
-    "bytes of JSON": (asking.MAX_JSON, lambda n: json_of(b"{}".ljust(n)), "JSON_SIZE"),
+    "bytes of JSON": (request_parsing.MAX_JSON, lambda n: json_of(b"{}".ljust(n)), "JSON_SIZE"),
     "values of JSON": (
-        asking.MOST_VALUES,
+        request_parsing.MOST_VALUES,
         lambda n: json_of(b'{"a":[' + b"0," * (n - 2) + b"0]}"),
         "JSON_SIZE",
     ),
@@ -80,18 +82,20 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     "bytes of a head": (guard.MAX_HEAD, lambda n: headed((b"a", b"b" * (n - 5))), "HEADERS"),
     "address": (guard.MAX_URL, lambda n: headed(path=b"/" * (n - 1)), "URL"),
     "planners compared": (
-        compared.MOST_WHO,
-        lambda n: compared._who([{"name": "x", "label": f"{k}"} for k in range(n)], "p", OWN, lambda *a: OWN),
+        comparison.MOST_WHO,
+        lambda n: comparison._who(
+            [{"name": "x", "label": f"{k}"} for k in range(n)], "p", OWN, lambda *a: OWN
+        ),
         "LIMIT",
     ),
-    "seeds compared": (compared.MOST_SEEDS, lambda n: compared._seeds(n, 0), "SEEDS"),
+    "seeds compared": (comparison.MOST_SEEDS, lambda n: comparison._seeds(n, 0), "SEEDS"),
     "seeds compared, listed": (
-        compared.MOST_SEEDS,
-        lambda n: compared._seeds(list(range(n)), 0),
+        comparison.MOST_SEEDS,
+        lambda n: comparison._seeds(list(range(n)), 0),
         "SEEDS",
     ),
-    "seeds of a study": (studying.MOST_SEEDS, lambda n: study(seeds=n), "SEEDS"),
-    "queries of a study": (studying.MOST_QUERIES, lambda n: study(queries=n), "QUERIES"),
+    "seeds of a study": (study_process.MOST_SEEDS, lambda n: study(seeds=n), "SEEDS"),
+    "queries of a study": (study_process.MOST_QUERIES, lambda n: study(queries=n), "QUERIES"),
     "side of a map that is asked about": (said.MOST_SIDE, wide, "MAP_SIDE"),
     "side of a map that is shown": (said.MOST_SIDE, listed, "MAP_SIDE"),
     "name of a file": (names.MOST, lambda n: names.check_file_name("x" * n), "FILE_NAME"),
@@ -134,8 +138,8 @@ def test_bytes_of_an_upload(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_runs_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert studying.MOST_RUNS == 200_000
-    monkeypatch.setattr(studying, "MOST_RUNS", 8)
+    assert study_process.MOST_RUNS == 200_000
+    monkeypatch.setattr(study_process, "MOST_RUNS", 8)
     assert [code_of(lambda n: study(seeds=n), n) for n in (7, 8, 9)] == ["", "", "STUDY_SIZE"]
 
 

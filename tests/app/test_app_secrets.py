@@ -21,8 +21,8 @@ from pathlib import Path
 import pytest
 from app_server import TOKEN, World, own, run
 
-from lampyris.app import run as run_module
-from lampyris.app.run import run_app
+from lampyris.app.server import run as run_module
+from lampyris.app.server.run import run_app
 from lampyris.errors import UsageError
 
 HERE = Path(__file__).parent
@@ -33,9 +33,9 @@ import asyncio
 import sys
 sys.path.insert(0, sys.argv[1])
 from app_server import Engines, Library, Studies
-from lampyris.app.frames import json_frame
-from lampyris.app.run import run_app
-from lampyris.app.server import Services
+from lampyris.app.engine.frames import json_frame
+from lampyris.app.server.run import run_app
+from lampyris.app.server.server import Services
 class Ended(Engines):
     async def usual(self, question):
         while True:

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from lampyris.app import listening
-from lampyris.app import run as running
-from lampyris.app.server import Services
+from lampyris.app.server import listening
+from lampyris.app.server import run as running
+from lampyris.app.server.server import Services
 from lampyris.cli.app import app
 from lampyris.errors import UsageError
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from lampyris.app.studies import MOST_WAITING, Studies
-from lampyris.app.studying import study_of_question
+from lampyris.app.engine.study_process import study_of_question
+from lampyris.app.server.studies import MOST_WAITING, Studies
 from lampyris.errors import FileError, LampyrisError, LimitError
-from lampyris.maps import library
-from lampyris.study.ground import pack
+from lampyris.io.maps import library
+from lampyris.study.design.study_map import pack
 
 STATE: dict[str, Any] = {
     "version": 1, "map": "guide", "start": [0, 9], "goal": [7, 0], "preset": "dissertation", "robot": {},
@@ -172,7 +172,7 @@ def test_studies_are_cancelled_while_they_wait_and_while_they_run(tmp_path: Path
 
 def test_a_study_ends_when_nobody_waits_for_it(tmp_path: Path) -> None:
     line = json.dumps(asked(seeds=1000, queries=3)).encode() + b"\n"
-    words = (sys.executable, "-m", "lampyris.app.studying", str(tmp_path))
+    words = (sys.executable, "-m", "lampyris.app.engine.study_process", str(tmp_path))
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stdout is not None

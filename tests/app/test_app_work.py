@@ -20,24 +20,24 @@ from PIL import Image
 
 import lampyris
 from lampyris import scenarios
-from lampyris.app import work
-from lampyris.app.compared import Told, compare, comparison
-from lampyris.app.frames import NOWHERE
-from lampyris.app.layered import grid_at, reach
-from lampyris.app.said import said_scenario
-from lampyris.app.watched import WORDS, begin
+from lampyris._core.cancellation import Halted
+from lampyris.app.engine import work
+from lampyris.app.engine.comparison import Told, compare, comparison
+from lampyris.app.engine.frames import NOWHERE
+from lampyris.app.engine.layers import grid_at, reach
+from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.simulation import WORDS, begin
 from lampyris.cli import main
 from lampyris.errors import LampyrisError, SettingError
-from lampyris.field.solve import solve_field
-from lampyris.halting import Halted
+from lampyris.io.maps import library
 from lampyris.kernels import _jit, loading
-from lampyris.maps import library
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.planners._incremental import IncrementalSession
-from lampyris.report.measure import METRICS, near_by_tick
-from lampyris.report.plain import trace_record
-from lampyris.study.ground import pack
+from lampyris.planning.field.solve import solve_field
+from lampyris.planning.incremental.session import IncrementalSession
+from lampyris.report.data.measures import METRICS, near_by_tick
+from lampyris.report.data.serialize import trace_record
+from lampyris.study.design.study_map import pack
 
 STATE: dict[str, Any] = {
     "version": 1, "map": "env-3", "start": None, "goal": None, "robot": {}, "preset": "robot", "moves": None,
@@ -188,7 +188,7 @@ def test_walls_that_are_painted_are_read_once_and_not_at_each_step_of_a_drag(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Nor is the map made anew with them: whoever keeps a field by its map finds it again."""
-    from lampyris.app import said
+    from lampyris.app.engine import parse as said
 
     monkeypatch.setattr(said, "_walls", {})
     read: list[bool] = []
@@ -292,7 +292,7 @@ def ticks(frames: list[tuple[str, Any]]) -> Iterator[tuple[int, dict[str, np.nda
 
 @pytest.mark.parametrize("slow", [False, True])
 def test_frames_hold_the_whole_trace(monkeypatch: pytest.MonkeyPatch, slow: bool) -> None:
-    monkeypatch.setattr("lampyris.app.watched.CHUNK_S", -1.0 if slow else 1e9)
+    monkeypatch.setattr("lampyris.app.engine.simulation.CHUNK_S", -1.0 if slow else 1e9)
     scenario = state(obstacles=CROWD)
     frames = ask("simulate", scenario)
     head, end = only(frames, "H"), only(frames, "Z")
@@ -609,7 +609,7 @@ def robot_of(frames: list[tuple[str, Any]]) -> list[tuple[int, int]]:
 def test_everybody_plans_once_for_nobody_before_his_first_time_is_taken(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from lampyris.app import compared
+    from lampyris.app.engine import comparison as compared
 
     plans: list[tuple[str, int]] = []
 
@@ -630,7 +630,7 @@ def test_who_refuses_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatc
             raise SettingError("MOVES", "not with these moves")
         return begin(scenario)
 
-    monkeypatch.setattr("lampyris.app.compared.begin", refuses)
+    monkeypatch.setattr("lampyris.app.engine.comparison.begin", refuses)
     frames = ask("compare", planners=["jps", "astar"], seeds=2)
     assert [value["label"] for kind, value in frames if kind == "H"] == ["jps", "astar"]
     outcomes = [(value["planner"], value["outcome"]) for kind, value in frames if kind == "Z"]

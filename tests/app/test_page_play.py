@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.app.frames import NOWHERE, frame, json_frame, layer_frame, ticks_frame
-from lampyris.app.watched import WORDS
+from lampyris.app.engine.frames import NOWHERE, frame, json_frame, layer_frame, ticks_frame
+from lampyris.app.engine.simulation import WORDS
 from lampyris.report.style import CAUSES
 
 STATIC = files("lampyris.app").joinpath("static")

@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from lampyris.maps.scenario import PRESETS
+from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
-from lampyris.reproduce import data
-from lampyris.study.measures import ALL
+from lampyris.reproduce.tables import printed_data
+from lampyris.study.analysis.measures import ALL
 
 STATIC = files("lampyris.app").joinpath("static")
 
@@ -29,13 +29,13 @@ def source(name: str) -> str:
 def printed() -> dict[str, Any]:
     """Tables 4.2 to 4.6 of the worked example as ``printed.json`` has them."""
     field: list[Any] = [None] * 100
-    for row in data.rows("4.2"):
-        x, y = data.cell(row["cell"])
-        pointer = list(data.cell(row["back_pointer"])) if row["back_pointer"] else None
+    for row in printed_data.rows("4.2"):
+        x, y = printed_data.cell(row["cell"])
+        pointer = list(printed_data.cell(row["back_pointer"])) if row["back_pointer"] else None
         field[10 * y + x] = [row["luciferin"], pointer]
     claims = files("lampyris.reproduce").joinpath("data/claims.csv").read_text(encoding="utf-8")
     said = {row["id"]: row["printed"] for row in csv.DictReader(claims.splitlines())}
-    own = next(row for row in data.rows("4.10") if row["method"] == "ad-gso")
+    own = next(row for row in printed_data.rows("4.10") if row["method"] == "ad-gso")
     return {
         "field": field,
         "walk": [iteration(table) for table in ("4.3", "4.4", "4.5", "4.6")],
@@ -50,7 +50,7 @@ def printed() -> dict[str, Any]:
 
 def iteration(table: str) -> dict[str, Any]:
     """One of the tables of the walk."""
-    rows = data.rows(table)
+    rows = printed_data.rows(table)
     head = {row["name"]: row["printed"] for row in rows if row["part"] == "header"}
     accepted: dict[str, dict[str, str]] = {}
     for row in rows:
@@ -58,10 +58,10 @@ def iteration(table: str) -> dict[str, Any]:
             accepted.setdefault(row["index"], {})[row["name"]] = row["printed"]
     return {
         "table": table,
-        "current": list(data.cell(head["current"])),
-        "next": list(data.cell(head["next"])) if "next" in head else None,
-        "accepted": [[*data.cell(one["cell"]), one["probability"]] for one in accepted.values()],
-        "path": [list(data.cell(row["printed"])) for row in rows if row["part"] == "path"],
+        "current": list(printed_data.cell(head["current"])),
+        "next": list(printed_data.cell(head["next"])) if "next" in head else None,
+        "accepted": [[*printed_data.cell(one["cell"]), one["probability"]] for one in accepted.values()],
+        "path": [list(printed_data.cell(row["printed"])) for row in rows if row["part"] == "path"],
     }
 
 

@@ -13,8 +13,8 @@ import pytest
 from page_browser import needs_chromium
 from page_person import aim, in_address
 
-from lampyris.app.layered import layer_of
-from lampyris.app.said import said_scenario
+from lampyris.app.engine.layers import layer_of
+from lampyris.app.engine.parse import said_scenario
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium

@@ -21,9 +21,9 @@ from app_server import World, alive, asks, head, raw, rest, serving
 from test_app_decode import BOMBS
 
 from bad_inputs.pictures import packed_zeros
-from lampyris.app import listening
-from lampyris.app.frames import frame
-from lampyris.app.library import container
+from lampyris.app.engine.frames import frame
+from lampyris.app.server import listening
+from lampyris.app.server.library import container
 
 MIB = 2**20
 LINUX = pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs /proc")
@@ -33,9 +33,9 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from app_server import Engines, Studies
-from lampyris.app.library import Library
-from lampyris.app.run import run_app
-from lampyris.app.server import Services
+from lampyris.app.server.library import Library
+from lampyris.app.server.run import run_app
+from lampyris.app.server.server import Services
 home = Path(sys.argv[2])
 run_app(browser=False, services=lambda _: Services(Engines(), Library(home, home / 'spool'), dict, Studies()))
 """

@@ -19,8 +19,8 @@ from app_server import World, asks
 from test_app_engine import LINUX, ODD, alive, first, gone, run, unframed, whole
 from test_threats_bombs import ask_for_more, impatient, until
 
-from lampyris.app.engines import GRACE, Engines
-from lampyris.app.frames import frame, json_frame
+from lampyris.app.engine.frames import frame, json_frame
+from lampyris.app.server.engines import GRACE, Engines
 from lampyris.selfcheck.twins.watching import Readings
 
 SLACK = 2.0
@@ -68,7 +68,7 @@ def test_when_the_server_goes_nobody_is_left(word: int, then: str) -> None:
     """Also where the engine finds out by an answer that nobody takes, before it hears that questions end."""
     code = textwrap.dedent(f"""
         import asyncio, json
-        from lampyris.app.engines import Engines
+        from lampyris.app.server.engines import Engines
         async def main():
             engines = Engines(1, command={ODD!r})
             answer = engines.ask({{"verb": "fork", "then": {then!r}, "close": True}})

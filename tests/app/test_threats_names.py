@@ -22,7 +22,7 @@ from test_app_library import HOSTILE, SEEN, SMALL, WATCHING
 from test_app_secrets import POSIX, tree
 from test_threats_bombs import Live
 
-from lampyris.app.library import Library, container
+from lampyris.app.server.library import Library, container
 
 # ---- names, by HTTP, to the real library (W11) --------------------
 
@@ -83,7 +83,7 @@ def test_no_name_leads_out_of_the_library(world: World, tmp_path: Path, name: st
 SESSION = """\
 import sys
 from pathlib import Path
-from lampyris.app.run import run_app
+from lampyris.app.server.run import run_app
 sys.exit(run_app(browser=False, folder=Path(sys.argv[1])))
 """
 STRANGER = """\

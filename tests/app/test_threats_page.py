@@ -15,9 +15,9 @@ from page_browser import needs_chromium
 from page_person import until
 from payloads import PAYLOADS, in_html, in_svg
 
-from lampyris.app import kept
-from lampyris.app.said import said_scenario
-from lampyris.app.shipped import static_files
+from lampyris.app.engine import export as kept
+from lampyris.app.engine.parse import said_scenario
+from lampyris.app.server.static_files import static_files
 
 HERE = Path(__file__).parent
 ROWS = ["." * 12] * 8
@@ -361,7 +361,7 @@ def check_kept(payload: str) -> None:
 
 
 def _yaml(text: str) -> Any:
-    from lampyris.maps.yaml_text import read_yaml
+    from lampyris.io.text.strict_yaml import read_yaml
 
     return read_yaml(text.encode(), "kept").data
 

@@ -23,7 +23,7 @@ SHOW = ("study", "show", "s.study.db")
 PDF = b"%PDF-1.7\n" * 99
 HOLDER = """
 import sys
-from lampyris.study.store import Store
+from lampyris.study.store.store import Store
 store = Store.open(sys.argv[1])
 print("held", flush=True)
 sys.stdin.read()

@@ -32,9 +32,9 @@ import typer.main
 from lampyris.cli import main
 from lampyris.cli.app import app, plain_help
 from lampyris.model.moves import MOVES
-from lampyris.motion import laws
-from lampyris.planners import registry
-from lampyris.sim.mobility import MOBILITIES
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
+from lampyris.sim.traffic.mobility import MOBILITIES
 
 MAY = frozenset((0, 2, 3, 4, 5))
 CPU_S = 20
@@ -324,7 +324,7 @@ def _law_setting(rng: np.random.Generator, law: str) -> str:
 
 
 def _recipe_setting(rng: np.random.Generator) -> str:
-    from lampyris.maps.make import RECIPES
+    from lampyris.io.maps.recipes.make import RECIPES
 
     keys = tuple(setting.name for recipe in RECIPES.values() for setting in recipe.table)
     return f"{_one(rng, keys)}={_one(rng, (*REALS, *INTEGERS, *CELLS))}"
@@ -341,7 +341,7 @@ ROOM = "......\n.##...\n......\n...#..\n......\n"
 
 def template(folder: Path) -> None:
     """The files that every case finds, but those that are no regular files."""
-    from lampyris.maps.convert import convert
+    from lampyris.io.maps.convert import convert
 
     here = os.getcwd()
     os.chdir(folder)
@@ -405,13 +405,13 @@ def warm() -> None:
     import lampyris.cli.speed_work
     import lampyris.cli.study_kept
     import lampyris.cli.study_show
-    import lampyris.report.animate
-    import lampyris.report.csv_out
-    import lampyris.report.drive_chart
-    import lampyris.report.drive_film
-    import lampyris.report.picture
-    import lampyris.report.speed_compare
-    import lampyris.study.run  # noqa: F401
+    import lampyris.report.charts.drive_chart
+    import lampyris.report.charts.speed_compare
+    import lampyris.report.data.csv
+    import lampyris.report.film.drive_film
+    import lampyris.report.film.simulation_film
+    import lampyris.report.pictures.plan_picture
+    import lampyris.study.execution.run  # noqa: F401
 
     for name in registry.names():
         registry.planner_class(name)

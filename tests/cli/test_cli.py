@@ -275,7 +275,7 @@ def test_the_picture_shows_the_field_that_was_walked_on(
     from typer.testing import CliRunner
 
     from lampyris.cli.app import app
-    from lampyris.report import picture
+    from lampyris.report.pictures import plan_picture as picture
 
     drawn = {}
     monkeypatch.setattr(picture, "draw_plan", lambda grid, plan, **given: drawn.update(given, plan=plan))

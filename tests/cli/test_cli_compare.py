@@ -12,9 +12,9 @@ import pytest
 import lampyris
 from bad_inputs.case import Outcome, inside, run
 from lampyris.cli import compare_draw, compare_work, text
-from lampyris.report.compare_picture import Way
-from lampyris.study.design import Who
-from lampyris.study.row import Row
+from lampyris.report.pictures.compare_picture import Way
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Who
 
 GUIDE = ("guide", "--start", "0,9", "--goal", "7,0")
 

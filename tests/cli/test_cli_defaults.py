@@ -11,17 +11,17 @@ import pytest
 import typer
 
 from lampyris import api
+from lampyris._core.defaults import COURSE_SPACING, DRIVE_SPACING, SIMULATION_PATIENCE
 from lampyris.cli.app import app
-from lampyris.maps.scenario_file import RobotTable, ScenarioFile
-from lampyris.maps.scenario_how import DriveTable, SimulateTable
-from lampyris.model.defaults import COURSE_SPACING, DRIVE_SPACING, SIMULATION_PATIENCE
+from lampyris.io.scenario.run_settings import DriveTable, SimulateTable
+from lampyris.io.scenario.schema import RobotTable, ScenarioFile
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners.astar import AStar
-from lampyris.sim import loop
-from lampyris.sim.drive_settings import Settings
-from lampyris.sim.guide import Guide
+from lampyris.planning.graph.astar import AStar
+from lampyris.sim.continuous.replanner import Guide
+from lampyris.sim.continuous.settings import Settings
+from lampyris.sim.grid import loop
 
 GROUP: Any = typer.main.get_command(app)
 VERBS = ("plan", "simulate", "drive", "speed", "compare")

@@ -10,11 +10,11 @@ import pytest
 
 import lampyris
 from bad_inputs.case import run
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.change import Change
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners import registry
+from lampyris.planning import registry
 
 ROWS = "S..o....\n........\n..o...G.\n"
 DRAWN = [[3, 0], [2, 2]]

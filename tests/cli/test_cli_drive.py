@@ -16,8 +16,8 @@ from PIL import Image
 
 import lampyris
 from bad_inputs.case import inside, run
-from lampyris.maps.scenario_how import DriveTable
-from lampyris.sim.drive_settings import Settings
+from lampyris.io.scenario.run_settings import DriveTable
+from lampyris.sim.continuous.settings import Settings
 
 CALL = ("drive", "guide", "--radius", "0.2", "--obstacles", "2", "--seed", "3")
 

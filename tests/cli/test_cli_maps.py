@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from lampyris.maps.load import load_map
-from lampyris.maps.make import RECIPES, make
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.maps.recipes.make import RECIPES, make
 from lampyris.model.grid import Grid
 
 

@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 from lampyris.cli.maps_verbs import app
 from lampyris.errors import LampyrisError
-from lampyris.maps.load import load_map
-from lampyris.maps.map_hash import map_hash
-from lampyris.maps.movingai import read_scen
+from lampyris.io.maps.formats.movingai import read_scen
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.map_hash import map_hash
 
 
 def run(*words: str | Path) -> Any:

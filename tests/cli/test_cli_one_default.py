@@ -12,9 +12,9 @@ import pytest
 
 import lampyris
 from bad_inputs.case import inside, run
-from lampyris.maps.load import load_map
-from lampyris.model.defaults import PROFILE_SMOOTH
-from lampyris.motion.course import CellCourse, course_with_corners
+from lampyris._core.defaults import PROFILE_SMOOTH
+from lampyris.io.maps.load import load_map
+from lampyris.motion.geometry.sampled_path import CellCourse, course_with_corners
 
 LIMITS = [{}, {"lat_max": 0.2}, {"turn_radius": 0.4}, {"lat_max": 0.05, "turn_radius": 0.6}]
 

@@ -17,8 +17,8 @@ from bad_inputs.case import inside, run, warm
 from lampyris.cli.app import app
 from lampyris.cli.option_errors import as_typed
 from lampyris.errors import LampyrisError, LimitError, SettingError, UnknownSettingError
-from lampyris.motion import laws
-from lampyris.planners import registry
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
 
 MAIN = "from lampyris.cli import main; main()"
 TREE: Any = typer.main.get_command(app)

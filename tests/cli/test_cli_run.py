@@ -308,7 +308,7 @@ def test_allow_outside_on_the_command_line(tmp_path: Path) -> None:
 
 
 def test_schema_prints_the_schema() -> None:
-    from lampyris.maps.scenario_file import json_schema
+    from lampyris.io.scenario.schema import json_schema
 
     code, out, _ = call("schema")
     assert (code, json.loads(out)) == (0, json_schema())
@@ -363,7 +363,7 @@ def test_the_models_are_made_for_scenario_files_only(words: tuple[str, ...]) -> 
         f"import sys; sys.argv = ['lampyris', *{words!r}]\n"
         "from lampyris.cli import main\n"
         "try:\n    main()\nexcept SystemExit as done:\n    assert not done.code\n"
-        "assert 'lampyris.maps.scenario_file' not in sys.modules\n"
+        "assert 'lampyris.io.scenario.schema' not in sys.modules\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")

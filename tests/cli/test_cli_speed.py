@@ -286,7 +286,7 @@ def test_mistakes_are_named(words: tuple[str, ...], exit: int, says: str) -> Non
 
 
 def test_all_laws_at_once_and_obstacles_that_are_elsewhere() -> None:
-    from lampyris.motion.laws import LAWS
+    from lampyris.motion.laws.registry import LAWS
 
     r = told(*MAP, *ENDS, "--laws", "all")
     assert [e["law"] for e in r["laws"]] == list(LAWS)
@@ -322,7 +322,7 @@ def test_laws_are_listed_with_their_settings() -> None:
 
 @pytest.mark.source
 def test_the_page_names_every_key_and_column() -> None:
-    from lampyris.report.csv_out import DRIVE_COLUMNS, PROFILE_COLUMNS
+    from lampyris.report.data.csv import DRIVE_COLUMNS, PROFILE_COLUMNS
 
     page = (Path(__file__).resolve().parents[2] / "docs" / "speed" / "files.md").read_text(encoding="utf-8")
     speeds, drives = (page[page.index(f"## `{verb} --json`") :] for verb in ("speed", "drive"))

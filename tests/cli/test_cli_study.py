@@ -15,8 +15,8 @@ import pytest
 from bad_inputs.case import Outcome, inside
 from bad_inputs.case import run as here
 from lampyris.cli import study_show, study_work
-from lampyris.study.design import Crowd, Ground, Study, Who, World
-from lampyris.study.row import Row
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Study, Who, World
 
 SMALL = """\
 version: 1
@@ -290,7 +290,7 @@ def test_the_tally_keeps_failures_in_the_denominator() -> None:
 
 
 def test_without_a_terminal_a_line_for_every_tenth(capsys: pytest.CaptureFixture[str]) -> None:
-    from lampyris.study.where import Progress
+    from lampyris.study.execution.execution import Progress
 
     one = _study()
     with study_show.Board(one, study_show.Tally(one), quiet=False) as board:
@@ -305,7 +305,7 @@ def test_without_a_terminal_a_line_for_every_tenth(capsys: pytest.CaptureFixture
 def test_at_a_terminal_a_bar_and_a_live_table(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from lampyris.study.where import Progress
+    from lampyris.study.execution.execution import Progress
 
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "120")
@@ -334,8 +334,8 @@ planners: [astar, {name: ad-gso, label: worms}]
 
 def test_failed_runs_are_run_again_and_others_are_not(tmp_path: Path) -> None:
     import lampyris
-    from lampyris.study.row import Row
-    from lampyris.study.store import Store, open_for
+    from lampyris.study.design.row import Row
+    from lampyris.study.store.store import Store, open_for
 
     (tmp_path / "small.yaml").write_text(NAMED)
     asked = lampyris.load_study(tmp_path / "small.yaml")

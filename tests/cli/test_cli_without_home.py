@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lampyris.app import library
+from lampyris.app.server import library
 from lampyris.errors import FileError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="homes of Linux")

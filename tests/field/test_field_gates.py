@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lampyris.field.gates import find_gates, gate_mask
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
+from lampyris.planning.field.gates import find_gates, gate_mask
 from lampyris.selfcheck.twins import field_twin as twin
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lampyris.field.layers import clearance, free_cells, free_space, moves_for
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.planning.field.layers import clearance, free_cells, free_space, moves_for
 from lampyris.selfcheck.twins import field_twin as twin
 
 

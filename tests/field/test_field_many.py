@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris import halting
+from lampyris._core import cancellation
 from lampyris.errors import SceneError, SettingError
-from lampyris.field import many
-from lampyris.field.many import solve_many
-from lampyris.field.solve import solve
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.planning.field import many
+from lampyris.planning.field.many import solve_many
+from lampyris.planning.field.solve import solve
 from reference.kernel_forms import use
 
 
@@ -93,7 +93,7 @@ def test_workers_are_at_least_one(workers: int) -> None:
 
 
 def test_the_limit_of_the_call_is_heard_by_the_threads_that_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    free, stop = np.ones((30, 30), dtype=np.bool_), halting.Stop()
+    free, stop = np.ones((30, 30), dtype=np.bool_), cancellation.Stop()
     first: list[Field] = []
     begun = threading.Barrier(2)
 
@@ -106,14 +106,14 @@ def test_the_limit_of_the_call_is_heard_by_the_threads_that_solve(monkeypatch: p
 
     monkeypatch.setattr(many, "solve", stopped_meanwhile)
     fields = many.solve_many(free, MOVES["octile"], [(0, 0), (5, 5)], workers=2)
-    with halting.watching(stop=stop), pytest.raises(halting.Halted):
+    with cancellation.watching(stop=stop), pytest.raises(cancellation.Halted):
         first.append(next(fields))
 
 
 def test_a_field_asked_for_in_a_call_that_is_over_is_solved_for_who_takes_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    free, stop, late = np.ones((30, 30), dtype=np.bool_), halting.Stop(), threading.Event()
+    free, stop, late = np.ones((30, 30), dtype=np.bool_), cancellation.Stop(), threading.Event()
 
     def held(*args: Any, **how: Any) -> Field:
         if args[2] == (5, 5) and not late.is_set():
@@ -122,7 +122,7 @@ def test_a_field_asked_for_in_a_call_that_is_over_is_solved_for_who_takes_it(
 
     monkeypatch.setattr(many, "solve", held)
     fields = many.solve_many(free, MOVES["octile"], [(x, x) for x in (0, 5, 9, 12)], workers=1)
-    with halting.watching(stop=stop):
+    with cancellation.watching(stop=stop):
         assert next(fields).goal == (0, 0)
         stop.set()
     late.set()

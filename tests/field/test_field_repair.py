@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SceneError, SettingError
-from lampyris.field import repair
-from lampyris.field.repair import Mender
-from lampyris.field.solve import solve
-from lampyris.kernels import repair as kernels
+from lampyris.kernels.field import repair as kernels
 from lampyris.model.field import Field
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
+from lampyris.planning.field import repair
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.solve import solve
 from lampyris.selfcheck._repair_story import mend_through
 from lampyris.selfcheck.twins import field_twin
 from lampyris.selfcheck.twins.edit_stories import story

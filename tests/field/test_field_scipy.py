@@ -7,10 +7,10 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from lampyris.field.layers import clearance
-from lampyris.field.solve import solve
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
+from lampyris.planning.field.layers import clearance
+from lampyris.planning.field.solve import solve
 
 
 def _shifted(free: np.ndarray, dx: int, dy: int) -> np.ndarray:

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SceneError, SettingError
-from lampyris.field import waves
-from lampyris.field.solve import solve, solve_field
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.planning.field import waves
+from lampyris.planning.field.solve import solve, solve_field
 from lampyris.selfcheck.twins import field_twin as twin
 from reference.kernel_forms import use
 
@@ -261,7 +261,7 @@ def test_small_work_needs_neither_numba_nor_scipy() -> None:
     code = """
 import sys
 import numpy as np
-from lampyris.field.solve import solve
+from lampyris.planning.field.solve import solve
 from lampyris.model.moves import MOVES
 solve(np.ones((50, 50), dtype=bool), MOVES["octile"], (3, 3))
 sys.exit(any(m in sys.modules for m in ("numba", "scipy", "matplotlib")))

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from lampyris.field import frame, waves
-from lampyris.field.solve import solve
-from lampyris.kernels import descent
+from lampyris.kernels.field import descent
 from lampyris.model.field import Field
 from lampyris.model.moves import MOVES
+from lampyris.planning.field import frame, waves
+from lampyris.planning.field.solve import solve
 from lampyris.typing import Cell
 from reference.kernel_forms import run_compiled
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lampyris.field.gates import find_gates
-from lampyris.field.solve import solve_field
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.reproduce import data
+from lampyris.planning.field.gates import find_gates
+from lampyris.planning.field.solve import solve_field
+from lampyris.reproduce.tables import printed_data
 
 START, GOAL = (0, 9), (7, 0)
 
@@ -21,12 +21,12 @@ ROUNDED = {(3, 1): 4.2816, (4, 1): 2.976, (0, 5): 11.487375}
 @pytest.fixture(scope="module")
 def rows() -> list[dict[str, str]]:
     """Each cell with its luciferin as printed, and cost and back pointer as worked out apart."""
-    rule = data.field_rule()
+    rule = printed_data.field_rule()
     out = []
-    for r in data.rows("4.2"):
-        x, y = data.cell(r["cell"])
+    for r in printed_data.rows("4.2"):
+        x, y = printed_data.cell(r["cell"])
         known = rule.get((x, y), {})
-        back = data.cell(known["back_pointer"]) if known.get("back_pointer") else ("", "")
+        back = printed_data.cell(known["back_pointer"]) if known.get("back_pointer") else ("", "")
         row = {"x": x, "y": y, "blocked": int(r["luciferin"] == "10000"), "cost": known.get("cost", "")}
         row |= {"luciferin_printed": r["luciferin"], "back_x": back[0], "back_y": back[1]}
         out.append({name: str(value) for name, value in row.items()})
@@ -35,7 +35,7 @@ def rows() -> list[dict[str, str]]:
 
 @pytest.fixture(scope="module")
 def grid() -> Grid:
-    return data.guide_grid()
+    return printed_data.guide_grid()
 
 
 @pytest.fixture(scope="module")

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from lampyris.errors import LimitError, SettingError
-from lampyris.field import solve as solve_module
-from lampyris.field import waves
-from lampyris.field.frame import Frame
-from lampyris.field.layers import moves_for, moves_on
-from lampyris.field.solve import solve, solve_field
-from lampyris.kernels import weighted
+from lampyris.kernels.field import weighted_wavefront
 from lampyris.model.change import Change
 from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners.edits import edited
+from lampyris.planning.edits import edited
+from lampyris.planning.field import solve as solve_module
+from lampyris.planning.field import waves
+from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.layers import moves_for, moves_on
+from lampyris.planning.field.solve import solve, solve_field
 from lampyris.selfcheck.twins import field_twin, terrain_twin
 from reference.kernel_forms import use
 
@@ -324,7 +324,7 @@ def test_a_change_of_terrain_is_solved_as_the_new_map() -> None:
 def test_no_bucket_is_wider_than_the_least_step() -> None:
     """The ring must hold the dearest departure, or it would land in a bucket that is being emptied."""
     seen = []
-    real = weighted.any_steps
+    real = weighted_wavefront.any_steps
 
     class Spy:
         def __call__(self, *args: object) -> object:
@@ -334,7 +334,7 @@ def test_no_bucket_is_wider_than_the_least_step() -> None:
 
     for costs in ((63, 63), (63, 2 * 63), (127 * 63, 380 * 63), (63 * 5, 63 * 4)):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(weighted, "any_steps", Spy())
+            patch.setattr(weighted_wavefront, "any_steps", Spy())
             solve(
                 np.ones((1, 40), bool),
                 Moves("two", ((-1, 0), (1, 0)), costs, costs[0], False, 63),

@@ -20,11 +20,11 @@ import numpy as np
 
 import lampyris
 import lampyris.api
+from lampyris.io.maps.recipes.regions import keep_largest
+from lampyris.io.text.strict_yaml import read_yaml
 from lampyris.kernels import _jit
-from lampyris.maps.recipes.regions import keep_largest
-from lampyris.maps.yaml_text import read_yaml
 from lampyris.model.path import path_of
-from lampyris.report.picture import draw_plan
+from lampyris.report.pictures.plan_picture import draw_plan
 
 NEVER = 10**9
 

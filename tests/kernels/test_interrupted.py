@@ -19,8 +19,8 @@ from typing import Any
 
 import pytest
 
-from lampyris import halting
-from lampyris.halting import uninterrupted
+from lampyris._core import cancellation
+from lampyris._core.cancellation import uninterrupted
 
 CHILD = Path(__file__).with_name("interrupted_child.py")
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="children are forked")
@@ -68,7 +68,7 @@ DEEP = """
 import sys
 import numpy as np, lampyris, lampyris.api
 from lampyris.kernels import _jit
-from lampyris.planners import registry
+from lampyris.planning import registry
 _jit.prefer_compiled(), registry.make("jps")
 scene = lampyris.Scene(lampyris.Grid(np.zeros((9, 9), bool)), (0, 0), (8, 8))
 def deep(calls):
@@ -152,9 +152,9 @@ def test_compiled_loops_of_other_threads_hear_of_ctrl_c_meanwhile() -> None:
     """The thread that listens asks whose signal it is; the answer is that of before."""
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        interrupt = halting._Interrupt()
+        interrupt = cancellation._Interrupt()
         with uninterrupted():
-            halting._hear(interrupt)
+            cancellation._hear(interrupt)
         assert interrupt.is_set
     finally:
         signal.signal(signal.SIGINT, handler)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lampyris.field.gates import find_gates
-from lampyris.field.layers import clearance
-from lampyris.field.solve import solve
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
+from lampyris.planning.field.gates import find_gates
+from lampyris.planning.field.layers import clearance
+from lampyris.planning.field.solve import solve
 from reference.kernel_forms import use
 
 

@@ -117,7 +117,7 @@ def test_what_is_compared_runs_in_compiled_form_from_its_first_call(monkeypatch:
 CODE = """
 import json, sys
 import lampyris
-from lampyris.app.work import answer
+from lampyris.app.engine.work import answer
 from lampyris.kernels import _jit
 
 _jit.prefer_compiled()  # so that the first plan of a process compiles, however small its map is

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from lampyris.kernels.road import ceiling_push, chord, first_contact, place
+from lampyris.kernels.motion.curve_motion import ceiling_push, chord, first_contact, place
 from lampyris.model.curve import Curve
 from lampyris.motion.cap import Cap
 from lampyris.motion.profile import feasible_profile
-from lampyris.sim.going import Route, split
+from lampyris.sim.world.trajectory import Route, split
 
 
 @pytest.mark.parametrize("seed", range(60))

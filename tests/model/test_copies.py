@@ -15,9 +15,9 @@ import pytest
 
 import lampyris
 from lampyris import model
+from lampyris._core.values import Value
 from lampyris.model.change import Change, Seen
 from lampyris.model.plan import Jump, Plan
-from lampyris.model.value import Value
 
 WAYS: dict[str, Callable[[Any], Any]] = {
     "copy": copy.copy,

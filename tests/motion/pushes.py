@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
-from lampyris.motion import passive
-from lampyris.motion.passive import Near, Push, Rails
+from lampyris.motion.safety import passive_acceleration
+from lampyris.motion.safety.passive_acceleration import Near, Push, Rails
 from lampyris.typing import Floats
 
 
@@ -28,4 +28,4 @@ def push(
         xy, speed = movers.xy * rails.resolution, movers.top_speed + 0.0
         reach = movers.radius + (robot.radius + margin + rails.slack) + speed * movers.age
         near = Near(xy[:, 0].copy(), xy[:, 1].copy(), reach, speed)
-    return passive.push(rails, ceiling, s, v, near, period, robot.a_max, robot.d_max)
+    return passive_acceleration.push(rails, ceiling, s, v, near, period, robot.a_max, robot.d_max)

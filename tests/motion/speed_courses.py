@@ -7,7 +7,7 @@ import numpy as np
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.course import Course, course_of
+from lampyris.motion.geometry.sampled_path import Course, course_of
 from lampyris.selfcheck._profile_ways import SIZE
 from lampyris.selfcheck._profile_ways import drawn_curve as random_curve
 

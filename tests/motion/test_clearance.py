@@ -9,8 +9,8 @@ import pytest
 
 from lampyris import Grid
 from lampyris.errors import SettingError
-from lampyris.motion import clearance
-from lampyris.motion.clearance import wall_distance
+from lampyris.motion.geometry import clearance
+from lampyris.motion.geometry.clearance import wall_distance
 from reference.kernel_forms import use
 
 

@@ -17,8 +17,8 @@ from lampyris.model.moves import MOVES, Moves
 from lampyris.model.path import Path, path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion import laws
-from lampyris.motion.course import corners_of_path, course_with_corners
+from lampyris.motion.geometry.sampled_path import corners_of_path, course_with_corners
+from lampyris.motion.laws import registry as laws
 from lampyris.typing import FloatGrid, Points
 
 LAWS = ("physical", "constant", "optimum", "blind", "uncertainty")

@@ -13,8 +13,8 @@ from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
-from lampyris.motion.course import course_of, course_of_path
-from lampyris.motion.curve import curve_of
+from lampyris.motion.geometry.curve import curve_of
+from lampyris.motion.geometry.sampled_path import course_of, course_of_path
 
 
 def curves(count: int, seed: int) -> list[Curve]:

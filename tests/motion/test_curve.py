@@ -11,12 +11,12 @@ from curve_ways import Case, cases
 
 from lampyris import Grid, Robot, Scene, api
 from lampyris.errors import SettingError
-from lampyris.kernels.bends import _arc_is_clear, share
-from lampyris.kernels.sight import line_gap
+from lampyris.kernels.motion.fillets import _arc_is_clear, share
+from lampyris.kernels.motion.line_of_sight import line_gap
 from lampyris.model.curve import Curve
-from lampyris.motion.clearance import wall_distance
-from lampyris.motion.curve import curve_of, polyline_of
-from lampyris.motion.taut import lines_of, taut
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.curve import curve_of, polyline_of
+from lampyris.motion.geometry.string_pulling import lines_of, taut
 from lampyris.referee import check_curve
 from reference.kernel_forms import use
 

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lampyris.motion import deviation as module
-from lampyris.motion.deviation import deviation
+from lampyris.motion.geometry import deviation as module
+from lampyris.motion.geometry.deviation import deviation
 from lampyris.typing import Points
 
 STEP = 0.25

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.model.curve import Curve
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.on_nodes import with_nodes
-from lampyris.motion.path_time import through_tracks
+from lampyris.motion.geometry.sampled_path import Course, course_of
 from lampyris.motion.profile import feasible_profile
+from lampyris.motion.timing.path_time import through_tracks
+from lampyris.motion.timing.profile_on_nodes import with_nodes
 from lampyris.typing import Floats
 
 

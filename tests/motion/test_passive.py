@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pushes import push
 
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
-from lampyris.motion.course import Course
-from lampyris.motion.passive import Push, Rails, rails_of
+from lampyris.motion.geometry.sampled_path import Course
 from lampyris.motion.profile import feasible_profile
+from lampyris.motion.safety.passive_acceleration import Push, Rails, rails_of
 from reference.kernel_forms import use
 
 ROBOT = Robot(radius=0.2, v_max=1.0, a_max=0.5, d_max=1.0)

@@ -7,16 +7,16 @@ import pytest
 
 from lampyris.errors import LampyrisError, LimitError, SettingError
 from lampyris.model.curve import Curve
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import RandomWalk, Recorded
-from lampyris.motion import lattice as lattices
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.path_time import through_tracks
+from lampyris.motion.geometry.sampled_path import Course, course_of
 from lampyris.motion.profile import feasible_profile
-from lampyris.motion.spread import Blocked, parts_of, walk
-from lampyris.motion.tracks import Way, discs_of, tracks_from_recorded
+from lampyris.motion.timing import spacetime_lattice as lattices
+from lampyris.motion.timing.obstacle_tracks import Way, discs_of, tracks_from_recorded
+from lampyris.motion.timing.path_time import through_tracks
+from lampyris.motion.timing.reachability import Blocked, parts_of, walk
 from lampyris.selfcheck.twins.path_time_twin import least_gap, steps_to_goal
 from reference.kernel_forms import use
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from lampyris import api
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.deviation import deviation, length_of
-from lampyris.motion.roomy import drawn
-from lampyris.motion.sampled import circled
+from lampyris.motion.geometry.arc_sampling import circled
+from lampyris.motion.geometry.deviation import deviation, length_of
+from lampyris.motion.geometry.smoothing import drawn
 from lampyris.typing import Points
 
 RNG = np.random.default_rng(7)

@@ -12,8 +12,8 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol, Recorded
-from lampyris.motion.scheduled import divided, scheduled_profile
-from lampyris.motion.tracks import tracks_from_recorded
+from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
+from lampyris.motion.timing.scheduled import divided, scheduled_profile
 from lampyris.selfcheck.twins.path_time_twin import least_gap
 
 

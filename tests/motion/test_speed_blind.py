@@ -10,15 +10,22 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError
-from lampyris.kernels import visibility
-from lampyris.kernels.visibility import UNIT
+from lampyris.kernels.motion import visibility
+from lampyris.kernels.motion.visibility import UNIT
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.blind import BlindArea, blind_cap, hiding_distance, need, stop_within, visible_cells
 from lampyris.motion.cap import Around
-from lampyris.motion.course import Course, course_of
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.safety.blind_areas import (
+    BlindArea,
+    blind_cap,
+    hiding_distance,
+    need,
+    stop_within,
+    visible_cells,
+)
 from lampyris.selfcheck.twins import sight_twin
 from reference.kernel_forms import use
 

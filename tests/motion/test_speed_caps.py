@@ -15,13 +15,14 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion import caps, laws
-from lampyris.motion.around import cells_distance, least_around, reach_of, room, zone_limits
+from lampyris.motion import caps
 from lampyris.motion.cap import Around
-from lampyris.motion.clearance import wall_distance
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.physical import Approach, PhysicalLaw
-from lampyris.motion.uncertainty import Uncertainty, uncertainty_cap
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.physical import Approach, PhysicalLaw
+from lampyris.motion.safety.surroundings import cells_distance, least_around, reach_of, room, zone_limits
+from lampyris.motion.safety.uncertainty import Uncertainty, uncertainty_cap
 from lampyris.referee.caps import check_caps
 
 FREE = Scene(Grid(np.zeros((40, 40), dtype=np.bool_), resolution=0.5), (0, 0), (1, 1))

@@ -11,12 +11,13 @@ from scipy.integrate import quad
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.cloud import (
+from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.safety.danger_cloud import (
     NODES,
     Cloud,
     CloudModel,
@@ -29,7 +30,6 @@ from lampyris.motion.cloud import (
     membership,
     slowed,
 )
-from lampyris.motion.course import Course, course_of_path
 
 SCENE = Scene(Grid(np.zeros((41, 101), dtype=bool), resolution=0.2), (0, 20), (100, 20), robot=Robot(0.2))
 

@@ -14,18 +14,18 @@ from lampyris import api
 from lampyris.errors import SettingError, UsageError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
 from lampyris.model.moves import MOVES
+from lampyris.model.obstacles import Movers
 from lampyris.model.path import path_of
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion import laws
-from lampyris.motion.bounds import Constant
-from lampyris.motion.compare import compare, entry_of
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.on_course import cells_passed, covered
-from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.bounds import Constant
+from lampyris.motion.laws.compare import compare, entry_of
+from lampyris.motion.laws.dissertation_in_metres import cells_passed, covered
+from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.referee import check_motion, check_profile
 from lampyris.referee.caps import check_caps
 from lampyris.typing import Floats

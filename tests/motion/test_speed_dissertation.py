@@ -11,11 +11,11 @@ import pytest
 import lampyris
 from lampyris.errors import SettingError
 from lampyris.motion import caps
-from lampyris.motion.dissertation import DissertationLaw, dissertation_profile, dissertation_speeds
-from lampyris.reproduce import data
+from lampyris.motion.laws.dissertation import DissertationLaw, dissertation_profile, dissertation_speeds
+from lampyris.reproduce.tables import printed_data
 from lampyris.selfcheck.twins import speed_twins
 
-TABLES = {table: data.velocity_rows(table) for table in data.VELOCITY_TABLES}
+TABLES = {table: printed_data.velocity_rows(table) for table in printed_data.VELOCITY_TABLES}
 # Rows whose printed velocity is not what the law gives on the printed cells and counts.
 PRINTED_OTHERWISE = {
     "4.12": {10}, "4.13": {5, 10}, "4.16": {5, 7, 8, 15, 19, 20, 21}, "4.17": {1, 3, 22}

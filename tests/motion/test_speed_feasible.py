@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError
-from lampyris.kernels.speed import clock
+from lampyris.kernels.motion.speed_passes import clock
 from lampyris.motion.cap import Cap
 from lampyris.motion.profile import feasible_profile, stop_to_stop
 from lampyris.referee import check_motion

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError
-from lampyris.kernels.banded import solve_banded
+from lampyris.kernels.motion.banded_system import solve_banded
 from lampyris.motion.jerk import cube_root, jerks, rest_to_rest
 from lampyris.motion.profile import Feasible, feasible_profile, stop_to_stop
 from lampyris.referee import check_motion

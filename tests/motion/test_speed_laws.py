@@ -13,10 +13,11 @@ from lampyris import Grid, Scene
 from lampyris.errors import SettingError, UsageError
 from lampyris.model.moves import MOVES
 from lampyris.model.path import path_of
-from lampyris.motion import laws, physical
-from lampyris.motion.dissertation import DissertationLaw, dissertation_profile
-from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.rings import ring_counts
+from lampyris.motion.laws import physical
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.dissertation import DissertationLaw, dissertation_profile
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.rings import ring_counts
 from lampyris.referee import check_profile
 
 RNG = np.random.default_rng(21)

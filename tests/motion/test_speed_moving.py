@@ -7,12 +7,12 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.course import Course
-from lampyris.motion.moving import MovingObstacles, moving, moving_cap
+from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving, moving_cap
 
 SCENE = Scene(
     Grid(np.zeros((40, 40), dtype=bool), resolution=0.25),

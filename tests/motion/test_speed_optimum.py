@@ -12,8 +12,8 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.course import Course
-from lampyris.motion.switches import with_switches
+from lampyris.motion.geometry.acceleration_switches import with_switches
+from lampyris.motion.geometry.sampled_path import Course
 
 
 def dense_optimum(curve: Curve, robot: Robot) -> float:

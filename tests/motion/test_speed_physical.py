@@ -12,11 +12,12 @@ from speed_courses import random_course
 
 from lampyris import Grid, Robot, Scene
 from lampyris.errors import SettingError
-from lampyris.kernels.near import nearest_squares
+from lampyris.kernels.motion.nearest_wall import nearest_squares
 from lampyris.model.moves import MOVES
 from lampyris.model.path import Path, path_of
-from lampyris.motion import caps, laws
-from lampyris.motion.physical import PhysicalLaw, body_squares, wall_squares
+from lampyris.motion import caps
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.physical import PhysicalLaw, body_squares, wall_squares
 from lampyris.referee import check_profile
 from lampyris.selfcheck.twins import speed_twins
 

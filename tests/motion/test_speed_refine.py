@@ -7,11 +7,11 @@ from speed_courses import random_course
 
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.motion import laws
-from lampyris.motion.around import edge_room, edge_zones, reach_of, zones_at
-from lampyris.motion.clearance import wall_distance
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.refine import refined
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.node_refinement import refined
+from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of, zones_at
 from lampyris.referee.caps import check_caps
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError
-from lampyris.motion.rings import ring_counts
-from lampyris.reproduce import data
+from lampyris.motion.laws.rings import ring_counts
+from lampyris.reproduce.tables import printed_data
 from lampyris.selfcheck.twins import speed_twins
 
 STEPS = [(dx, dy) for dx in range(-2, 3) for dy in range(-2, 3) if math.gcd(dx, dy) == 1]
@@ -60,7 +60,7 @@ def test_table_4_14_needs_the_corners_of_ring_2() -> None:
     }
     assert len(strictly) == 3
     counts = []
-    for before, row in itertools.pairwise(data.velocity_rows("4.14")):
+    for before, row in itertools.pairwise(printed_data.velocity_rows("4.14")):
         if row["ring2"]:
             straight = row["x"] == before["x"] or row["y"] == before["y"]
             counts.append((int(row["ring2"]), straight))

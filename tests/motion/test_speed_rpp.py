@@ -13,13 +13,13 @@ from speed_courses import random_course
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion import laws
-from lampyris.motion.compare import compare
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.rpp import (
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.compare import compare
+from lampyris.motion.laws.rpp import (
     Rpp,
     approach_rule,
     cost_of,

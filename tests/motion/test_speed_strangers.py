@@ -17,11 +17,11 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion import laws
-from lampyris.motion.around import reach_of, room
-from lampyris.motion.clearance import wall_distance
-from lampyris.motion.course import Course, course_of
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import feasible_profile
+from lampyris.motion.safety.surroundings import reach_of, room
 
 LONG = np.longdouble
 NAN = float("nan")

@@ -22,20 +22,20 @@ from lampyris.errors import LampyrisError, SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers, Track
+from lampyris.model.obstacles import Movers, Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Body
 from lampyris.motion.cap import Around
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.curve import curve_of
-from lampyris.motion.moving import MovingObstacles, moving_cap
-from lampyris.motion.passive import rails_of
-from lampyris.motion.path_time import through_tracks
+from lampyris.motion.geometry.curve import curve_of
+from lampyris.motion.geometry.sampled_path import Course, course_of
 from lampyris.motion.profile import feasible_profile
+from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving_cap
+from lampyris.motion.safety.passive_acceleration import rails_of
+from lampyris.motion.timing.path_time import through_tracks
 from lampyris.referee import check_drive
-from lampyris.referee.way import joins, nearest_wall, segment_to_squares
+from lampyris.referee.geometry.lines_and_arcs import joins, nearest_wall, segment_to_squares
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "referee"))
 from drive_builders import random_curve

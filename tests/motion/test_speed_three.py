@@ -9,13 +9,13 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.course import Course, course_of_path
-from lampyris.motion.three_speed import (
+from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.safety.three_speed import (
     ThreeSpeed,
     ThreeSpeedControl,
     choose,

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lampyris import Plan, Robot, Scene, api
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.grid import Grid
-from lampyris.motion.clearance import wall_distance
-from lampyris.sim.leg import curve_from
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.sim.continuous.leg import curve_from
 from lampyris.typing import Points
 
 

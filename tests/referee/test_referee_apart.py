@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.traffic import Body
-from lampyris.referee.apart import bodies_violation, least_gap
+from lampyris.referee.geometry.separation import bodies_violation, least_gap
 
 WALKER, CUTTER, TOLD = (Body(kind, 0.0, True) for kind in ("random-walk", "cutter", "recorded"))
 

@@ -12,7 +12,7 @@ import pytest
 from lampyris import Grid, Robot
 from lampyris.model.curve import Curve
 from lampyris.referee import check_curve
-from lampyris.referee.curve import SLACK
+from lampyris.referee.geometry.curve import SLACK
 
 SIZE = 0.5
 """Metres a cell."""

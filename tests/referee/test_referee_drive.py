@@ -21,7 +21,7 @@ from lampyris.errors import InternalFault
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive, Moment
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome

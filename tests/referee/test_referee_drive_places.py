@@ -12,13 +12,13 @@ from drive_builders import Turtle, clear, drive_of, good_drive, random_track, wi
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
-from lampyris.referee.way import arc_to_squares, pieces_of, segment_to_squares
+from lampyris.referee.geometry.lines_and_arcs import arc_to_squares, pieces_of, segment_to_squares
 from lampyris.selfcheck.twins.drive_monitor import watch
 
 

@@ -20,7 +20,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.referee import Violation, certify, check_path, check_plan, demand
-from lampyris.referee.shapes import disc_cells, swept_cells, wall_distance
+from lampyris.referee.geometry.shapes import disc_cells, swept_cells, wall_distance
 
 RADII = (0.3, 0.5, 0.8, 1.2)
 

@@ -22,7 +22,7 @@ from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Body
 from lampyris.referee import bodies, certify, check_trace
 from lampyris.referee.bodies import Crowd, Judge
-from lampyris.referee.shapes import disc_cells
+from lampyris.referee.geometry.shapes import disc_cells
 
 Rng = np.random.Generator
 

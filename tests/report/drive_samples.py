@@ -9,7 +9,7 @@ import numpy as np
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive, Moment
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 
-from lampyris.report import html
+from lampyris.report.html import page as html
 
 SVG = frozenset(("svg", "g", "path", "defs", "use", "text", "tspan", "rect", "clippath", "style"))
 VOID = frozenset(("br", "img", "meta", "path", "rect", "use"))

@@ -9,7 +9,7 @@ import pytest
 
 import lampyris
 from lampyris.errors import UsageError
-from lampyris.report.compare_picture import LOOKS, Speeds, Way, beside, draw_ways, look_of
+from lampyris.report.pictures.compare_picture import LOOKS, Speeds, Way, beside, draw_ways, look_of
 
 
 def test_every_look_is_its_own() -> None:

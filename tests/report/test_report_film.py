@@ -13,9 +13,10 @@ from report_samples import sample_trace
 from lampyris.errors import FileError, UsageError
 from lampyris.model.edit import Edit
 from lampyris.model.trace import Outcome, Trace
-from lampyris.report import animate, sprites, style
-from lampyris.report.animate import film
-from lampyris.report.film_frames import Stage
+from lampyris.report import style
+from lampyris.report.film import simulation_film, sprites
+from lampyris.report.film.film_frames import Stage
+from lampyris.report.film.simulation_film import film
 
 
 def frames_of(path: Path) -> tuple[list[np.ndarray], list[int]]:
@@ -38,12 +39,12 @@ def test_a_film_tells_the_whole_run(tmp_path: Path, suffix: str) -> None:
     out = tmp_path / f"run{suffix}"
     seen: list[int] = []
     film(trace, out, fps=20, progress=seen.append)
-    drawn = animate.GLIDE * trace.ticks + 1
+    drawn = simulation_film.GLIDE * trace.ticks + 1
     assert seen == list(range(1, drawn + 1))
     pictures, times = frames_of(out)
     # Equal neighbours may be stored once; the time they stand is kept.
     assert len(pictures) <= drawn
-    assert sum(times) == 50 * (drawn - 1) + animate.HOLD_MS
+    assert sum(times) == 50 * (drawn - 1) + simulation_film.HOLD_MS
     assert times[-1] >= 1000
     first, last = pictures[0], pictures[-1]
     for name in ("random-walk", "patrol", "crossing"):
@@ -134,13 +135,13 @@ def test_kinds_differ_in_shape_and_letter_not_in_colour_alone() -> None:
 
 def test_a_long_run_stays_bounded_and_says_so(tmp_path: Path) -> None:
     trace = sample_trace(ticks=1000)
-    shown = animate._moments(trace.ticks, 16)
-    assert len(shown.moments) <= animate.MAX_FRAMES + 1
+    shown = simulation_film._moments(trace.ticks, 16)
+    assert len(shown.moments) <= simulation_film.MAX_FRAMES + 1
     assert (shown.moments[0], shown.moments[-1], shown.stride) == (0.0, 1000.0, 5)
     plain, told = (Stage(trace, None, k).frame(0.0) for k in (1, 5))
     assert not (plain == told).all()
     for ticks, frames in ((0, 1), (1, 3), (120, 241), (121, 122), (240, 241), (241, 122)):
-        assert len(animate._moments(ticks, 16).moments) == frames
+        assert len(simulation_film._moments(ticks, 16).moments) == frames
 
 
 def test_films_of_odd_maps(tmp_path: Path) -> None:

@@ -10,11 +10,12 @@ import pytest
 from html_reader import read
 
 from lampyris.errors import InternalFault
-from lampyris.report import html, pair_charts, study_charts
-from lampyris.report.chart_parts import COLOURS, Line, Steps, look, thinned
-from lampyris.report.html import Markup
-from lampyris.report.svg_page import clean
-from lampyris.report.tab import Tab
+from lampyris.report.charts import pair_charts, study_charts
+from lampyris.report.charts.chart_parts import COLOURS, Line, Steps, look, thinned
+from lampyris.report.charts.svg import clean
+from lampyris.report.html import page as html
+from lampyris.report.html.page import Markup
+from lampyris.report.html.table import Tab
 
 HOSTILE = (
     "<script>alert(1)</script>", '"><img src=x onerror=alert(1)>', "' onmouseover='x", "a & b < c > d",

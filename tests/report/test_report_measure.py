@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.field.layers import clearance, free_space, moves_for
-from lampyris.field.solve import solve
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive, Moment
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
@@ -24,7 +22,9 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome, Trace
 from lampyris.model.traffic import Body, Crossing, Patrol, RandomWalk
-from lampyris.report.measure import (
+from lampyris.planning.field.layers import clearance, free_space, moves_for
+from lampyris.planning.field.solve import solve
+from lampyris.report.data.measures import (
     METRICS,
     Known,
     drive_metrics,

@@ -22,8 +22,8 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.report import style
-from lampyris.report.picture import draw_plan, draw_speed
-from lampyris.report.raster import draw_map
+from lampyris.report.pictures.plan_picture import draw_plan, draw_speed
+from lampyris.report.pictures.raster import draw_map
 
 
 def drawn(tmp_path: Path, name: str = "plan.png", **change: Any) -> Path:

@@ -18,15 +18,15 @@ from PIL import Image
 from report_samples import sample_plan, sample_profile, sample_scene
 
 from lampyris.errors import UsageError
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.report import style
-from lampyris.report.course_picture import draw_course
-from lampyris.report.csv_out import DRIVE_COLUMNS, PROFILE_COLUMNS, write_drive_csv, write_profile_csv
-from lampyris.report.drive_chart import distance_to_obstacles, draw_drive
-from lampyris.report.drive_film import DriveStage, film_drive
-from lampyris.report.metrics import cause_shares, drive_shares, worth_telling
-from lampyris.report.plain import drive_record, profile_record
-from lampyris.report.speed_compare import draw_comparison
+from lampyris.report.charts.drive_chart import distance_to_obstacles, draw_drive
+from lampyris.report.charts.speed_compare import draw_comparison
+from lampyris.report.data.csv import DRIVE_COLUMNS, PROFILE_COLUMNS, write_drive_csv, write_profile_csv
+from lampyris.report.data.metrics import cause_shares, drive_shares, worth_telling
+from lampyris.report.data.serialize import drive_record, profile_record
+from lampyris.report.film.drive_film import DriveStage, film_drive
+from lampyris.report.pictures.path_picture import draw_course
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def test_causes_that_can_meet_are_told_apart_by_everybody(who: str) -> None:
 
 
 def test_every_law_has_a_look_of_its_own() -> None:
-    from lampyris.motion import laws
+    from lampyris.motion.laws import registry as laws
 
     looks = [style.law_look(name) for name in laws.names()]
     assert len(set(looks)) == len(looks)

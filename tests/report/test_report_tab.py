@@ -7,7 +7,7 @@ import math
 import pytest
 
 from lampyris.errors import InternalFault
-from lampyris.report.tab import Tab, shown
+from lampyris.report.html.table import Tab, shown
 
 
 @pytest.mark.parametrize(

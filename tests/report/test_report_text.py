@@ -20,9 +20,9 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.report.csv_out import PLAN_COLUMNS, TRACE_COLUMNS, write_plan_csv, write_trace_csv
-from lampyris.report.metrics import path_metrics
-from lampyris.report.tables import jump_tables, text
+from lampyris.report.data.adgso_tables import jump_tables, text
+from lampyris.report.data.csv import PLAN_COLUMNS, TRACE_COLUMNS, write_plan_csv, write_trace_csv
+from lampyris.report.data.metrics import path_metrics
 
 
 def test_metrics_of_a_path_known_by_heart() -> None:

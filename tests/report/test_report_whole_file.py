@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from lampyris.errors import FileError
-from lampyris.report import html
-from lampyris.report.whole_file import whole_file
+from lampyris.io.atomic_write import whole_file
+from lampyris.report.html import page as html
 
 
 def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:

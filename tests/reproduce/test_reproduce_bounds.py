@@ -7,11 +7,11 @@ import itertools
 import numpy as np
 import pytest
 
-from lampyris.field.solve import solve_field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import moves_named
 from lampyris.model.scene import Scene
-from lampyris.reproduce import bounds
+from lampyris.planning.field.solve import solve_field
+from lampyris.reproduce.tables import bounds
 
 STEPS = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if (dx, dy) != (0, 0)]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from lampyris.reproduce import data, printed
-from lampyris.reproduce.verdict import count
+from lampyris.reproduce.tables import printed, printed_data
+from lampyris.reproduce.tables.verdict import count
 
 PAGE = Path(__file__).parents[2] / "docs" / "reproduce.md"
 
@@ -16,7 +16,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "reproduce.md"
 @pytest.mark.source
 def test_its_counts_are_those_of_the_verdicts() -> None:
     words = PAGE.read_text(encoding="utf-8")
-    found = count(v for table in data.tables() for v in printed.verdicts(table))
+    found = count(v for table in printed_data.tables() for v in printed.verdicts(table))
     for kind, many in found.items():
         assert re.search(rf"^\| {kind} \|.*\| {many} \|$", words, re.MULTILINE), kind
     assert f"{sum(found.values()):,} figures" in words

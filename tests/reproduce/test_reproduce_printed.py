@@ -7,9 +7,9 @@ import math
 import pytest
 
 from lampyris.errors import InternalFault
-from lampyris.planners.ad_gso import AdGso
-from lampyris.reproduce import data, printed, velocity, walk
-from lampyris.reproduce.verdict import KINDS, Verdict, count, same
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.reproduce.tables import printed, printed_data, velocity, walk
+from lampyris.reproduce.tables.verdict import KINDS, Verdict, count, same
 
 # table: (exact, rounded, given, misprint, not reproducible, impossible)
 FOUND = {
@@ -42,13 +42,13 @@ def by_where(table: str) -> dict[str, Verdict]:
 
 def test_the_tables_are_those_of_the_dissertation() -> None:
     wanted = ["3.1", *(f"4.{k}" for k in range(1, 19)), "text"]
-    assert list(data.tables()) == list(printed.CHECKS) == list(FOUND) == wanted
+    assert list(printed_data.tables()) == list(printed.CHECKS) == list(FOUND) == wanted
 
 
 @pytest.mark.parametrize("table", FOUND)
 def test_every_figure_has_one_verdict_and_a_reason(table: str) -> None:
     verdicts = printed.verdicts(table)
-    figures = list(data.figures(table))
+    figures = list(printed_data.figures(table))
     assert [(v.where, v.printed) for v in verdicts] == [(f.where, f.printed) for f in figures]
     assert len({v.where for v in verdicts}) == len(verdicts)
     assert tuple(count(verdicts).values()) == FOUND[table]
@@ -61,9 +61,9 @@ def test_every_figure_has_one_verdict_and_a_reason(table: str) -> None:
 
 @pytest.mark.parametrize("table", FOUND)
 def test_no_cell_of_the_data_is_lost(table: str) -> None:
-    info = data.about(table)
-    assert len(data.rows(table)) == info["rows"]
-    assert len(list(data.figures(table))) == info["printed"] == sum(FOUND[table])
+    info = printed_data.about(table)
+    assert len(printed_data.rows(table)) == info["rows"]
+    assert len(list(printed_data.figures(table))) == info["printed"] == sum(FOUND[table])
 
 
 def test_all_figures_together() -> None:
@@ -126,13 +126,13 @@ def test_same_at_the_printed_digits(text: str, ours: float, expected: bool) -> N
 
 def test_probabilities_of_two_tables_have_the_denominators_that_are_said() -> None:
     """Tables 4.5 and 4.6: each share is its difference in luciferin over 46.864 and over 9.00."""
-    luciferin = {data.cell(r["cell"]): float(r["luciferin"]) for r in data.rows("4.2")}
+    luciferin = {printed_data.cell(r["cell"]): float(r["luciferin"]) for r in printed_data.rows("4.2")}
     luciferin[8, 1] = 0.84  # as Table 4.6 has it
     for table, robot, sum_of_differences in (("4.5", (5, 4), 46.864), ("4.6", (7, 2), 9.0)):
-        for cell, chance in data.accepted(table).items():
+        for cell, chance in printed_data.accepted(table).items():
             share = (luciferin[robot] - luciferin[cell]) / sum_of_differences
             assert abs(chance - share) < 0.001, (table, cell)
-    shares = {t: round(math.fsum(data.accepted(t).values()), 2) for t in ("4.3", "4.4", "4.5", "4.6")}
+    shares = {t: round(math.fsum(printed_data.accepted(t).values()), 2) for t in ("4.3", "4.4", "4.5", "4.6")}
     assert shares == {"4.3": 1.0, "4.4": 1.0, "4.5": 0.3, "4.6": 0.65}
 
 
@@ -204,7 +204,7 @@ def test_the_probable_swap_of_table_4_10_is_told_with_what_tells_against_it() ->
 
 
 def test_reductions_are_told_of_both_the_printed_and_the_exact_means() -> None:
-    text = {r["id"]: v for r, v in zip(data.rows("text"), printed.verdicts("text"), strict=True)}
+    text = {r["id"]: v for r, v in zip(printed_data.rows("text"), printed.verdicts("text"), strict=True)}
     for name, exact, of_printed in (
         ("less-time-mixed", "80.0249", "79.18"),
         ("less-time-improved", "53.2341", "54.69"),
@@ -221,7 +221,7 @@ def test_a_change_of_our_code_changes_verdicts(monkeypatch: pytest.MonkeyPatch) 
 
 def test_claims_agree_with_those_worked_out_apart() -> None:
     """``claims_recomputed`` of the audit, by hand and by another program, against ours."""
-    text = {r["id"]: v for r, v in zip(data.rows("text"), printed.verdicts("text"), strict=True)}
+    text = {r["id"]: v for r, v in zip(printed_data.rows("text"), printed.verdicts("text"), strict=True)}
     known = {
         "iterations-mixed": 84.1667, "cost-mixed": 3189.4433, "time-mixed": 24.8543,
         "iterations-improved": 29.4667, "cost-improved": 1069.3333, "time-improved": 10.616,

@@ -12,27 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lampyris.maps import library
-from lampyris.reproduce import (
-    Report,
-    Stage,
-    Verdict,
-    charts,
-    data,
-    measured,
-    page,
-    reproduce,
-    results,
-    runs,
-    story,
-    work,
-)
-from lampyris.reproduce import printed as judged
-from lampyris.reproduce.measured import Costs, Kept
-from lampyris.reproduce.results import Difference
-from lampyris.reproduce.verdict import KINDS
-from lampyris.study import compare
-from lampyris.study.design import Study
+from lampyris.io.maps import library
+from lampyris.reproduce import Report, Stage, Verdict, reproduce, work
+from lampyris.reproduce.page import charts, page, story
+from lampyris.reproduce.runs import measured, results, runs
+from lampyris.reproduce.runs.measured import Costs, Kept
+from lampyris.reproduce.runs.results import Difference
+from lampyris.reproduce.tables import printed as judged
+from lampyris.reproduce.tables import printed_data
+from lampyris.reproduce.tables.verdict import KINDS
+from lampyris.study.analysis import compare
+from lampyris.study.design.study import Study
 
 KEPT = tuple(Kept(n, 90_000.0 - k, 95_000.0) for k, n in enumerate(measured.PLANNERS))
 COSTS = Costs(
@@ -141,7 +131,7 @@ def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, 
     wanted = sorted(f"{v.verdict}: {v.why}" for some in report.tables.values() for v in some)
     assert sorted(reader.told) == wanted
     assert not reader.tags & {"script", "iframe", "object", "form"}
-    assert {f"table-{n.replace('.', '-')}" for n in data.tables()} <= reader.ids
+    assert {f"table-{n.replace('.', '-')}" for n in printed_data.tables()} <= reader.ids
     for sign in ("✗", "⊘", "✓"):
         assert sign in words
 
@@ -171,7 +161,7 @@ def test_the_mark_of_a_missing_bar_is_explained(made: tuple[Report, Path, list[S
 
 def test_the_page_stands_on_the_runs(made: tuple[Report, Path, list[Stage]]) -> None:
     report, _, _ = made
-    text = {r["id"]: v for r, v in zip(data.rows("text"), report.tables["text"], strict=True)}
+    text = {r["id"]: v for r, v in zip(printed_data.rows("text"), report.tables["text"], strict=True)}
     assert "queries of our maps" in text["best-nt"].why
     assert "kB" in text["storage"].why
     row = next(
@@ -198,7 +188,7 @@ def test_what_is_in_the_stores_is_not_run_again(made: tuple[Report, Path, list[S
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "studies", small)
         patch.setattr(measured, "measure", lambda quick=False: COSTS)
-        patch.setattr("lampyris.study.one.work", None)
+        patch.setattr("lampyris.study.execution.worker.work", None)
         reproduce(out, workers=1, quick=True, progress=told.append)
     assert told[0].done == len(small()["nt"])
     assert (out / "verdicts.csv").read_bytes() == verdicts
@@ -370,7 +360,7 @@ def test_the_whole(tmp_path: Path) -> None:
     report = reproduce(tmp_path, workers=2)
     assert report.figures == 2095
     assert dict(report.runs) == {"nt": 2640, "static": 1800, "moving": 600}
-    text = {r["id"]: v for r, v in zip(data.rows("text"), report.tables["text"], strict=True)}
+    text = {r["id"]: v for r, v in zip(printed_data.rows("text"), report.tables["text"], strict=True)}
     assert text["best-nt"].ours.startswith("beaten by nt 11")
     assert "surely gains in: iterations (only against mixed" in report.conclusion
     assert "surely loses in: length (in all 3 comparisons)" in report.conclusion

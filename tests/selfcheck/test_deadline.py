@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from lampyris import halting
+from lampyris._core import cancellation
 from lampyris.model.plan import Plan, Status
-from lampyris.planners._session import GraphSession
-from lampyris.planners.base import Budget, Session
+from lampyris.planning.base import Budget, Session
+from lampyris.planning.graph.session import GraphSession
 from lampyris.selfcheck import _deadline_processes as processes
 from lampyris.selfcheck import deadline
 from lampyris.selfcheck._deadline_calls import SIDES, call_of, session_of
@@ -25,7 +25,7 @@ def outcome(kind: str, cases: int = 12) -> Outcome:
 
 @pytest.mark.parametrize("kind", ["limit", "cancel"])
 def test_a_call_that_goes_on_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    halt = halting.halt
+    halt = cancellation.halt
 
     def late() -> None:
         until = time.process_time() + 0.1
@@ -33,7 +33,7 @@ def test_a_call_that_goes_on_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch)
             pass
         halt()
 
-    monkeypatch.setattr(halting, "halt", late)
+    monkeypatch.setattr(cancellation, "halt", late)
     monkeypatch.setattr(deadline._Judge, "PAUSES_S", (0.0, 0.0, 0.0))
     found = outcome(kind)
     assert found.failed > 0
@@ -252,7 +252,7 @@ def test_a_session_that_a_stop_has_harmed_is_seen(monkeypatch: pytest.MonkeyPatc
 
     def at_its_first_look(session: Session, seconds: float, *, by_hand: bool) -> deadline._Timed:
         # Whether a call is still at work when a thread stops it is the machine's affair; this one always is.
-        stop = halting.Stop()
+        stop = cancellation.Stop()
         stop.set()
         return deadline._Timed(session.plan(None, Budget(stop=stop)), 0.0, 0.0, False)
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lampyris.maps.make import RECIPES
-from lampyris.motion import laws
-from lampyris.planners import registry
+from lampyris.io.maps.recipes.make import RECIPES
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
 from lampyris.selfcheck import _determinism_cases as corpus
 from lampyris.selfcheck import _determinism_run, _small_studies, determinism
 from lampyris.selfcheck._canonical import canonical, digest

@@ -13,10 +13,10 @@ from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck import faults, runner
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.faults import CHECK, SPOILS
-from lampyris.sim import feed
-from lampyris.sim.control import Decision
-from lampyris.sim.drive import DriveSimulation
-from lampyris.sim.feed import FAULTS, Watch
+from lampyris.sim import sensor as feed
+from lampyris.sim.continuous.control import Decision
+from lampyris.sim.continuous.drive import DriveSimulation
+from lampyris.sim.sensor import FAULTS, Watch
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris import limits
+from lampyris._core import limits
 from lampyris.errors import InternalFault, LampyrisError
 from lampyris.selfcheck import _fuzz_run, _fuzz_use, fuzz
 from lampyris.selfcheck._fuzz_targets import TARGETS

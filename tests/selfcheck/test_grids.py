@@ -12,8 +12,8 @@ import pytest
 from lampyris.model.grid import Grid
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
-from lampyris.planners._incremental_search import Ground
-from lampyris.planners._session import GraphSession
+from lampyris.planning.graph.session import GraphSession
+from lampyris.planning.incremental.search import Ground
 from lampyris.selfcheck import _grid_lists as lists
 from lampyris.selfcheck import grids
 from lampyris.selfcheck._answers import exact

@@ -38,9 +38,9 @@ def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     text = (
         "import os, runpy, sys\n"
         "from lampyris.study import store, store_new\n"
-        "from lampyris.study.store import Store\n"
-        "from lampyris.study.store_file import sidecar\n"
-        "from lampyris.study.table import Table\n"
+        "from lampyris.study.store.store import Store\n"
+        "from lampyris.study.store.file import sidecar\n"
+        "from lampyris.study.analysis.table import Table\n"
         f"{code}\n"
         "runpy.run_module('lampyris.selfcheck._sitting_child', run_name='__main__')\n"
     )

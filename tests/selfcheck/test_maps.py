@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.maps import colours, convert, csv_file, pgm
-from lampyris.maps.document import BLOCKED, FREE, UNKNOWN, MapDocument
-from lampyris.maps.load import load_map
-from lampyris.maps.save import COST_WRITERS, WRITERS
+from lampyris.io.maps import convert
+from lampyris.io.maps.formats import colours, pgm
+from lampyris.io.maps.formats import csv as csv_file
+from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, MapDocument
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.save import COST_WRITERS, WRITERS
 from lampyris.model.grid import Grid
 from lampyris.selfcheck import maps
 from lampyris.selfcheck._maps_closed import SORTS

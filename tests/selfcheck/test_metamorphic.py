@@ -13,7 +13,7 @@ import pytest
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.planners import _timed_session
+from lampyris.planning.spacetime import session as _timed_session
 from lampyris.selfcheck import _metamorphic_draw as draw
 from lampyris.selfcheck import _metamorphic_maps as maps
 from lampyris.selfcheck import _metamorphic_motion as motion

@@ -14,8 +14,8 @@ from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
-from lampyris.planners import _timed_session
-from lampyris.planners._timed_session import TimedSession
+from lampyris.planning.spacetime import session as _timed_session
+from lampyris.planning.spacetime.session import TimedSession
 from lampyris.selfcheck import _moving_cases, moving
 from lampyris.selfcheck.check import Ask, Outcome, Part
 from lampyris.selfcheck.twins.timed_twin import EIGHT, Body, arrivals, earliest, nearest2
@@ -146,8 +146,8 @@ def test_a_gap_is_that_of_the_motion() -> None:
     from lampyris.model.robot import Robot
     from lampyris.model.scene import Scene
     from lampyris.model.traffic import Recorded
-    from lampyris.motion.scheduled import divided
-    from lampyris.motion.tracks import tracks_from_recorded
+    from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
+    from lampyris.motion.timing.scheduled import divided
     from lampyris.selfcheck._moving_drive import least_gap
     from lampyris.selfcheck.twins.path_time_twin import least_gap as sampled
 

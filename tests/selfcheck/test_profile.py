@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.motion import blind as motion_blind
-from lampyris.motion import physical
 from lampyris.motion import profile as product
+from lampyris.motion.laws import physical
+from lampyris.motion.safety import blind_areas as motion_blind
 from lampyris.selfcheck import _profile_cases as cases
 from lampyris.selfcheck import runner
 from lampyris.selfcheck.check import Ask, Outcome

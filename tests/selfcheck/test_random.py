@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lampyris.model.plan import Plan, Status
-from lampyris.planners._session import GraphSession
+from lampyris.planning.graph.session import GraphSession
 from lampyris.selfcheck import _drawn_maps, _worlds
 from lampyris.selfcheck import random as check
 from lampyris.selfcheck._answers import exact, own
@@ -143,14 +143,14 @@ def test_an_optimum_that_is_not_one_is_seen(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_robot_taken_for_a_point_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lampyris.planners._session.free_space", lambda scene: ~scene.grid.blocked)
+    monkeypatch.setattr("lampyris.planning.graph.session.free_space", lambda scene: ~scene.grid.blocked)
     made = outcome("plain", 600)
     assert 0 < made.failed <= made.counts["robot with a size"]
 
 
 def test_ground_that_is_not_paid_for_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "lampyris.planners._session.path_of",
+        "lampyris.planning.graph.session.path_of",
         lambda cells, moves, terrain: replace(check_path_of(cells, moves, terrain), paid=63 * len(cells)),
     )
     from lampyris.model.path import path_of as check_path_of

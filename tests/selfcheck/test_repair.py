@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.field import repair as mending
-from lampyris.field.repair import Mender
-from lampyris.planners._incremental import IncrementalSession
-from lampyris.planners._incremental_search import Estimates, Waves
-from lampyris.planners._living import LivingMap
+from lampyris.planning.field import repair as mending
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.incremental.search import Estimates, Waves
+from lampyris.planning.incremental.session import IncrementalSession
+from lampyris.planning.living_map import LivingMap
 from lampyris.selfcheck import _repair_every, repair
 from lampyris.selfcheck.check import Ask, Outcome, Part
 

@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
-from lampyris import exclusive
-from lampyris.field.repair import Mender
+from lampyris._core import exclusive
 from lampyris.model.change import Change
-from lampyris.planners import registry
-from lampyris.planners._graph import Board
-from lampyris.planners._incremental import IncrementalSession
-from lampyris.planners._jps import PackedMap
-from lampyris.planners._living import LivingMap
-from lampyris.planners.ad_gso_session import AdGsoSession
-from lampyris.planners.swarm_memory import Memory
+from lampyris.planning import registry
+from lampyris.planning.adgso.session import AdGsoSession
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.graph.grid_graph import Board
+from lampyris.planning.graph.jps_search import PackedMap
+from lampyris.planning.incremental.session import IncrementalSession
+from lampyris.planning.living_map import LivingMap
+from lampyris.planning.swarm.session_memory import Memory
 from lampyris.selfcheck import reuse
 from lampyris.selfcheck.check import Ask, Outcome, Part
 

@@ -9,7 +9,7 @@ import pytest
 
 from lampyris.errors import UsageError
 from lampyris.model.plan import Plan, Status
-from lampyris.planners._session import GraphSession
+from lampyris.planning.graph.session import GraphSession
 from lampyris.selfcheck import scen as check
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.runner import Range, run

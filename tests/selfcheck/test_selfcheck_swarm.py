@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lampyris.model.plan import Plan, Status
-from lampyris.planners.swarm_session import Judge, SwarmSession
+from lampyris.planning.swarm.session import Judge, SwarmSession
 from lampyris.selfcheck import swarm
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.runner import Range, run
@@ -19,10 +19,12 @@ def outcome(kind: str, cases: int, first: int = 0) -> Outcome:
 
 
 def test_every_swarm_is_asked() -> None:
-    from lampyris.planners import registry
+    from lampyris.planning import registry
 
     drawing = {
-        n for n, row in registry.table().items() if row.traits.stochastic and not registry.origin_of(n)
+        n
+        for n, row in registry.list_planners().items()
+        if row.traits.stochastic and not registry.origin_of(n)
     }
     assert set(swarm.CHECK.kinds_for(Ask())) == drawing
 

@@ -9,7 +9,7 @@ import pytest
 
 from lampyris.errors import InternalFault, LampyrisError, LimitError
 from lampyris.model.trace import Trace
-from lampyris.planners import registry
+from lampyris.planning import registry
 from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck import runner, sim
 from lampyris.selfcheck.check import Ask, Outcome
@@ -17,8 +17,8 @@ from lampyris.selfcheck.sim import CHECK, faults_of
 from lampyris.selfcheck.twins.pace_twin import gains
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
-from lampyris.sim import loop
-from lampyris.sim.world import World
+from lampyris.sim.grid import loop
+from lampyris.sim.world.world import World
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:

@@ -13,8 +13,10 @@ from lampyris.selfcheck import _store_writers as several
 from lampyris.selfcheck import runner
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.store import CHECK
-from lampyris.study import repair, store, store_file, store_lock
-from lampyris.study.store_lock import Witness
+from lampyris.study.store import file as store_file
+from lampyris.study.store import lock as store_lock
+from lampyris.study.store import repair, store
+from lampyris.study.store.lock import Witness
 
 
 def ran(kind: str, cases: int, first: int = 0) -> Outcome:

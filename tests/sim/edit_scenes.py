@@ -6,7 +6,7 @@ import numpy as np
 from sim_planners import grid_of
 
 from lampyris import referee
-from lampyris.report.plain import trace_record
+from lampyris.report.data.serialize import trace_record
 from lampyris.selfcheck._sim_scenes import KINDS, drawn_scene
 from lampyris.selfcheck.twins.edit_twin import EditMonitor
 

@@ -12,7 +12,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Traits
+from lampyris.planning.base import Traits
 
 
 def found(cells, scene, **more):

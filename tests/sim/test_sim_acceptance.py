@@ -16,11 +16,11 @@ from sim_planners import Scripted, fail
 
 from lampyris import referee
 from lampyris.errors import SceneError
-from lampyris.maps import library
+from lampyris.io.maps import library
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.planners import registry
-from lampyris.sim.loop import run
+from lampyris.planning import registry
+from lampyris.sim.grid.loop import run
 
 MAPS = [f"env-{k}" for k in range(1, 7)]
 DENSITIES = (5, 10, 20, 40, 60)
@@ -44,7 +44,7 @@ def tracks(scene, count, ticks, repeats, seed):
 
 def patrols(scene, count, taken, rng):
     """Patrols between cells that the start is joined with, each from a cell of its own."""
-    from lampyris.field.solve import solve
+    from lampyris.planning.field.solve import solve
 
     joined = solve(~scene.grid.blocked, scene.moves, scene.start).exact > 0
     for x, y in taken | {scene.start, scene.goal}:

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from test_sim_crowd_motion import line
 
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.planners.dstar_lite import DStarLite
+from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.referee import check_drive
-from lampyris.sim.apart import Motions, beside_lanes
-from lampyris.sim.crowd_motion import CrowdMotion
-from lampyris.sim.drive import drive
-from lampyris.sim.going import Going, split
-from lampyris.sim.sources import Roster
-from lampyris.sim.space import Space
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.motion_sources import Roster
+from lampyris.sim.traffic.separation import Motions, beside_lanes
+from lampyris.sim.world.cell_index import Space
+from lampyris.sim.world.trajectory import Going, split
 
 
 def least_gap(tracks: list[Track], resolution: float, end: float, given: frozenset[int] = frozenset()):

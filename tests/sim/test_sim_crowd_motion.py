@@ -12,9 +12,9 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.sim.crowd_motion import CrowdMotion
-from lampyris.sim.going import Going, Route, Stretch, split
-from lampyris.sim.sources import Roster
+from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.motion_sources import Roster
+from lampyris.sim.world.trajectory import Going, Route, Stretch, split
 
 ROOM = grid_of(*["." * 12] * 12)
 
@@ -74,7 +74,7 @@ def test_far_from_the_robot_it_is_the_tick_model(seed):
     """Crossing obstacles step as the tick model's do, one cell a tick, whatever the period."""
     from sim_planners import Scripted, fail
 
-    from lampyris.sim.loop import run as run_ticks
+    from lampyris.sim.grid.loop import run as run_ticks
 
     track = Recorded(((0, 5), (0, 6), (1, 7)))
     scene = Scene(ROOM, (6, 0), (6, 11), traffic=(track,) if seed == 0 else (Crossing(1),))

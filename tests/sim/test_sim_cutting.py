@@ -12,9 +12,9 @@ from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.sim.cutting import Cutter, line_is_clear, square_distances
-from lampyris.sim.going import Going, Route, Stretch
-from lampyris.sim.sources import Opening, Roster, stream
+from lampyris.sim.traffic.adversary import Cutter, line_is_clear, square_distances
+from lampyris.sim.traffic.motion_sources import Opening, Roster, stream
+from lampyris.sim.world.trajectory import Going, Route, Stretch
 
 
 def opened(cutter, seed, blocked=None, robot=None):

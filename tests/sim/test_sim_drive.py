@@ -16,18 +16,18 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.motion.laws import LAWS
-from lampyris.planners.ad_gso import AdGso
-from lampyris.planners.astar import AStar
-from lampyris.planners.base import Budget
-from lampyris.planners.theta_star import ThetaStar
+from lampyris.motion.laws.registry import LAWS
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Budget
+from lampyris.planning.graph.astar import AStar
+from lampyris.planning.graph.theta_star import ThetaStar
 from lampyris.referee import check_curve, check_drive
 from lampyris.referee.drive import measure
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.drive import DriveSimulation, drive
-from lampyris.sim.drive_settings import MAX_PASSED
-from lampyris.sim.feed import Told
-from lampyris.sim.leg import closed_cells, comfort, curve_from
+from lampyris.sim.continuous.drive import DriveSimulation, drive
+from lampyris.sim.continuous.leg import closed_cells, comfort, curve_from
+from lampyris.sim.continuous.settings import MAX_PASSED
+from lampyris.sim.sensor import Told
+from lampyris.sim.traffic.adversary import Cutter
 
 ROOM = grid_of(*["." * 16] * 16)
 LANE = grid_of("." * 20)

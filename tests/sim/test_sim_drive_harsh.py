@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, RandomWalk, Recorded
-from lampyris.planners import registry
-from lampyris.planners.astar import AStar
+from lampyris.planning import registry
+from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
 from lampyris.selfcheck._sim_scenes import PROMISE, harsh_drive
 from lampyris.selfcheck.twins.use_files import GRIDS
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.drive import drive
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.traffic.adversary import Cutter
 
 
 def harsh_run(seed: int, near: float = 25.0, **fixed: object) -> Drive | None:

@@ -18,13 +18,13 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.planners import registry
+from lampyris.planning import registry
 from lampyris.selfcheck._sim_scenes import with_edits
 from lampyris.selfcheck.twins.edit_twin import EditMonitor
-from lampyris.sim import fast
-from lampyris.sim.editing import Walls
-from lampyris.sim.loop import run
-from lampyris.sim.space import Shape
+from lampyris.sim.grid import fast_simulation
+from lampyris.sim.grid.editing import Walls
+from lampyris.sim.grid.loop import run
+from lampyris.sim.world.cell_index import Shape
 
 
 def story(trace):
@@ -219,10 +219,10 @@ def test_drives_refuse_and_fast_runs_stand_back():
         lampyris.drive(scene)
     assert caught.value.code == "EDITS"
     planner = registry.make("ad-gso", {})
-    assert not fast.supported(scene, planner, "dissertation")
+    assert not fast_simulation.supported(scene, planner, "dissertation")
     bare = replace(scene, edits=())
-    assert fast.supported(bare, planner, "dissertation")
-    found = fast.run(scene, planner, law="dissertation", ticks=9, patience=100)
+    assert fast_simulation.supported(bare, planner, "dissertation")
+    found = fast_simulation.run(scene, planner, law="dissertation", ticks=9, patience=100)
     assert record(found) == record(run(scene, planner, law="dissertation", ticks=9, patience=100))
     assert lampyris.drive(bare)
 

@@ -16,15 +16,15 @@ from sim_planners import Breadth, grid_of
 
 from lampyris import referee
 from lampyris.errors import SceneError
-from lampyris.maps.scenario import Scenario
+from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol
-from lampyris.planners import registry
+from lampyris.planning import registry
 from lampyris.selfcheck._sim_scenes import KINDS, with_edits
 from lampyris.selfcheck.twins.edit_twin import EditMonitor, reach_of
-from lampyris.sim.loop import run
+from lampyris.sim.grid.loop import run
 
 # ---- exhaustively --------------------
 

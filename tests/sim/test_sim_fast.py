@@ -12,11 +12,11 @@ from lampyris import Crossing, RandomWalk, Scene, load_grid
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.trace import Outcome, Trace
-from lampyris.motion.dissertation import DissertationLaw
-from lampyris.planners import registry
-from lampyris.planners.ad_gso import AdGso
+from lampyris.motion.laws.dissertation import DissertationLaw
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.referee import check_trace
-from lampyris.sim import fast, loop
+from lampyris.sim.grid import fast_simulation, loop
 from reference.kernel_forms import use
 
 
@@ -64,8 +64,8 @@ def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
             continue
         scene = scene_of(name, moves, crowd, 7 * k + 1)
         planner, law = PLANNERS[k % len(PLANNERS)], LAWS[k % 2]
-        assert fast.supported(scene, planner, law)
-        runs = fast.FastRuns(scene, planner, law)
+        assert fast_simulation.supported(scene, planner, law)
+        runs = fast_simulation.FastRuns(scene, planner, law)
         for seed in (0, 1, 2):
             made = runs.run(seed)
             if made is None:
@@ -82,12 +82,12 @@ def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
 def test_what_is_remembered_of_earlier_runs_does_not_show(moves: str, planner: AdGso) -> None:
     """Jumps are looked up where no obstacle is near. Here many are, and soon every jump is known."""
     scene = scene_of("env-1", moves, RandomWalk(120), 5)
-    runs = fast.FastRuns(scene, planner)
+    runs = fast_simulation.FastRuns(scene, planner)
     made = [runs.run(seed) for seed in range(40)]
     again = [runs.run(seed) for seed in range(40)]
     compared = 0
     for seed, (a, b) in enumerate(zip(made, again, strict=True)):
-        fresh = fast.FastRuns(scene, planner).run(seed) if seed % 4 == 0 else a
+        fresh = fast_simulation.FastRuns(scene, planner).run(seed) if seed % 4 == 0 else a
         assert (a is None) == (b is None) == (fresh is None)
         if a is not None and b is not None and fresh is not None:
             assert (same(a, b), same(a, fresh)) == ("", ""), seed
@@ -106,7 +106,7 @@ def test_an_obstacle_on_a_cell_of_higher_luciferin_can_change_a_jump_where_corne
     i, j = [rng.choice(len(xs), 2, replace=False) for _ in range(3)][-1]
     ends = (int(xs[i]), int(ys[i])), (int(xs[j]), int(ys[j]))
     scene = Scene(grid, *ends, moves="octile", traffic=(RandomWalk(60),))
-    runs = fast.FastRuns(scene, AdGso(nt=3))
+    runs = fast_simulation.FastRuns(scene, AdGso(nt=3))
     made = [runs.run(seed) for seed in range(18)]
     for seed in (6, 17):
         story = made[seed]
@@ -119,7 +119,7 @@ def test_both_forms_tell_it(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of("rooms-20", "octile", RandomWalk(8), 3)
     known = loop.run(scene, AdGso(), seed=4, law="dissertation")
     use(monkeypatch, form)
-    made = fast.FastRuns(scene, AdGso()).run(4)
+    made = fast_simulation.FastRuns(scene, AdGso()).run(4)
     assert made is not None
     assert same(made, known) == ""
 
@@ -129,7 +129,9 @@ def test_limits_end_a_run_as_they_end_the_loop() -> None:
     for seed in range(12):
         scene = scene_of("rooms-20", "octile", RandomWalk(60), seed)
         for ticks, patience in ((5, None), (None, 0), (None, 3)):
-            made = fast.run(scene, AdGso(), seed=seed, ticks=ticks, patience=patience, law="dissertation")
+            made = fast_simulation.run(
+                scene, AdGso(), seed=seed, ticks=ticks, patience=patience, law="dissertation"
+            )
             known = loop.run(scene, AdGso(), seed=seed, ticks=ticks, patience=patience, law="dissertation")
             if known.path is None:
                 assert made.outcome is known.outcome
@@ -141,13 +143,13 @@ def test_limits_end_a_run_as_they_end_the_loop() -> None:
 
 def test_what_the_kernel_does_not_know_goes_to_the_loop() -> None:
     scene = scene_of("env-3", "octile", RandomWalk(10), 1)
-    assert fast.supported(scene, AdGso(), "dissertation")
+    assert fast_simulation.supported(scene, AdGso(), "dissertation")
     for planner in (
         AdGso(gates="replan"), AdGso(choice="roulette"), AdGso(iter_max=5), AdGso(crowding=1.0),
         registry.make("astar", {}),
     ):  # fmt: skip
-        assert not fast.supported(scene, planner, "dissertation")
-    assert not fast.supported(scene, AdGso(), "physical")
+        assert not fast_simulation.supported(scene, planner, "dissertation")
+    assert not fast_simulation.supported(scene, AdGso(), "physical")
     for other in (
         replace(scene, traffic=()),
         replace(scene, traffic=(Crossing(3),)),
@@ -157,6 +159,6 @@ def test_what_the_kernel_does_not_know_goes_to_the_loop() -> None:
         replace(scene, moves="sixteen"),
         replace(scene, goal=scene.start),
     ):
-        assert not fast.supported(other, AdGso(), "dissertation")
-    made = fast.run(replace(scene, traffic=(Crossing(3),)), AdGso(), seed=2, law="dissertation")
+        assert not fast_simulation.supported(other, AdGso(), "dissertation")
+    made = fast_simulation.run(replace(scene, traffic=(Crossing(3),)), AdGso(), seed=2, law="dissertation")
     assert same(made, loop.run(made.scene, AdGso(), seed=2, law="dissertation")) == ""

@@ -14,10 +14,10 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Patrol, RandomWalk
-from lampyris.planners.astar import AStar
+from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
-from lampyris.sim.drive import drive
-from lampyris.sim.feed import FAULTS, FaultyFeed, PerfectFeed, Told, Watch
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.sensor import FAULTS, FaultyFeed, PerfectFeed, Told, Watch
 
 FAR = (50.0, 50.0)
 

@@ -10,10 +10,10 @@ import pytest
 from lampyris import Robot, Scene, api
 from lampyris.cli.request import TrafficRequest
 from lampyris.errors import LampyrisError
-from lampyris.maps.load import load_map
+from lampyris.io.maps.load import load_map
 from lampyris.model.drive import Drive
 from lampyris.model.trace import Outcome
-from lampyris.sim import foresight
+from lampyris.sim.continuous import lookahead
 
 
 def driven(seed: int) -> Drive:
@@ -28,7 +28,7 @@ def driven(seed: int) -> Drive:
 
 @pytest.mark.parametrize("seed", [0, 2, 4])
 def test_an_end_beside_a_stop_is_no_bar(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    true, refused, beside = foresight.through_tracks, [], 0
+    true, refused, beside = lookahead.through_tracks, [], 0
 
     def watched(course: Any, cap: Any, *rest: Any, **more: Any) -> Any:
         nonlocal beside
@@ -39,7 +39,7 @@ def test_an_end_beside_a_stop_is_no_bar(seed: int, monkeypatch: pytest.MonkeyPat
             refused.append(str(fault))
             raise
 
-    monkeypatch.setattr(foresight, "through_tracks", watched)
+    monkeypatch.setattr(lookahead, "through_tracks", watched)
     assert driven(seed).outcome is Outcome.ARRIVED
     assert beside > 0
     assert not [told for told in refused if "for the cause limit" in told]

@@ -10,8 +10,8 @@ import pytest
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.sim.feed import Told
-from lampyris.sim.leg import closed_cells, covered_cells
+from lampyris.sim.continuous.leg import closed_cells, covered_cells
+from lampyris.sim.sensor import Told
 
 HUGE = 1e9
 """What a message may say at most, of a place and of a radius."""

@@ -14,7 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.selfcheck.twins.sim_monitor import Monitor
-from lampyris.sim.loop import Simulation, run
+from lampyris.sim.grid.loop import Simulation, run
 
 ROOM = grid_of("......", "......", "......", "......")
 LANE = grid_of("......")

@@ -13,10 +13,10 @@ from lampyris.errors import LampyrisError, SceneError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk
-from lampyris.sim.mobility import MOBILITIES, crowd, patrols
-from lampyris.sim.space import Space, robot_shape
-from lampyris.sim.traffic import open_traffic
-from lampyris.sim.world import World
+from lampyris.sim.traffic.mobility import MOBILITIES, crowd, patrols
+from lampyris.sim.traffic.traffic import open_traffic
+from lampyris.sim.world.cell_index import Space, robot_shape
+from lampyris.sim.world.world import World
 
 GRID = load_grid("env-1")
 SCENE = Scene(GRID, (1, 1), (48, 48))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lampyris.sim.notes import Notes
+from lampyris.sim.world.notes import Notes
 
 
 def test_the_latest_about_each_setting_is_kept_in_order() -> None:

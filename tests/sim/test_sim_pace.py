@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from sim_planners import Breadth, Scripted, drive, grid_of, row
 
-from lampyris.maps import library
+from lampyris.io.maps import library
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Recorded
-from lampyris.motion import laws
-from lampyris.planners import registry
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
 from lampyris.selfcheck.twins.sim_monitor import Monitor
-from lampyris.sim.loop import run
+from lampyris.sim.grid.loop import run
 
 
 @pytest.mark.parametrize("law", ["physical", "dissertation"])

@@ -8,22 +8,23 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SceneError
-from lampyris.kernels.simulate import rank
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
+from lampyris.kernels.adgso.simulate import rank
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
-from lampyris.planners.dstar_lite import DStarLite
-from lampyris.sim import draws, loop
-from lampyris.sim.crowd_motion import CrowdMotion
-from lampyris.sim.mobility import MOBILITIES, crowd
-from lampyris.sim.sources import Roster
-from lampyris.sim.space import Space, robot_shape
-from lampyris.sim.traffic import open_traffic
-from lampyris.sim.world import World
+from lampyris.planning.incremental.dstar_lite import DStarLite
+from lampyris.sim.grid import loop
+from lampyris.sim.traffic import obstacle_draws
+from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.mobility import MOBILITIES, crowd
+from lampyris.sim.traffic.motion_sources import Roster
+from lampyris.sim.traffic.traffic import open_traffic
+from lampyris.sim.world.cell_index import Space, robot_shape
+from lampyris.sim.world.world import World
 
 
 def starts(scene: Scene, seed: int) -> list[tuple[str, tuple[int, int]]]:
@@ -184,8 +185,8 @@ def test_their_tracks_stay_the_same_too() -> None:
 
 def test_draws_are_uniform_and_independent_of_each_other() -> None:
     own, count = np.arange(200, dtype=np.int64)[:, None], np.arange(500, dtype=np.int64)[None, :]
-    for what in (draws.PLACE, draws.STEPS, draws.APPEAR, draws.ROUTE):
-        u = draws.uniforms(draws.key_of(3, draws.WALKERS, 0), what, own, count)
+    for what in (obstacle_draws.PLACE, obstacle_draws.STEPS, obstacle_draws.APPEAR, obstacle_draws.ROUTE):
+        u = obstacle_draws.uniforms(obstacle_draws.key_of(3, obstacle_draws.WALKERS, 0), what, own, count)
         assert u.shape == (200, 500)
         assert 0.0 <= u.min() < u.max() < 1.0
         assert len(np.unique(u)) == u.size
@@ -193,16 +194,16 @@ def test_draws_are_uniform_and_independent_of_each_other() -> None:
         assert ((hits - u.size / 64) ** 2 / (u.size / 64)).sum() < 110.0  # chi square of 63: 0.02 % beyond
         assert abs(np.corrcoef(u[:-1].ravel(), u[1:].ravel())[0, 1]) < 0.015
         assert abs(np.corrcoef(u[:, :-1].ravel(), u[:, 1:].ravel())[0, 1]) < 0.015
-    keys = {draws.key_of(s, kind, n) for s in range(50) for kind in (1, 2, 3) for n in range(4)}
+    keys = {obstacle_draws.key_of(s, kind, n) for s in range(50) for kind in (1, 2, 3) for n in range(4)}
     assert len(keys) == 600
 
 
 def test_the_first_of_some_cells_is_any_of_them_with_equal_chance() -> None:
     cells = np.array([3, 17, 18, 19, 400, 2501], dtype=np.int64)
-    u = draws.uniforms(1, draws.PLACE, np.array([0]), np.arange(6000))
+    u = obstacle_draws.uniforms(1, obstacle_draws.PLACE, np.array([0]), np.arange(6000))
     hits = {int(c): 0 for c in cells}
     for one in u.tolist():
-        hits[draws.first_of(cells, one)] += 1
+        hits[obstacle_draws.first_of(cells, one)] += 1
     assert min(hits.values()) > 850
     assert max(hits.values()) < 1150
 
@@ -210,5 +211,5 @@ def test_the_first_of_some_cells_is_any_of_them_with_equal_chance() -> None:
 def test_the_kernels_ranks_are_the_same() -> None:
     cells = np.array([0, 1, 7, 2047, 99_999_999], dtype=np.int64)
     for draw in (0.0, 0.3, 0.999999):
-        wanted = draws.ranks(cells, draw).tolist()
+        wanted = obstacle_draws.ranks(cells, draw).tolist()
         assert [rank.plain(c, int(draw * 2147483648.0)) for c in cells.tolist()] == wanted

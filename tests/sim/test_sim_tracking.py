@@ -9,15 +9,15 @@ import pytest
 from sim_planners import grid_of
 from test_sim_drive import random_run
 
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.drive import AT_GOAL
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import RandomWalk
-from lampyris.planners.astar import AStar
+from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
-from lampyris.sim.drive import DriveSimulation, drive
+from lampyris.sim.continuous.drive import DriveSimulation, drive
 
 ROOM = grid_of(*["." * 30] * 12)
 SCENE = Scene(ROOM, (1, 2), (28, 9), robot=Robot(radius=0.3, v_max=1.0, a_max=0.6, d_max=1.0))

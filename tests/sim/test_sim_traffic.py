@@ -15,8 +15,8 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.selfcheck.twins.sim_monitor import Monitor, disc
-from lampyris.sim.loop import run
-from lampyris.sim.space import footprint
+from lampyris.sim.grid.loop import run
+from lampyris.sim.world.cell_index import footprint
 
 OPEN = Grid(np.zeros((12, 12), dtype=bool))
 

@@ -12,10 +12,10 @@ from one_samples import (
     results_of,
 )  # fmt: skip
 
-from lampyris.study import drive_evidence, evidence
-from lampyris.study.design import Crowd, Study
-from lampyris.study.judge import Judge
-from lampyris.study.row import Row
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Study
+from lampyris.study.execution import drive_evidence, evidence
+from lampyris.study.execution.verify import Judge
 
 FORMS = {
     "plan": evidence._PLAN, "profile": evidence._PROFILE, "simulate": evidence._TRACE,

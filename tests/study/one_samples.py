@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
-from lampyris.motion import laws
-from lampyris.planners import registry
-from lampyris.study.design import Crowd, Ground, Job, Study, Who, World, canonical
-from lampyris.study.ground import pack
-from lampyris.study.judge import Judge
-from lampyris.study.one import work
-from lampyris.study.row import Row
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World, canonical
+from lampyris.study.design.study_map import pack
+from lampyris.study.execution.verify import Judge
+from lampyris.study.execution.worker import work
 from lampyris.typing import Cell
 
 ROBOT: Mapping[str, Any] = {

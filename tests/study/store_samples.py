@@ -8,17 +8,8 @@ import sys
 import textwrap
 from pathlib import Path
 
-from lampyris.selfcheck._stores import (  # noqa: F401  tests take them from here
-    BESIDE,
-    bytes_of,
-    filled,
-    left_open,
-    put,
-    row,
-    rows,
-    study,
-)
-from lampyris.study.store import Store  # noqa: F401  for the words given to another process
+from lampyris.selfcheck._stores import BESIDE, bytes_of, filled, left_open, put, row, rows, study  # noqa: F401  tests import them from here
+from lampyris.study.store.store import Store  # noqa: F401  for the words given to another process
 
 HERE = Path(__file__).parent
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
-from lampyris.study.design import Crowd, Ground, Job, Study, Who, World, canonical
-from lampyris.study.row import Row
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World, canonical
 
 TROUBLE = "STUDY_HANDS_TROUBLE"
 """Names a folder in which a worker that is to die counts its deaths."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from lampyris.model.grid import Grid
-from lampyris.study.design import Crowd, Ground, Job, Study, Who, World
-from lampyris.study.row import Ending, Row
-from lampyris.study.runs import Runs, runs_of
+from lampyris.study.analysis.runs import Runs, runs_of
+from lampyris.study.design.row import Ending, Row
+from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World
 
 Made = tuple[Ending, Mapping[str, Any]]
 

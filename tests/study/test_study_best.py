@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from summary_samples import metrics, study
 
-from lampyris.study import compare
-from lampyris.study.best import FEWEST, Best, best
-from lampyris.study.design import Crowd
-from lampyris.study.runs import Runs, runs_of
-from lampyris.study.summary import per_unit
+from lampyris.study.analysis import compare
+from lampyris.study.analysis.best import FEWEST, Best, best
+from lampyris.study.analysis.runs import Runs, runs_of
+from lampyris.study.analysis.summary import per_unit
+from lampyris.study.design.study import Crowd
 
 
 def runs(make: Callable[[int, int], dict[str, Any]], seeds: int, planners: str = "abc") -> Runs:

@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 from lampyris.errors import SettingError
-from lampyris.study import compare
+from lampyris.study.analysis import compare
 
 # Demsar, JMLR 7 (2006), Table 6: AUC of four classifiers on 14 data sets. One pair is printed as 0.975 twice
 # and ranked 2 and 3: the digits that told them apart are not in the table.

@@ -21,11 +21,11 @@ import study_hands as hands
 
 import lampyris
 from lampyris.errors import UsageError
-from lampyris.study import cluster as clustering
-from lampyris.study.design import RESULTS, Study
-from lampyris.study.file import load_study
-from lampyris.study.run import run
-from lampyris.study.where import Where
+from lampyris.study.design.study import RESULTS, Study
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution import cluster as clustering
+from lampyris.study.execution.execution import Where
+from lampyris.study.execution.run import run
 
 HERE = Path(__file__).resolve().parent
 needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
@@ -53,9 +53,9 @@ SCRIPT = """
 import json, os, signal, sys
 from lampyris.errors import LampyrisError
 from lampyris.study import cluster
-from lampyris.study.file import load_study
-from lampyris.study.run import run
-from lampyris.study.where import Where
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution.run import run
+from lampyris.study.execution.execution import Where
 import study_hands as hands
 asked = json.loads(sys.argv[1])
 cluster.ANSWERS_IN = asked.get("answers_in", 10.0)

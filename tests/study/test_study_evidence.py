@@ -16,7 +16,7 @@ from one_samples import (
 )  # fmt: skip
 
 from lampyris.errors import FileError, LimitError
-from lampyris.study import evidence
+from lampyris.study.execution import evidence
 
 
 def test_blocks_are_not_unpacked_beyond_what_they_say() -> None:

@@ -15,11 +15,11 @@ import pytest
 from store_samples import names, rows, study
 
 from lampyris.errors import LampyrisError, UsageError
-from lampyris.report.tab import Tab
-from lampyris.study import export
-from lampyris.study.export import latex, write_csv, write_latex, write_parquet
-from lampyris.study.row import Row
-from lampyris.study.table import Table, table_of
+from lampyris.report.html.table import Tab
+from lampyris.study.analysis import export
+from lampyris.study.analysis.export import latex, write_csv, write_latex, write_parquet
+from lampyris.study.analysis.table import Table, table_of
+from lampyris.study.design.row import Row
 
 HARD = [
     "",

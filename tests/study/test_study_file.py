@@ -14,18 +14,18 @@ from study_mistakes import ALL, HEAD, MAPS, MISTAKES, WHO
 
 import lampyris
 from lampyris.errors import LampyrisError
-from lampyris.maps import library
-from lampyris.maps.json_text import JsonDocument
-from lampyris.maps.map_hash import map_hash
-from lampyris.maps.scenario_maps import Files
-from lampyris.maps.scenario_save import json_of, yaml_of
-from lampyris.maps.yaml_text import read_yaml
-from lampyris.motion import laws
-from lampyris.planners import registry
-from lampyris.sim.drive_settings import Settings
-from lampyris.study.design import Crowd, Study, canonical
-from lampyris.study.file import json_schema, load_study
-from lampyris.study.worlds import spread
+from lampyris.io.maps import library
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.scenario.map_source import Files
+from lampyris.io.scenario.save import json_of, yaml_of
+from lampyris.io.text.strict_json import JsonDocument
+from lampyris.io.text.strict_yaml import read_yaml
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
+from lampyris.sim.continuous.settings import Settings
+from lampyris.study.design.study import Crowd, Study, canonical
+from lampyris.study.design.study_file import json_schema, load_study
+from lampyris.study.design.worlds import spread
 
 ROOT = Path(__file__).resolve().parents[2]
 GUIDE = {"version": 1, "maps": ["guide"], "planners": ["astar"]}
@@ -297,7 +297,7 @@ def test_every_pair_is_drawn_about_as_often() -> None:
 def test_more_queries_than_a_map_has_are_refused_before_one_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two million draws were made before that; 32 pairs on this map, and none 7 cells apart in one room."""
     rows = "{rows: ['......#..'], name: r, queries: {random: %s}}"
-    monkeypatch.setattr("lampyris.study.worlds.np.random.Generator", None)
+    monkeypatch.setattr("lampyris.study.design.worlds.np.random.Generator", None)
     for asked, there in (("33", 32), ("100000", 32), ("1, least: 7", 0), ("31, least: 5", 30)):
         fault = refused(MAPS + "[" + rows % asked + "]")[0]
         assert fault.code == "QUERIES"
@@ -395,12 +395,12 @@ def test_limits_hold_before_anything_is_made(monkeypatch: pytest.MonkeyPatch) ->
     grid = ", ".join(f"key{k}: {list(range(1, 11))}" for k in range(10))
     with monkeypatch.context() as unfolding:
         unfolding.setattr(
-            "lampyris.study.who.product", lambda *given: pytest.fail("unfolded") if given else [()]
+            "lampyris.study.design.config.product", lambda *given: pytest.fail("unfolded") if given else [()]
         )
         error, _ = refused(WHO + f"[{{name: pso, grid: {{{grid}}}}}]")
     assert (error.code, error.what) == ("LIMIT", "10,000,000,000 planners")
     with monkeypatch.context() as reading:
-        reading.delattr("lampyris.maps.scenario_maps.Files.map_of")
+        reading.delattr("lampyris.io.scenario.map_source.Files.map_of")
         many = MAPS + "[{recipe: maze, size: [4000, 4000], queries: {random: 100000}}]\nseeds: 101"
         assert refused(many)[0].exit_code == 5
     error, _ = refused(
@@ -412,12 +412,12 @@ def test_limits_hold_before_anything_is_made(monkeypatch: pytest.MonkeyPatch) ->
         + "}}]"
     )
     assert (error.code, error.what) == ("LIMIT", "10,989 crowds")
-    monkeypatch.setattr("lampyris.study.worlds.MAX_ALL_CELLS", 2600)
+    monkeypatch.setattr("lampyris.study.design.worlds.MAX_ALL_CELLS", 2600)
     load(MAPS + "[guide, env-1]")
     error, _ = refused(MAPS + "[guide, env-1, env-2]")
     assert (error.code, error.what, error.exit_code) == ("LIMIT", "5,100 cells up to this map", 5)
     assert refused(MAPS + "[env-1]", max_cells=2499)[0].code == "MAP_TOO_LARGE"
-    monkeypatch.setattr("lampyris.study.worlds.MAX_WORLDS", 4)
+    monkeypatch.setattr("lampyris.study.design.worlds.MAX_WORLDS", 4)
     load(MAPS + "[guide]")
     assert refused(MAPS + "[env-1]")[0].what == "too many queries"
 

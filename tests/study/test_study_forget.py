@@ -8,10 +8,10 @@ import pytest
 import store_samples as samples
 
 from lampyris.errors import FileError, UsageError
-from lampyris.study import forget as forgetting
-from lampyris.study.forget import forget
-from lampyris.study.row import ENDINGS, Row
-from lampyris.study.store import Store
+from lampyris.study.design.row import ENDINGS, Row
+from lampyris.study.store import forget as forgetting
+from lampyris.study.store.forget import forget
+from lampyris.study.store.store import Store
 
 
 def stored(path: Path) -> dict[str, Row]:
@@ -63,7 +63,7 @@ def test_an_interruption_changes_nothing(tmp_path: Path, monkeypatch: pytest.Mon
     def interrupted(*given: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("lampyris.study.store_new.os.replace", interrupted)
+    monkeypatch.setattr("lampyris.study.store.new_store.os.replace", interrupted)
     with pytest.raises(KeyboardInterrupt):
         forget(path, ("failed",))
     monkeypatch.undo()

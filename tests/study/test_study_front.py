@@ -9,7 +9,7 @@ import pytest
 
 import lampyris
 from lampyris.errors import FileError, SettingError
-from lampyris.study.where import Progress
+from lampyris.study.execution.execution import Progress
 
 TEXT = """\
 version: 1

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from lampyris.errors import LampyrisError
-from lampyris.maps import library
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps import library
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.selfcheck.twins.watching import memory
-from lampyris.study.ground import pack, unpack
+from lampyris.study.design.study_map import pack, unpack
 
 
 def grids(seed: int, many: int) -> list[Grid]:

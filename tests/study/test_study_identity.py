@@ -16,11 +16,11 @@ from pathlib import Path
 import pytest
 
 from lampyris.selfcheck import _small_studies as study_small
-from lampyris.study.design import Study
-from lampyris.study.row import Row
-from lampyris.study.run import run
-from lampyris.study.store import Store
-from lampyris.study.where import Progress, Where
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Study
+from lampyris.study.execution.execution import Progress, Where
+from lampyris.study.execution.run import run
+from lampyris.study.store.store import Store
 
 KINDS = tuple(study_small.TEXTS)
 

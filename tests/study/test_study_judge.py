@@ -19,10 +19,10 @@ import lampyris
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.planners import registry
-from lampyris.report.measure import METRICS
-from lampyris.study.design import Crowd
-from lampyris.study.one import Ran, run_job
+from lampyris.planning import registry
+from lampyris.report.data.measures import METRICS
+from lampyris.study.design.study import Crowd
+from lampyris.study.execution.worker import Ran, run_job
 
 
 @pytest.mark.parametrize("kind", ["plan", "simulate"])

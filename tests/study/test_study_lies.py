@@ -22,10 +22,10 @@ from lampyris.model.grid import Grid
 from lampyris.model.path import path_of
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.study import evidence
-from lampyris.study.design import Crowd
-from lampyris.study.one import run_job
-from lampyris.study.site import world_of
+from lampyris.study.design.study import Crowd
+from lampyris.study.execution import evidence
+from lampyris.study.execution.site import world_of
+from lampyris.study.execution.worker import run_job
 
 
 def test_lies_about_what_a_result_is() -> None:

@@ -19,13 +19,14 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.planners import registry
-from lampyris.planners.base import Budget, Traits
-from lampyris.sim import loop
-from lampyris.sim.mobility import crowd
-from lampyris.study import one, site
-from lampyris.study.design import Crowd, Study, Who, canonical
-from lampyris.study.one import run_job, work
+from lampyris.planning import registry
+from lampyris.planning.base import Budget, Traits
+from lampyris.sim.grid import loop
+from lampyris.sim.traffic.mobility import crowd
+from lampyris.study.design.study import Crowd, Study, Who, canonical
+from lampyris.study.execution import site
+from lampyris.study.execution import worker as one
+from lampyris.study.execution.worker import run_job, work
 
 LIVE = Crowd("random-walk", 6, tracks="live")
 

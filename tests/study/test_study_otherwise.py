@@ -15,18 +15,18 @@ from one_samples import planner, results_of, study_of
 import lampyris
 from lampyris.cli import study_show
 from lampyris.model.grid import Grid
-from lampyris.study.design import Crowd, Study
-from lampyris.study.export import write_csv
+from lampyris.study.analysis.export import write_csv
+from lampyris.study.analysis.runs import runs_of
+from lampyris.study.analysis.summary import summarise
+from lampyris.study.analysis.summary_tables import tabs
+from lampyris.study.analysis.table import table_of
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Study
+from lampyris.study.execution.verify import Judge
 from lampyris.study.front import run_study
-from lampyris.study.judge import Judge
 from lampyris.study.otherwise import remark
-from lampyris.study.page import page_of
-from lampyris.study.row import Row
-from lampyris.study.runs import runs_of
-from lampyris.study.store import Store
-from lampyris.study.summary import summarise
-from lampyris.study.summary_tabs import tabs
-from lampyris.study.table import table_of
+from lampyris.study.page.page import page_of
+from lampyris.study.store.store import Store
 
 NOTE = "keep_away 3 was weakened to 0 cells: no path to the goal keeps more"
 

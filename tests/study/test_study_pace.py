@@ -16,12 +16,12 @@ sys.path.insert(0, str(Path(__file__).parent))
 import study_hands as hands
 from summary_samples import study
 
-from lampyris.study import run as running
-from lampyris.study.batches import entrants
-from lampyris.study.design import Ground, Job, Study, Who
-from lampyris.study.pace import Pace
-from lampyris.study.row import Row
-from lampyris.study.where import Where
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Ground, Job, Study, Who
+from lampyris.study.execution import run as running
+from lampyris.study.execution.batches import entrants
+from lampyris.study.execution.eta import Pace
+from lampyris.study.execution.execution import Where
 
 
 def test_the_seconds_left_are_those_of_the_last_stretch() -> None:

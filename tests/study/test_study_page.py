@@ -11,14 +11,14 @@ import pytest
 from summary_samples import by_chance, metrics, rows, study
 
 from lampyris.errors import FileError, UsageError
-from lampyris.study.design import Crowd, Study, Who
-from lampyris.study.file import load_study
-from lampyris.study.one import run_job
-from lampyris.study.page import key_of, page_of, write_page
-from lampyris.study.page_films import choose
-from lampyris.study.runs import runs_of
-from lampyris.study.summary import summarise
-from lampyris.study.table import table_of
+from lampyris.study.analysis.runs import runs_of
+from lampyris.study.analysis.summary import summarise
+from lampyris.study.analysis.table import table_of
+from lampyris.study.design.study import Crowd, Study, Who
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution.worker import run_job
+from lampyris.study.page.films import choose
+from lampyris.study.page.page import key_of, page_of, write_page
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from html_reader import Reader, read

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from lampyris.errors import LampyrisError
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
-from lampyris.study.design import Crowd, Ground, Study, Who, World
-from lampyris.study.plain import differing, study_of, study_plain
+from lampyris.study.design.serialize import differing, study_of, study_plain
+from lampyris.study.design.study import Crowd, Ground, Study, Who, World
 
 
 def ground(name: str, seed: int, resolution: float = 1.0) -> Ground:

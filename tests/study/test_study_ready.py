@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from lampyris.errors import LampyrisError
-from lampyris.maps.save import save_map
+from lampyris.io.maps.save import save_map
 from lampyris.model.grid import Grid
-from lampyris.planners import registry
-from lampyris.study import ready
-from lampyris.study.design import Study
-from lampyris.study.file import load_study
-from lampyris.study.row import Row
-from lampyris.study.run import run
-from lampyris.study.runs import runs_of
-from lampyris.study.summary import summarise
-from lampyris.study.summary_tabs import START, tabs
+from lampyris.planning import registry
+from lampyris.study.analysis.runs import runs_of
+from lampyris.study.analysis.summary import summarise
+from lampyris.study.analysis.summary_tables import START, tabs
+from lampyris.study.design import bundled
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Study
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution.run import run
 
 SIZES = {"density": 3024, "dissertation": 4500, "laws": 1080, "movingai": 2000, "sensitivity": 6300}
 SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")
@@ -46,22 +46,22 @@ def loaded(name: str, bench: Path) -> Study:
 
 
 def test_these_are_ready() -> None:
-    assert ready.names() == tuple(sorted(SIZES))
+    assert bundled.names() == tuple(sorted(SIZES))
     with pytest.raises(LampyrisError, match=r"^error\[FILE_MISSING\].*did you mean laws\?"):
-        ready.text("law")
+        bundled.text("law")
 
 
-@pytest.mark.parametrize("name", ready.names())
+@pytest.mark.parametrize("name", bundled.names())
 def test_each_is_as_large_as_it_says_and_explains_itself(name: str, bench: Path) -> None:
     study = loaded(name, bench)
     assert study.name == name
     assert len(study) == SIZES[name]
-    assert study.about == ready.about(name)
+    assert study.about == bundled.about(name)
     assert study.about.count("?") >= 1
     said = {"movingai": "1,000 plans", "line-up": "900 simulations"}.get(name, f"{len(study):,} ")
     assert said in study.about
     assert re.search(r"about \d+ (second|minute)s of one core", study.about), "what it costs"
-    assert ready.text(name).startswith("# "), "comments for people"
+    assert bundled.text(name).startswith("# "), "comments for people"
     assert study.seconds is None, "reproducible"
 
 
@@ -101,7 +101,7 @@ def test_data_are_needed_where_files_are_named(bench: Path) -> None:
     assert len({w.start for w in study.worlds}) == 100
 
 
-@pytest.mark.parametrize("name", ready.names())
+@pytest.mark.parametrize("name", bundled.names())
 def test_runs_of_each_come_to_rows(name: str, bench: Path) -> None:
     """One query, one seed, the smallest crowd, and the planners that are quick."""
     study = loaded(name, bench)

@@ -19,14 +19,14 @@ import pytest
 import study_hands as hands
 
 from lampyris.errors import LampyrisError, SettingError, UsageError
-from lampyris.study import batches as batching
-from lampyris.study import run as running
-from lampyris.study.batches import Batch, Batches, Letters, shuffled
-from lampyris.study.design import Crowd, Ground, Job, Study, Who, canonical
-from lampyris.study.pool import Processes
-from lampyris.study.row import Row
-from lampyris.study.run import results_of, run
-from lampyris.study.where import Finished, Progress, Where
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, canonical
+from lampyris.study.execution import batches as batching
+from lampyris.study.execution import run as running
+from lampyris.study.execution.batches import Batch, Batches, Letters, shuffled
+from lampyris.study.execution.execution import Finished, Progress, Where
+from lampyris.study.execution.pool import Processes
+from lampyris.study.execution.run import results_of, run
 
 HERE = Path(__file__).resolve().parent
 
@@ -44,7 +44,7 @@ def ran(study: Study, work: Any = hands.work, **more: Any) -> tuple[dict[str, Ro
 @pytest.fixture
 def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder where workers of all processes count."""
-    monkeypatch.setattr("lampyris.study.pool._warm", [])  # those know another environment
+    monkeypatch.setattr("lampyris.study.execution.pool._warm", [])  # those know another environment
     monkeypatch.setenv(hands.TROUBLE, str(tmp_path))
     return tmp_path
 
@@ -270,8 +270,8 @@ def test_a_small_study_without_one_usable_answer_has_its_rows() -> None:
 
 
 def test_processes_that_cannot_start_are_a_typed_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lampyris.study.pool._warm", [])
-    monkeypatch.setattr("lampyris.study.pool.begin", hands.dies_at_once)
+    monkeypatch.setattr("lampyris.study.execution.pool._warm", [])
+    monkeypatch.setattr("lampyris.study.execution.pool.begin", hands.dies_at_once)
     with pytest.raises(LampyrisError) as caught:
         run(hands.study_of(), list, where=Where(2), _work=hands.work, _judge=hands.Judge())
     assert caught.value.code == "WORKER_START"
@@ -317,7 +317,7 @@ def test_results_are_found_by_key_and_no_more_than_were_asked() -> None:
 def test_processes_that_are_stopped_right_after_they_were_asked_end_quietly(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("lampyris.study.pool._warm", [])
+    monkeypatch.setattr("lampyris.study.execution.pool._warm", [])
     study = hands.study_of(10)
     letters = Letters(study.grounds, False)
     before = set(threading.enumerate())
@@ -397,8 +397,8 @@ def test_an_address_that_is_none_is_refused() -> None:
 
 SCRIPT = """
 import json, signal, sys
-from lampyris.study.run import run
-from lampyris.study.where import Where
+from lampyris.study.execution.run import run
+from lampyris.study.execution.execution import Where
 import study_hands as hands
 # A suite in the background hands down that it is ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -485,7 +485,7 @@ def test_ctrl_c_in_a_function_that_c_calls_comes_after_the_answer(monkeypatch: p
     import ctypes
     import signal
 
-    from lampyris.study.run import _Calm
+    from lampyris.study.execution.run import _Calm
 
     monkeypatch.setattr("sys.unraisablehook", lambda lost: None)
     went_on: list[bool] = []

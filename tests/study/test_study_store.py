@@ -14,11 +14,11 @@ import pytest
 from store_samples import bytes_of, child, filled, names, rows, study
 
 from lampyris.errors import BusyError, InternalFault, LampyrisError, UsageError
-from lampyris.study.design import Crowd, Study, Who
-from lampyris.study.plain import study_plain
-from lampyris.study.row import Row
-from lampyris.study.store import Store, open_for
-from lampyris.study.store_lock import Hold, Witness, witness_of
+from lampyris.study.design.row import Row
+from lampyris.study.design.serialize import study_plain
+from lampyris.study.design.study import Crowd, Study, Who
+from lampyris.study.store.lock import Hold, Witness, witness_of
+from lampyris.study.store.store import Store, open_for
 
 
 def read_all(path: Path, *, writable: bool) -> None:
@@ -69,7 +69,7 @@ def test_the_study_needs_no_other_file_and_the_bytes_know_no_clock(tmp_path: Pat
         filled(tmp_path / name, of)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     out = child(
-        "from lampyris.study.store import Store\n"
+        "from lampyris.study.store.store import Store\n"
         "study = Store.open(sys.argv[1], writable=False).study()\n"
         "print(study.worlds[1].ground.grid.blocked.sum(), len(study))",
         tmp_path / "a",
@@ -194,7 +194,7 @@ def test_a_store_of_another_release_is_refused_for_writing_by_version(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     filled(tmp_path / "a", study())
-    monkeypatch.setattr("lampyris.study.plain.__version__", "99.0")
+    monkeypatch.setattr("lampyris.study.design.serialize.__version__", "99.0")
     with pytest.raises(LampyrisError, match=r"STORE_OTHER.*version"):
         open_for(tmp_path / "a", study())
     with Store.open(tmp_path / "a", writable=False) as store:
@@ -448,7 +448,9 @@ def test_a_store_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(LampyrisError, match=r"STORE_WRITE.*no such folder"):
         Store.create(tmp_path / "no" / "a", study())
     with monkeypatch.context() as patch:
-        patch.setattr("lampyris.study.store_new.os.replace", _raise(OSError(28, "No space left on device")))
+        patch.setattr(
+            "lampyris.study.store.new_store.os.replace", _raise(OSError(28, "No space left on device"))
+        )
         with pytest.raises(LampyrisError, match=r"STORE_WRITE.*No space left"):
             Store.create(path, study())
     assert names(tmp_path) == []

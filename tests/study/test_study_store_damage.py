@@ -15,12 +15,13 @@ import pytest
 from store_samples import bytes_of, filled, left_open, names, put, rows, study
 
 from lampyris.errors import LampyrisError
-from lampyris.study import repair as mending
-from lampyris.study import store_lock, store_new
-from lampyris.study.carve import carved
-from lampyris.study.row import Row
-from lampyris.study.store import Repaired, Store, open_for, repair
-from lampyris.study.store_file import PAGE
+from lampyris.study.design.row import Row
+from lampyris.study.store import lock as store_lock
+from lampyris.study.store import new_store
+from lampyris.study.store import repair as mending
+from lampyris.study.store.carve import carved
+from lampyris.study.store.file import PAGE
+from lampyris.study.store.store import Repaired, Store, open_for, repair
 
 CODES = {"STORE_DAMAGED", "STORE_FORMAT", "STORE_VERSION", "STUDY_PLAIN", "STUDY_MAP", "PACKED_MAP"}
 FRAME = PAGE + 24
@@ -348,14 +349,14 @@ def test_a_repair_that_is_killed_loses_nothing(
     class Killed(BaseException):
         pass
 
-    counted("lampyris.study.repair._set_aside", mending._set_aside)
-    counted("lampyris.study.store_new.os.replace", os.replace)
+    counted("lampyris.study.store.repair._set_aside", mending._set_aside)
+    counted("lampyris.study.store.new_store.os.replace", os.replace)
     counted(
-        "lampyris.study.store_new.sync_folder",
-        store_new.sync_folder,
+        "lampyris.study.store.new_store.sync_folder",
+        new_store.sync_folder,
     )
     counted(
-        "lampyris.study.store_lock.Hold.start",
+        "lampyris.study.store.lock.Hold.start",
         store_lock.Hold.start,
     )
     with pytest.raises(Killed):

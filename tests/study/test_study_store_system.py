@@ -17,7 +17,7 @@ from store_samples import HERE, bytes_of, child, filled, names, rows, study
 from lampyris.errors import LampyrisError
 from lampyris.selfcheck._power import Disk, changes_of
 from lampyris.selfcheck._sittings import bench
-from lampyris.study.store import Store, open_for
+from lampyris.study.store.store import Store, open_for
 
 LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="calls are recorded in a fork")
 
@@ -26,7 +26,7 @@ LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="calls a
 KILLED = """
 from pathlib import Path
 from store_samples import *
-from lampyris.study.store import open_for
+from lampyris.study.store.store import open_for
 of = study(250)
 given = rows(of)
 with open_for(Path(sys.argv[1]), of) as store:
@@ -247,7 +247,7 @@ from store_samples import *
 from lampyris.errors import LampyrisError
 from lampyris.selfcheck._os_calls import Listening
 from lampyris.selfcheck._sitting_child import Plan
-from lampyris.study.store import open_for
+from lampyris.study.store.store import open_for
 class Turns:
     plan = Plan({})
     def before(self, call):

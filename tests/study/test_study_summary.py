@@ -10,13 +10,13 @@ import pytest
 from summary_samples import Made, by_chance, finite, metrics, runs, study
 
 from lampyris.errors import UsageError
-from lampyris.study import compare
-from lampyris.study.design import Crowd
-from lampyris.study.findings import Summary
-from lampyris.study.measures import ALL
-from lampyris.study.runs import runs_of
-from lampyris.study.summary import per_unit, scores, summarise
-from lampyris.study.summary_tabs import estimate_text, fixed, p_text, places_of, tabs
+from lampyris.study.analysis import compare
+from lampyris.study.analysis.findings import Summary
+from lampyris.study.analysis.measures import ALL
+from lampyris.study.analysis.runs import runs_of
+from lampyris.study.analysis.summary import per_unit, scores, summarise
+from lampyris.study.analysis.summary_tables import estimate_text, fixed, p_text, places_of, tabs
+from lampyris.study.design.study import Crowd
 
 NAN = math.nan
 

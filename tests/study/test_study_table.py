@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from store_samples import filled, rows, study
 
-from lampyris.report.measure import METRICS
-from lampyris.study.row import Row
-from lampyris.study.store import Store
-from lampyris.study.table import LABELS, TIMING, Table, code_of, table_of
+from lampyris.report.data.measures import METRICS
+from lampyris.study.analysis.table import LABELS, TIMING, Table, code_of, table_of
+from lampyris.study.design.row import Row
+from lampyris.study.store.store import Store
 
 
 def same(a: Table, b: Table) -> bool:

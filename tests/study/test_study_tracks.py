@@ -14,17 +14,18 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Crossing, RandomWalk, Recorded
-from lampyris.sim import recorded
-from lampyris.sim.mobility import crowd
-from lampyris.sim.recorded import check_tracks
-from lampyris.sim.space import Space, body_shape, robot_shape
-from lampyris.sim.traffic import open_traffic
-from lampyris.sim.world import World
-from lampyris.study import one, tracks
-from lampyris.study.design import Crowd
-from lampyris.study.one import run_job
-from lampyris.study.site import world_of
-from lampyris.study.tracks import Replay
+from lampyris.sim.traffic import recorded
+from lampyris.sim.traffic.mobility import crowd
+from lampyris.sim.traffic.recorded import check_tracks
+from lampyris.sim.traffic.traffic import open_traffic
+from lampyris.sim.world.cell_index import Space, body_shape, robot_shape
+from lampyris.sim.world.world import World
+from lampyris.study.design.study import Crowd
+from lampyris.study.execution import obstacle_tracks
+from lampyris.study.execution import worker as one
+from lampyris.study.execution.obstacle_tracks import Replay
+from lampyris.study.execution.site import world_of
+from lampyris.study.execution.worker import run_job
 
 KINDS = ("random-walk", "patrol", "crossing", "mixed")
 
@@ -165,10 +166,10 @@ def test_walkers_that_appear_later_cannot_be_replayed() -> None:
 
 def test_what_fits_no_kernel_is_drawn_one_by_one() -> None:
     scene = scene_of("mixed")
-    assert not tracks.alone(scene)
-    assert tracks.alone(replace(scene, traffic=(RandomWalk(3),)))
+    assert not obstacle_tracks.alone(scene)
+    assert obstacle_tracks.alone(replace(scene, traffic=(RandomWalk(3),)))
     for other in ((RandomWalk(3, None, 0.6),), (RandomWalk(3), RandomWalk(2)), (Crossing(2),), ()):
-        assert not tracks.alone(replace(scene, traffic=other))
+        assert not obstacle_tracks.alone(replace(scene, traffic=other))
 
 
 def test_the_quick_look_at_tracks_never_lets_a_meeting_pass() -> None:

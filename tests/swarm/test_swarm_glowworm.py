@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError
+from lampyris.planning.swarm.optimisers.box import Box
+from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
+from lampyris.planning.swarm.optimisers.glowworm import GSO, GlowwormSwarm, adaptive_gso, igso, roulette
+from lampyris.planning.swarm.optimisers.loop import Stop, maximise
+from lampyris.planning.swarm.optimisers.steps import CoolingStep, DecayingStep, FixedStep
 from lampyris.selfcheck.twins import glowworm_twin
-from lampyris.swarm.box import Box
-from lampyris.swarm.functions import FUNCTIONS
-from lampyris.swarm.glowworm import GSO, GlowwormSwarm, adaptive_gso, igso, roulette
-from lampyris.swarm.loop import Stop, maximise
-from lampyris.swarm.steps import CoolingStep, DecayingStep, FixedStep
 
 J1, J9 = FUNCTIONS["J1"], FUNCTIONS["J9"]
 

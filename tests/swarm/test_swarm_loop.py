@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from lampyris.errors import SettingError
-from lampyris.swarm.box import Box
-from lampyris.swarm.functions import FUNCTIONS
-from lampyris.swarm.glowworm import GSO
-from lampyris.swarm.loop import Optimiser, Stop, maximise, minimise
-from lampyris.swarm.particle import PSO, FixedInertia, SuccessInertia, apso
+from lampyris.planning.swarm.optimisers.box import Box
+from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
+from lampyris.planning.swarm.optimisers.glowworm import GSO
+from lampyris.planning.swarm.optimisers.loop import Optimiser, Stop, maximise, minimise
+from lampyris.planning.swarm.optimisers.particle import PSO, FixedInertia, SuccessInertia, apso
 
 BOX = Box(np.full(3, -5.0), np.full(3, 5.0))
 ALL: list[Optimiser] = [PSO(n=20), PSO(n=20, ring=1), apso(20), GSO(n=20, sensor=6.0)]

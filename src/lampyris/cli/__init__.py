@@ -14,9 +14,9 @@ import sys
 import warnings
 from typing import Any
 
+from lampyris._core.cancellation import interrupts
 from lampyris.cli.streams import Diagnostics, Pipe, demand_streams, to_nowhere
 from lampyris.errors import FileError, LampyrisError, LimitError
-from lampyris.halting import interrupts
 
 BAD_INPUT = 3
 INTERNAL_FAULT = 6

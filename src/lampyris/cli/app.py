@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
+from lampyris._core.defaults import SIMULATION_PATIENCE
 from lampyris.cli import (
     app_verb,
     compare_verb,
@@ -63,7 +64,6 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
-from lampyris.model.defaults import SIMULATION_PATIENCE
 
 app = typer.Typer(
     name="lampyris",

@@ -47,7 +47,7 @@ def app(
     ] = None,
 ) -> None:
     """Open the app: draw, plan, watch and compare in the browser."""
-    from lampyris.app.run import run_app
+    from lampyris.app.server.run import run_app
 
     raise typer.Exit(
         run_app(map_, port=port, folder=folder, browser=not no_browser, allow_remote=allow_remote)

@@ -12,10 +12,10 @@ import numpy as np
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
-from lampyris.report.compare_picture import Speeds, Way, draw_ways
-from lampyris.report.speed_chart import line_of
-from lampyris.study.crowd_words import crowd_words
-from lampyris.study.design import Job, Study
+from lampyris.report.charts.speed_chart import line_of
+from lampyris.report.pictures.compare_picture import Speeds, Way, draw_ways
+from lampyris.study.design.study import Job, Study
+from lampyris.study.design.traffic_labels import crowd_words
 from lampyris.typing import Floats, Points
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _told(line: Line) -> str:
 def _again(job: Job, grid: Any) -> tuple[Points, Speeds | None, tuple[Points, ...]]:
     """A run once more: its way, its speeds, where obstacles went."""
     from lampyris.errors import LampyrisError
-    from lampyris.study.one import TimeUp, run_job
+    from lampyris.study.execution.worker import TimeUp, run_job
 
     try:
         made = run_job(job.plain, grid)

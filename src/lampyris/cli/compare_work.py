@@ -12,19 +12,19 @@ from typing import Any, TypeAlias
 from lampyris.cli import BAD_INPUT, INTERNAL_FAULT, outputs, show, study_show, verbs
 from lampyris.cli.request import Request, about, known, parse_law, parse_settings
 from lampyris.errors import InputError, SettingError, UsageError
-from lampyris.maps.map_hash import map_hash
-from lampyris.maps.scenario import Scenario
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.traffic import RandomWalk
-from lampyris.motion import laws
-from lampyris.report.plain import grid_record
-from lampyris.report.tab import Tab
-from lampyris.sim.mobility import MOBILITIES
-from lampyris.study.crowd_words import crowd_words
-from lampyris.study.design import Crowd, Ground, Study, Who, World
+from lampyris.motion.laws import registry as laws
+from lampyris.report.data.serialize import grid_record
+from lampyris.report.html.table import Tab
+from lampyris.sim.traffic.mobility import MOBILITIES
+from lampyris.study.analysis.summary_tables import START, places_of
+from lampyris.study.design.config import law_who, planner_who
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Study, Who, World
+from lampyris.study.design.traffic_labels import crowd_words
 from lampyris.study.otherwise import remark
-from lampyris.study.row import Row
-from lampyris.study.summary_tabs import START, places_of
-from lampyris.study.who import law_who, planner_who
 
 PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
 AMONG_OBSTACLES = f"{PLANNERS},sipp"
@@ -216,8 +216,8 @@ def label_of(name: str, words: list[str]) -> str:
 
 def compare(asked: Asked, out: Outputs) -> int:
     """``lampyris compare``. Returns the exit code."""
-    from lampyris.study import run as running
-    from lampyris.study.where import Where
+    from lampyris.study.execution import run as running
+    from lampyris.study.execution.execution import Where
 
     out.check()
     scenario = asked.request.scenario()
@@ -240,8 +240,8 @@ def compare(asked: Asked, out: Outputs) -> int:
         )
     lines = _lines(study, rows)
     if out.csv is not None:
-        from lampyris.study.export import write_csv
-        from lampyris.study.table import table_of
+        from lampyris.study.analysis.export import write_csv
+        from lampyris.study.analysis.table import table_of
 
         with outputs.place(out.csv) as place:
             write_csv(place, table_of(study, rows))

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from lampyris._core.defaults import DRIVE_SPACING
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -47,7 +48,6 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
-from lampyris.model.defaults import DRIVE_SPACING
 
 
 def drive(

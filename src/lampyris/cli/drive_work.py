@@ -11,11 +11,11 @@ from lampyris.cli import outputs, speed_show, verbs
 from lampyris.cli.request import Request, TrafficRequest, about
 from lampyris.cli.verbs import NO_ANSWER, Outputs
 from lampyris.errors import SettingError, UsageError, did_you_mean
-from lampyris.maps.scenario import Scenario
+from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.drive import Drive
-from lampyris.planners.base import Budget
-from lampyris.report.plain import drive_record
-from lampyris.sim.drive_settings import Settings
+from lampyris.planning.base import Budget
+from lampyris.report.data.serialize import drive_record
+from lampyris.sim.continuous.settings import Settings
 
 
 def drive(
@@ -75,17 +75,17 @@ def run(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
 def _write(story: Drive, out: Outputs) -> None:
     """Film, chart and table."""
     if out.film is not None:
-        from lampyris.report.drive_film import film_drive
+        from lampyris.report.film.drive_film import film_drive
 
         with verbs._counting("filming", "frames", quiet=out.json) as frame:
             film_drive(story, out.film, progress=frame)
     if out.chart is not None:
-        from lampyris.report.drive_chart import draw_drive
+        from lampyris.report.charts.drive_chart import draw_drive
 
         with verbs._working("drawing", quiet=out.json):
             draw_drive(story, out.chart)
     if out.csv is not None:
-        from lampyris.report.csv_out import write_drive_csv
+        from lampyris.report.data.csv import write_drive_csv
 
         with outputs.place(out.csv) as place:
             write_drive_csv(place, story)

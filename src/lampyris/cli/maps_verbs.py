@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from lampyris._core.limits import MAX_CELLS
 from lampyris.cli.option_errors import Command
 from lampyris.errors import FileError, UsageError, did_you_mean
-from lampyris.limits import MAX_CELLS
 
 if TYPE_CHECKING:
-    from lampyris.maps.convert import Conversion
-    from lampyris.maps.document import MapDocument
+    from lampyris.io.maps.convert import Conversion
+    from lampyris.io.maps.formats.document import MapDocument
 
 
 class _NameOrAction(TyperGroup):
@@ -103,8 +103,8 @@ def show(
     import os
 
     from lampyris.cli import verbs
-    from lampyris.maps import library
-    from lampyris.maps.load import load_map
+    from lampyris.io.maps import library
+    from lampyris.io.maps.load import load_map
 
     as_json = json_ or bool(context.obj)
     if name in library.names():
@@ -134,7 +134,7 @@ def _describe(name: str, document: MapDocument, as_json: bool) -> None:
     """What a map file says."""
     import numpy as np
 
-    from lampyris.maps.map_hash import map_hash
+    from lampyris.io.maps.map_hash import map_hash
 
     grid = document.grid
     terrain = None
@@ -167,7 +167,7 @@ def _describe(name: str, document: MapDocument, as_json: bool) -> None:
 
 def _print_facts(record: dict[str, Any]) -> None:
     from lampyris.cli import text
-    from lampyris.maps.document import plural
+    from lampyris.errors import plural
 
     width, height, metres = record["width"], record["height"], record["resolution"]
     x, y, yaw = record["origin"]
@@ -196,7 +196,7 @@ def recipes(context: typer.Context, json_: Json = False) -> None:
     """List the recipes and their settings, with defaults and ranges."""
     from lampyris.cli import show as tables
     from lampyris.cli.verbs import print_json
-    from lampyris.maps.make import RECIPES
+    from lampyris.io.maps.recipes.make import RECIPES
 
     if not (json_ or context.obj):
         tables.recipes(list(RECIPES.values()))
@@ -241,9 +241,9 @@ def make(
 ) -> None:
     """Make a new map from a recipe and a seed."""
     from lampyris.cli.outputs import check_outputs
-    from lampyris.maps.convert import files_of, write_and_compare
-    from lampyris.maps.document import MapDocument
-    from lampyris.maps.make import make_ground, recipe_named
+    from lampyris.io.maps.convert import files_of, write_and_compare
+    from lampyris.io.maps.formats.document import MapDocument
+    from lampyris.io.maps.recipes.make import make_ground, recipe_named
     from lampyris.model.grid import Grid
 
     row = recipe_named(recipe)
@@ -285,8 +285,8 @@ def convert(
     both: --values costmap --to-values costmap.
     """
     from lampyris.cli.outputs import check_outputs
-    from lampyris.maps.convert import convert as convert_map
-    from lampyris.maps.convert import files_of
+    from lampyris.io.maps.convert import convert as convert_map
+    from lampyris.io.maps.convert import files_of
 
     check_outputs(force, *files_of(target, scen=scen))
     made = convert_map(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from lampyris.limits import MAX_CELLS
+from lampyris._core.limits import MAX_CELLS
 
 Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
 Start = Annotated[

@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from lampyris._core.processors import processors
 from lampyris.cli import INTERRUPTED, Interrupted, study_show, text, verbs
 from lampyris.errors import FileError, UsageError
-from lampyris.processors import processors
-from lampyris.report.tab import Tab, Value
+from lampyris.report.html.table import Tab, Value
 
 if TYPE_CHECKING:
     from lampyris.reproduce import Report, Stage

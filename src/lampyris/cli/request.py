@@ -10,20 +10,20 @@ from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
+from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError, did_you_mean
-from lampyris.field.layers import moves_for
-from lampyris.limits import MAX_CELLS
-from lampyris.maps import library
-from lampyris.maps.document import MapDocument
-from lampyris.maps.load import COLOURS, VALUES, load_map
-from lampyris.maps.scenario import MAX_SEED, PRESETS, Bundled, MapFile, Scenario
-from lampyris.maps.tracks import read_track
+from lampyris.io.maps import library
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.load import COLOURS, VALUES, load_map
+from lampyris.io.scenario.scenario import MAX_SEED, PRESETS, Bundled, MapFile, Scenario
+from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded, Traffic
-from lampyris.planners import registry
+from lampyris.planning import registry
+from lampyris.planning.field.layers import moves_for
 from lampyris.typing import Cell, FloatGrid
 
 
@@ -81,7 +81,7 @@ class Request:
         """The speed zones, and what a person should know of them."""
         if self.zones is None:
             return None, ()
-        from lampyris.maps.zones import read_zones
+        from lampyris.io.maps.zones import read_zones
 
         return read_zones(self.zones, grid, self.v_max, allow_outside=self.allow_outside)
 
@@ -192,7 +192,7 @@ class TrafficRequest:
         ------
         SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the scene.
         """
-        from lampyris.sim.mobility import MOBILITIES, crowd
+        from lampyris.sim.traffic.mobility import MOBILITIES, crowd
 
         known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
@@ -223,7 +223,7 @@ def parse_law(name: str, words: Sequence[str]) -> dict[str, Any]:
     UsageError : no such law; a word without ``=``; a setting the law does not have.
     SettingError : a value out of its range.
     """
-    from lampyris.motion import laws
+    from lampyris.motion.laws import registry as laws
 
     given: dict[str, Any] = {}
     for word in words:

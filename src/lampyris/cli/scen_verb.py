@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lampyris.limits import MAX_CELLS
+from lampyris._core.limits import MAX_CELLS
 
 if TYPE_CHECKING:
     from lampyris.scen import Answer, Answers, Benchmark
@@ -92,8 +92,8 @@ def scen(
 
 def _record(benchmark: Benchmark, made: Answers, settings: dict[str, Any], seed: int) -> dict[str, Any]:
     """What ``--json`` prints; all of it but ``timing`` is decided by the files, the settings and the seed."""
-    from lampyris.maps.map_hash import map_hash
-    from lampyris.report.plain import grid_record
+    from lampyris.io.maps.map_hash import map_hash
+    from lampyris.report.data.serialize import grid_record
 
     grid = benchmark.document.grid
     return {
@@ -128,7 +128,7 @@ def _write_csv(out: Path, made: Answers) -> None:
     import csv
     import io
 
-    from lampyris.maps.document import write_file
+    from lampyris.io.files import write_file
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

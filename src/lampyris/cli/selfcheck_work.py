@@ -43,7 +43,7 @@ class Asked:
 
 def processes(workers: int | None) -> int:
     """As many as asked, or one a core."""
-    from lampyris.processors import processors
+    from lampyris._core.processors import processors
 
     return workers if workers is not None else processors()
 

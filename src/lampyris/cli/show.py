@@ -8,17 +8,17 @@ from pathlib import Path
 
 from lampyris.cli import text
 from lampyris.cli.outputs import STDOUT
-from lampyris.maps.library import MapInfo
-from lampyris.maps.recipes.recipe import Recipe
+from lampyris.io.maps.library import MapInfo
+from lampyris.io.maps.recipes.recipe import Recipe
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.planners.registry import PlannerInfo
-from lampyris.report.metrics import path_metrics
-from lampyris.report.plain import STEP_WORDS, corners_record
-from lampyris.report.tables import COLUMNS, jump_tables
+from lampyris.planning.registry import PlannerInfo
+from lampyris.report.data.adgso_tables import COLUMNS, jump_tables
+from lampyris.report.data.metrics import path_metrics
+from lampyris.report.data.serialize import STEP_WORDS, corners_record
 
 
 def plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
@@ -204,7 +204,7 @@ def planner(row: PlannerInfo, about: str) -> None:
         ("source", row.source),
     ]
     text.facts(row.name, rows)
-    # ":class:`lampyris.planners.sipp.Sipp`" is for readers of the code: here the name is enough.
+    # ":class:`lampyris.planning.spacetime.sipp.Sipp`" is for readers of the code: here the name is enough.
     plain = re.sub(
         r":(?:(?:class|func|meth|attr):`(?:[\w.]*\.)?|mod:`)([\w.]+)`", r"\1", about.replace("``", "`")
     )

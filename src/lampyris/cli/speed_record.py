@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lampyris.motion.compare import Entry
-from lampyris.report.metrics import cause_shares
-from lampyris.report.plain import grid_record, profile_record, robot_record, shares_record
+from lampyris.motion.laws.compare import Entry
+from lampyris.report.data.metrics import cause_shares
+from lampyris.report.data.serialize import grid_record, profile_record, robot_record, shares_record
 
 if TYPE_CHECKING:
     from lampyris.cli.speed_work import Answer

@@ -8,8 +8,8 @@ from lampyris.cli import text
 from lampyris.cli.show import written
 from lampyris.model.drive import Drive
 from lampyris.model.profile import Profile
-from lampyris.report.metrics import cause_shares, drive_shares, worth_telling
-from lampyris.report.plain import drive_corners
+from lampyris.report.data.metrics import cause_shares, drive_shares, worth_telling
+from lampyris.report.data.serialize import drive_corners
 
 if TYPE_CHECKING:
     from lampyris.cli.speed_work import Answer

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from lampyris._core.defaults import COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -42,7 +43,6 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
-from lampyris.model.defaults import COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 
 DEFAULT = "constant,dissertation,rpp,physical,optimum"
 

@@ -9,34 +9,34 @@ from typing import Any
 import numpy as np
 
 from lampyris import api, referee
+from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.cli import outputs, speed_show, verbs
 from lampyris.cli.request import Request, known
 from lampyris.cli.speed_record import record_of
 from lampyris.errors import SettingError, UsageError
+from lampyris.io.paths import UNITS, read_way
+from lampyris.io.tracks.csv_tracks import read_track
+from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.kernels import loading
-from lampyris.maps.movers_file import read_movers
-from lampyris.maps.tracks import read_track
-from lampyris.maps.way_file import UNITS, read_way
-from lampyris.model.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers, Track
+from lampyris.model.obstacles import Movers, Track
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.traffic import Recorded
-from lampyris.motion import laws
-from lampyris.motion.compare import Entry, compare
-from lampyris.motion.course import CellCourse, Course, course_with_corners
-from lampyris.motion.curve import polyline_of
-from lampyris.motion.deviation import deviation, length_of
-from lampyris.motion.on_nodes import with_nodes
-from lampyris.motion.path_time import through_tracks
-from lampyris.motion.physical import PhysicalLaw
-from lampyris.motion.roomy import DRAWINGS, rounded_alone
-from lampyris.motion.tracks import tracks_from_recorded
-from lampyris.planners import registry
-from lampyris.report.plain import grid_record
+from lampyris.motion.geometry.curve import polyline_of
+from lampyris.motion.geometry.deviation import deviation, length_of
+from lampyris.motion.geometry.sampled_path import CellCourse, Course, course_with_corners
+from lampyris.motion.geometry.smoothing import DRAWINGS, rounded_alone
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.compare import Entry, compare
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
+from lampyris.motion.timing.path_time import through_tracks
+from lampyris.motion.timing.profile_on_nodes import with_nodes
+from lampyris.planning import registry
+from lampyris.report.data.serialize import grid_record
 from lampyris.typing import Points
 
 COLOUR_BY = ("speed", "cause")
@@ -421,20 +421,20 @@ def _course_at(profile: Profile, course: Course) -> Course:
 def _write(answer: Answer, out: SpeedOutputs) -> None:
     profile, grid = answer.entry.profile, answer.scene.grid
     if out.csv is not None:
-        from lampyris.report.csv_out import write_profile_csv
+        from lampyris.report.data.csv import write_profile_csv
 
         with outputs.place(out.csv) as place:
             write_profile_csv(place, profile, _course_at(profile, answer.course).heading, grid)
     with verbs._working("drawing", quiet=out.json):
         if out.picture is not None:
-            from lampyris.report.course_picture import draw_course
+            from lampyris.report.pictures.path_picture import draw_course
 
             draw_course(
                 grid, profile, out.picture, by=out.colour_by, movers=answer.movers, given=answer.given,
                 radius=answer.scene.robot.radius,
             )  # fmt: skip
         if out.chart is not None:
-            from lampyris.report.speed_compare import draw_comparison
+            from lampyris.report.charts.speed_compare import draw_comparison
 
             draw_comparison([(e.law, e.profile) for e in answer.entries], answer.chosen, out.chart)
 

@@ -9,14 +9,14 @@ from pathlib import Path
 from lampyris.cli import outputs, text, verbs
 from lampyris.cli import study_work as work
 from lampyris.errors import UsageError
-from lampyris.study.design import Study
-from lampyris.study.table import Table
+from lampyris.study.analysis.table import Table
+from lampyris.study.design.study import Study
 
 
 def _stored(path: Path) -> tuple[Study, Table]:
     """What a store holds; it is not written to."""
-    from lampyris.study.store import Store
-    from lampyris.study.table import table_of
+    from lampyris.study.analysis.table import table_of
+    from lampyris.study.store.store import Store
 
     with Store.open(path, writable=False) as store:
         study = store.study()
@@ -65,8 +65,8 @@ def page_of(store: Path) -> Path:
 
 def repair(path: Path, out: Path | None, study: str | None, data: Path | None, as_json: bool) -> int:
     """``lampyris study repair``. Returns the exit code."""
-    from lampyris.study.file import load_study
-    from lampyris.study.repair import repair as mend
+    from lampyris.study.design.study_file import load_study
+    from lampyris.study.store.repair import repair as mend
 
     if data is not None and study is None:
         raise UsageError("OPTIONS", "--data without --study", allowed="the study whose files are there")
@@ -81,9 +81,9 @@ def repair(path: Path, out: Path | None, study: str | None, data: Path | None, a
 
 def list_ready(as_json: bool) -> int:
     """``lampyris study list``. Returns the exit code."""
-    from lampyris.study import ready
+    from lampyris.study.design import bundled
 
-    rows = [{"name": name, "about": ready.about(name)} for name in ready.names()]
+    rows = [{"name": name, "about": bundled.about(name)} for name in bundled.names()]
     if as_json:
         verbs.print_json({"studies": rows})
     else:
@@ -95,10 +95,10 @@ def list_ready(as_json: bool) -> int:
 
 def write(name: str, file: Path, force: bool) -> int:
     """``lampyris study write``. Returns the exit code."""
-    from lampyris.maps.document import write_file
-    from lampyris.study import ready
+    from lampyris.io.files import write_file
+    from lampyris.study.design import bundled
 
-    words = ready.text(name)
+    words = bundled.text(name)
     outputs.check_outputs(force, study=file)
     write_file(file, words.encode())
     print(f"wrote {file}")
@@ -109,7 +109,7 @@ def schema() -> int:
     """``lampyris study schema``. Returns the exit code."""
     import json
 
-    from lampyris.study.file import json_schema
+    from lampyris.study.design.study_file import json_schema
 
     sys.stdout.write(json.dumps(json_schema(), indent=2) + "\n")
     return 0

@@ -19,11 +19,11 @@ from rich.table import Table
 from rich.text import Text
 
 from lampyris.cli import text
-from lampyris.report.tab import DASH, Tab, Value
-from lampyris.study.design import Study
-from lampyris.study.findings import Summary
-from lampyris.study.row import Row
-from lampyris.study.where import Progress
+from lampyris.report.html.table import DASH, Tab, Value
+from lampyris.study.analysis.findings import Summary
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Study
+from lampyris.study.execution.execution import Progress
 
 ENDINGS = ("done", "refused", "timeout", "failed")
 QUIET_S = 30.0
@@ -220,9 +220,9 @@ SHORT = {
 
 def summary(told: Summary) -> None:
     """The heart of a summary: a table for each crowd, and what was not done as asked."""
-    from lampyris.study.crowd_words import crowd_words
-    from lampyris.study.measures import ALL
-    from lampyris.study.summary_tabs import ANY_ANGLE, estimate_text, sample, starts
+    from lampyris.study.analysis.measures import ALL
+    from lampyris.study.analysis.summary_tables import ANY_ANGLE, estimate_text, sample, starts
+    from lampyris.study.design.traffic_labels import crowd_words
 
     lines = False
     for crowd in told.crowds:

@@ -12,19 +12,19 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from lampyris._core.limits import MAX_CELLS
+from lampyris._core.processors import processors
 from lampyris.cli import INTERRUPTED, Interrupted, outputs, text, verbs
 from lampyris.cli.request import known
 from lampyris.errors import FileError, UsageError
-from lampyris.limits import MAX_CELLS
-from lampyris.processors import processors
-from lampyris.study.design import Study
-from lampyris.study.row import Row
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Study
 
 if TYPE_CHECKING:
-    from lampyris.study.findings import Summary
-    from lampyris.study.store import Store
-    from lampyris.study.table import Table
-    from lampyris.study.where import Where
+    from lampyris.study.analysis.findings import Summary
+    from lampyris.study.analysis.table import Table
+    from lampyris.study.execution.execution import Where
+    from lampyris.study.store.store import Store
 
 
 AGAIN = ("failed", "timeout", "refused")
@@ -66,7 +66,7 @@ class Asked:
         UsageError : workers of our own beside a cluster; a cluster without the package for it.
         SettingError : WORKERS: out of range.
         """
-        from lampyris.study.where import Where
+        from lampyris.study.execution.execution import Where
 
         if self.dask is not None:
             if self.workers is not None:
@@ -138,7 +138,7 @@ def default_store(study: Study) -> Path:
 
 def run(asked: Asked, out: Outputs) -> int:
     """``lampyris study STUDY``. Returns the exit code."""
-    from lampyris.study.file import load_study
+    from lampyris.study.design.study_file import load_study
 
     given = [Path(asked.study)] if os.path.lexists(asked.study) else []
     out.check(*given, *([asked.store] if asked.store is not None else []))
@@ -151,7 +151,7 @@ def run(asked: Asked, out: Outputs) -> int:
     path = asked.store or default_store(study)
     out.check_apart(path)
     if out.reference is not None:
-        from lampyris.study.runs import entrants_of
+        from lampyris.study.analysis.runs import entrants_of
 
         known("REFERENCE", "--reference", out.reference, entrants_of(study))
     if asked.dry_run:
@@ -166,8 +166,8 @@ def run(asked: Asked, out: Outputs) -> int:
 def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
     """Run what is not done yet, then write and tell."""
     from lampyris.cli import study_show as show
-    from lampyris.study import run as running
-    from lampyris.study.store import open_for
+    from lampyris.study.execution import run as running
+    from lampyris.study.store.store import open_for
 
     began = time.monotonic()
     store = open_for(path, study)
@@ -198,9 +198,9 @@ def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
 def _again(study: Study, path: Path, endings: tuple[str, ...], *, quiet: bool) -> None:
     """Take runs that ended so out of the store of this study."""
     from lampyris.cli import study_show as show
-    from lampyris.study.forget import forget
-    from lampyris.study.plain import demand_same
-    from lampyris.study.store import Store
+    from lampyris.study.design.serialize import demand_same
+    from lampyris.study.store.forget import forget
+    from lampyris.study.store.store import Store
 
     with Store.open(path, writable=False) as store:
         demand_same(store.plain(), study, str(path))
@@ -211,7 +211,7 @@ def _again(study: Study, path: Path, endings: tuple[str, ...], *, quiet: bool) -
 
 def _as_stored(study: Study, store: Store) -> Study:
     """The study by the names that its store was made with: the same store gives the same bytes."""
-    from lampyris.study.plain import study_plain
+    from lampyris.study.design.serialize import study_plain
 
     if store.plain().get("called") == study_plain(study)["called"]:
         return study
@@ -242,8 +242,8 @@ def _interrupted(study: Study, store: Store, path: Path) -> NoReturn:
 def _dry(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> int:
     """Say what would be run."""
     from lampyris.cli import study_show as show
-    from lampyris.study.plain import demand_same
-    from lampyris.study.store import Store
+    from lampyris.study.design.serialize import demand_same
+    from lampyris.study.store.store import Store
 
     done = 0
     if path.exists() and not asked.fresh:
@@ -286,7 +286,7 @@ def plural_left(n: int) -> str:
 def facts(study: Study) -> list[tuple[str, str]]:
     """What a study is."""
     from lampyris.cli import study_show as show
-    from lampyris.study.crowd_words import crowd_words
+    from lampyris.study.design.traffic_labels import crowd_words
 
     budget = [f"{study.expansions:,} expansions a call"] if study.expansions is not None else []
     budget += [f"{study.seconds:g} s a run (results depend on the machine)"] if study.seconds else []
@@ -310,8 +310,8 @@ def _discard(path: Path) -> None:
     ------
     FileError : STORE_FORMAT: the file is no store; STORE_BUSY; STORE_WRITE.
     """
-    from lampyris.study.store_file import look, sidecar
-    from lampyris.study.store_lock import Hold
+    from lampyris.study.store.file import look, sidecar
+    from lampyris.study.store.lock import Hold
 
     if not os.path.lexists(path):
         return
@@ -334,7 +334,7 @@ def _discard(path: Path) -> None:
 def _tell(study: Study, store: Store, path: Path, out: Outputs, *, new: int, seconds: float) -> int:
     """Write what was asked for and say how it went."""
     from lampyris.cli import study_show as show
-    from lampyris.study.table import table_of
+    from lampyris.study.analysis.table import table_of
 
     table = table_of(study, store.scan())
     summary = write(study, table, out)
@@ -372,8 +372,8 @@ def record(study: Study, path: Path) -> dict[str, Any]:
 
 def summary_of(study: Study, table: Table, reference: str | None = None) -> Summary:
     """The summary of a table."""
-    from lampyris.study.runs import runs_of
-    from lampyris.study.summary import summarise
+    from lampyris.study.analysis.runs import runs_of
+    from lampyris.study.analysis.summary import summarise
 
     return summarise(runs_of(study, table.records()), reference=reference)
 
@@ -383,22 +383,22 @@ def write(study: Study, table: Table, out: Outputs) -> Summary:
     with verbs._working("counting", quiet=out.json):
         summary = summary_of(study, table, out.reference)
         if out.csv is not None:
-            from lampyris.study.export import write_csv
+            from lampyris.study.analysis.export import write_csv
 
             with outputs.place(out.csv) as place:
                 write_csv(place, table, timing=out.timing)
         if out.parquet is not None:
-            from lampyris.study.export import write_parquet
+            from lampyris.study.analysis.export import write_parquet
 
             write_parquet(out.parquet, table, timing=out.timing)
         if out.latex is not None:
-            from lampyris.study.export import write_latex
-            from lampyris.study.summary_tabs import tabs
+            from lampyris.study.analysis.export import write_latex
+            from lampyris.study.analysis.summary_tables import tabs
 
             with outputs.place(out.latex) as place:
                 write_latex(place, tabs(summary))
     if out.report is not None:
-        from lampyris.study.page import write_page
+        from lampyris.study.page.page import write_page
 
         with verbs._working("writing the page", quiet=out.json):
             write_page(out.report, study, table, films=out.films, timing=out.timing, reference=out.reference)

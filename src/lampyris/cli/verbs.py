@@ -10,17 +10,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lampyris._core.limits import MAX_CELLS
 from lampyris.cli import outputs
 from lampyris.errors import LimitError, SettingError, UsageError
-from lampyris.limits import MAX_CELLS
 
 if TYPE_CHECKING:
     from lampyris.cli.request import Request, TrafficRequest
-    from lampyris.maps.scenario import Scenario
+    from lampyris.io.scenario.scenario import Scenario
     from lampyris.model.plan import Plan
     from lampyris.model.profile import Profile
     from lampyris.model.trace import Trace
-    from lampyris.planners.base import Budget
+    from lampyris.planning.base import Budget
 
 NO_ANSWER = 4
 LAYERS = ("luciferin", "cost", "none")
@@ -44,7 +44,7 @@ class Outputs:
     def check(self) -> None:
         """Refuse at once what could not be done at the end."""
         from lampyris.cli.request import known
-        from lampyris.maps.scenario_save import check_ending
+        from lampyris.io.scenario.save import check_ending
 
         outputs.check_outputs(
             self.force, self.save, json=self.json, picture=self.picture, film=self.film, chart=self.chart,
@@ -72,7 +72,7 @@ def budget_of(option: str, seconds: float | None) -> Budget | None:
     if seconds is None:
         return None
     from lampyris.kernels import _jit, _machine
-    from lampyris.planners.base import Budget
+    from lampyris.planning.base import Budget
 
     try:
         made = Budget(seconds=seconds)
@@ -127,7 +127,7 @@ def run(path: Path, allow_outside: bool, max_cells: int | None, out: Outputs) ->
 
 def schema() -> int:
     """``lampyris schema``. Returns the exit code."""
-    from lampyris.maps.scenario_file import json_schema
+    from lampyris.io.scenario.schema import json_schema
 
     sys.stdout.write(json.dumps(json_schema(), indent=2) + "\n")
     return 0
@@ -137,7 +137,7 @@ def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int
     from lampyris import scenarios
     from lampyris.cli.request import about
     from lampyris.model.plan import Status
-    from lampyris.report.plain import plan_record
+    from lampyris.report.data.serialize import plan_record
 
     scene = scenario.scene
     remarks((*scenario.notes, *about(scene), *scenarios.without_effect(scenario)))
@@ -152,7 +152,7 @@ def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int
         if found.path is None or profile is None:
             remarks(("no path, so no CSV was written",))
         else:
-            from lampyris.report.csv_out import write_plan_csv
+            from lampyris.report.data.csv import write_plan_csv
 
             with outputs.place(out.csv) as place:
                 write_plan_csv(place, found, profile, scene.grid)
@@ -175,8 +175,8 @@ def _plan(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int
 
 
 def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs, to: Path) -> None:
-    from lampyris.field.solve import solve_field
-    from lampyris.report.picture import draw_plan
+    from lampyris.planning.field.solve import solve_field
+    from lampyris.report.pictures.plan_picture import draw_plan
 
     layer, settings, scene = out.layer or LAYERS[0], scenario.settings, scenario.scene
     with _working("drawing", quiet=out.json):
@@ -190,7 +190,7 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
 def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
     from lampyris import scenarios
     from lampyris.cli.request import about
-    from lampyris.report.plain import trace_record
+    from lampyris.report.data.serialize import trace_record
 
     remarks((*scenario.notes, *about(scenario.scene), *scenarios.without_effect(scenario)))
     with _counting("simulating", "ticks", quiet=out.json) as tick:
@@ -198,12 +198,12 @@ def _simulate(scenario: Scenario, out: Outputs, budget: Budget | None = None) ->
     trace: Trace = done
     remarks(trace.notes)
     if out.film is not None:
-        from lampyris.report.animate import film as make_film
+        from lampyris.report.film.simulation_film import film as make_film
 
         with _counting("filming", "frames", quiet=out.json) as frame:
             make_film(trace, out.film, progress=frame)
     if out.csv is not None:
-        from lampyris.report.csv_out import write_trace_csv
+        from lampyris.report.data.csv import write_trace_csv
 
         with outputs.place(out.csv) as place:
             write_trace_csv(place, trace)
@@ -227,7 +227,7 @@ def _timed(record: dict[str, Any], out: Outputs) -> dict[str, Any]:
 
 def maps(name: str | None, as_json: bool) -> int:
     """``lampyris maps``. Returns the exit code."""
-    from lampyris.maps import library
+    from lampyris.io.maps import library
 
     if name is None:
         rows = [library.describe(n) for n in library.names()]
@@ -267,9 +267,9 @@ def _about(kind: type) -> str:
 
 def planners(name: str | None, as_json: bool) -> int:
     """``lampyris planners``. Returns the exit code."""
-    from lampyris.planners.registry import planner_class, row_of, table
+    from lampyris.planning.registry import list_planners, planner_class, row_of
 
-    rows = list(table().values()) if name is None else [row_of(name)]
+    rows = list(list_planners().values()) if name is None else [row_of(name)]
     if as_json:
         records = [
             {

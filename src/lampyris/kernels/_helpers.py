@@ -34,5 +34,5 @@ def highest(word: Any) -> Any:
 
 
 def stopped(halt: Any) -> Any:
-    """Whether the call is to stop (:mod:`lampyris.halting`); read anew each time, from memory."""
+    """Whether the call is to stop (:mod:`lampyris._core.cancellation`); read anew each time, from memory."""
     return halt[0] != 0

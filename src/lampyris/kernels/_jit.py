@@ -32,7 +32,7 @@ Rules for kernel source
 * a kernel whose work grows with the map has ``halt`` for its last argument and asks :func:`stopped` before
   every :data:`._helpers.LOOK` cells or so (a millisecond at most), outside its innermost loop; if it says so,
   the kernel returns at once. Callers in Python leave the argument out: it is the word of
-  :mod:`lampyris.halting`, and what comes of a kernel that stopped is an exception. What it wrote is then of
+  :mod:`lampyris._core.cancellation`, and what comes of a kernel that stopped is an exception. What it wrote is then of
   no use, unless it says so.
 * a kernel may call other kernels, of its own file or imported by name. numba's disk cache notices a changed
   file, not what it took from another; so what is kept on disk is named after all files of kernels, too.
@@ -54,7 +54,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import halting
+from lampyris._core import cancellation
 from lampyris.kernels._helpers import fetch as fetch
 from lampyris.kernels._helpers import highest as highest
 from lampyris.kernels._helpers import lowest as lowest
@@ -152,15 +152,15 @@ class Kernel:
         args = self.complete(args)
         halt = args[-1]
         if halt[0]:
-            halting.halt()
+            cancellation.halt()
         result = self._run(args)
         if halt[0]:
-            halting.halt()
+            cancellation.halt()
         return result
 
     def complete(self, args: tuple[Any, ...]) -> tuple[Any, ...]:
         """The arguments, with the word that halts this thread's calls if it is wanted and left out."""
-        return (*args, halting.word()) if self._halts and len(args) < self._arity else args
+        return (*args, cancellation.word()) if self._halts and len(args) < self._arity else args
 
     def _run(self, args: tuple[Any, ...]) -> Any:
         if self._compiled is None:
@@ -239,7 +239,7 @@ class Kernel:
         """The compiled form; compiling happens at its first call and is kept on disk."""
         made = self._compiled
         if made is None:
-            with halting.uninterrupted(), loading():
+            with cancellation.uninterrupted(), loading():
                 keeping = _keeping
                 made = self._compiled = _compile(self)
                 if keeping and not _keeping:
@@ -260,7 +260,7 @@ class Kernel:
         """
         dispatcher: Any = self.compiled()
         before = sum(dispatcher.stats.cache_misses.values())
-        with halting.uninterrupted():
+        with cancellation.uninterrupted():
             dispatcher.compile(types)
         return bool(sum(dispatcher.stats.cache_misses.values()) > before)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-from lampyris import halting
+from lampyris._core import cancellation
 from lampyris.kernels.loading import loading
 
 
@@ -59,7 +59,7 @@ def load() -> None:
 
     Ctrl-C meanwhile is heard when it is over: what is left of numba after half an import works no more.
     """
-    with halting.uninterrupted(), loading(), uncollected():
+    with cancellation.uninterrupted(), loading(), uncollected():
         before = set(sys.modules)
         try:
             import numba  # noqa: F401
@@ -86,7 +86,7 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool) -> Any:
     compile_for = made._compile_for_args
 
     def undivided(*args: Any, **kwargs: Any) -> Any:
-        with halting.uninterrupted(), uncollected():
+        with cancellation.uninterrupted(), uncollected():
             return compile_for(*args, **kwargs)
 
     # Numba's dispatcher, in C, calls this by name for arguments of types that it does not know yet, and runs
@@ -109,7 +109,7 @@ def edition(folder: Path = HERE) -> str:
     All of them in that folder, and here, not those that a kernel has callees in: it may have a constant from
     another, and how it is compiled stands here.
     """
-    files = sorted({*HERE.glob("*.py"), *folder.glob("*.py")})
+    files = sorted({*HERE.rglob("*.py"), *folder.rglob("*.py")})
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris import elementary
+from lampyris._core import elementary
+from lampyris._core.arrays import numbers_of, whole_of
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
-from lampyris.model.arrays import numbers_of, whole_of
-from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 _STRAIGHT = 1e-9

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.arrays import items_of, numbers_of, whole_of
+from lampyris._core.arrays import items_of, numbers_of, whole_of
+from lampyris._core.values import Value
 from lampyris.model.curve import Curve
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Body
-from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 AT_GOAL = 1e-6

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.checks import cell_of, is_whole, items_of
+from lampyris._core.predicates import cell_of, is_whole, items_of
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
@@ -25,7 +25,7 @@ class Edit:
     Parameters
     ----------
     tick : >= 0.
-    blocked : cells (x, y) that turn into walls, as far as they may: see :mod:`lampyris.sim.editing`.
+    blocked : cells (x, y) that turn into walls, as far as they may: see :mod:`lampyris.sim.grid.editing`.
     freed : cells that turn free.
 
     Raises

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lampyris._core.values import Value
 from lampyris.model.moves import Moves
-from lampyris.model.value import Value
 from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
 
 

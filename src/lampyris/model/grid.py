@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lampyris import elementary
-from lampyris.checks import array_of, in_range, numbers
+from lampyris._core import elementary
+from lampyris._core.predicates import array_of, in_range, numbers
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
-from lampyris.model.value import Value
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 TERRAIN_UNIT = 63

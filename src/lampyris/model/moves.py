@@ -22,7 +22,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from lampyris.checks import cell_of, is_whole
+from lampyris._core.predicates import cell_of, is_whole
 from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.typing import FloatGrid, IntGrid

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris import elementary
+from lampyris._core import elementary
+from lampyris._core.arrays import cells_of
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
-from lampyris.model.arrays import cells_of
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
-from lampyris.model.value import Value
 from lampyris.typing import ByteGrid, Cells, Floats
 
 

@@ -9,11 +9,11 @@ from enum import StrEnum
 
 import numpy as np
 
+from lampyris._core.arrays import cells_of
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
-from lampyris.model.arrays import cells_of
 from lampyris.model.field import Gate
 from lampyris.model.path import Path
-from lampyris.model.value import Value
 from lampyris.typing import Cell, Cells, Ticks
 
 
@@ -98,7 +98,7 @@ class Plan(Value):
     mended : whether moving obstacles count as walls in it: there was no other way to go on.
     gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``keep_away``
         the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
-        centre, see :func:`lampyris.field.gates.find_gates`.
+        centre, see :func:`lampyris.planning.field.gates.find_gates`.
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
         where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
         where there is a schedule.

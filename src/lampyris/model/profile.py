@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.checks import numbers
+from lampyris._core.arrays import items_of, numbers_of, whole_of
+from lampyris._core.predicates import numbers
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
-from lampyris.model.arrays import items_of, numbers_of, whole_of
 from lampyris.model.grid import frozen
-from lampyris.model.value import Value
 from lampyris.typing import Floats, Points
 
 

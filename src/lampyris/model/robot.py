@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from lampyris.checks import in_range
+from lampyris._core.predicates import in_range
 from lampyris.errors import SettingError, shown
 
 LEAST, GREATEST = 1e-6, 1e6

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.checks import array_of, cell_of
+from lampyris._core.predicates import array_of, cell_of
+from lampyris._core.values import Value
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import LEAST, Robot
 from lampyris.model.traffic import Patrol, RandomWalk, Recorded, Traffic
-from lampyris.model.value import Value
 from lampyris.typing import Cell, FloatGrid
 
 MAX_RADIUS = 250

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from lampyris.model.arrays import cells_of, items_of, numbers_of
+from lampyris._core.arrays import cells_of, items_of, numbers_of
+from lampyris._core.values import Value
 from lampyris.model.edit import Edit
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Body
-from lampyris.model.value import Value
 from lampyris.typing import Cell, Cells, Floats
 
 

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lampyris.checks import cell_of, in_range, is_real, items_of
+from lampyris._core.predicates import cell_of, in_range, is_real, items_of
 from lampyris.errors import LimitError, SettingError, shown
 from lampyris.typing import Cell
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.typing import Floats
 
 

@@ -114,7 +114,7 @@ def rings(
 
     Parameters
     ----------
-    n1, n2 : obstacles counted in ring 1 and in ring 2 (:func:`lampyris.motion.rings.ring_counts`); shape
+    n1, n2 : obstacles counted in ring 1 and in ring 2 (:func:`lampyris.motion.laws.rings.ring_counts`); shape
         (n,).
     v_max, v_min, drop1, drop2 : velocity units: 80, 20, 6 and 3 in the dissertation.
 

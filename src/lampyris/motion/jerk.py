@@ -33,9 +33,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lampyris.elementary import log
-from lampyris.kernels.banded import solve_banded
-from lampyris.kernels.speed import sweep
+from lampyris._core.elementary import log
+from lampyris.kernels.motion.banded_system import solve_banded
+from lampyris.kernels.motion.speed_passes import sweep
 from lampyris.typing import Floats
 
 _GAP = 1e-5

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.kernels.speed import ACCELERATION, BRAKING
+from lampyris.kernels.motion.speed_passes import ACCELERATION, BRAKING
 from lampyris.motion.cap import Cap
 from lampyris.typing import Floats
 

@@ -3,7 +3,7 @@
 Both laws are one scheme in a different quantity x: the dissertation's is linear in the speed itself (x = v,
 so much more or less a transfer), all others in its square (x = v^2, because a constant acceleration changes
 v^2 by 2 a ds). In either, ``x[i+1] <= x[i] + up[i]`` and ``x[i] <= x[i+1] + down[i]``: two passes
-(:func:`lampyris.kernels.speed.sweep`) reach the greatest x that satisfies both and the caps. Equations,
+(:func:`lampyris.kernels.motion.speed_passes.sweep`) reach the greatest x that satisfies both and the caps. Equations,
 errors and measurements: docs/speed/profile.md.
 """
 
@@ -16,9 +16,9 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.checks import in_range, is_real
+from lampyris._core.predicates import in_range, is_real
 from lampyris.errors import SettingError, UsageError, shown
-from lampyris.kernels.speed import ACCELERATION, BRAKING, brake_floor, clock, sweep
+from lampyris.kernels.motion.speed_passes import ACCELERATION, BRAKING, brake_floor, clock, sweep
 from lampyris.motion.jerk import limited, rest_to_rest
 from lampyris.motion.lowest import GOAL, JERK, START, TURN, CapLike, Lowest
 from lampyris.motion.lowest import lowest as lowest
@@ -103,7 +103,7 @@ def feasible_profile(
     Rounding: ``v[i+1]^2 <= v[i]^2 + 2 a_max ds``, its twin for braking, and the caps hold to 1e-12 of the
     greater v^2. A v0 beyond the limit by no more than that (5e-13 of it) is taken as the limit; what
     ``allowed`` of the refusal prints is itself accepted. t strictly rises, see
-    :func:`lampyris.kernels.speed.clock`.
+    :func:`lampyris.kernels.motion.speed_passes.clock`.
 
     One kind of edge cannot be driven so: still at both ends, which are a path of two nodes with v0 = 0, and
     neighbouring stops. It is driven as :func:`stop_to_stop` under the lesser cap of its two nodes; there a

@@ -22,7 +22,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.referee.curve import check_curve
+from lampyris.referee.geometry.curve import check_curve
 from lampyris.referee.motion import check_motion
 from lampyris.referee.path import check_path, check_plan
 from lampyris.referee.profile import check_profile

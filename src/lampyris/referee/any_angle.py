@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.referee.shapes import Ints, _segment_to_squares, slack
+from lampyris.referee.geometry.shapes import Ints, _segment_to_squares, slack
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid, Cell
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.referee.shapes import Ints
+from lampyris.referee.geometry.shapes import Ints
 
 _ENTRIES = 2_000_000
 """Covered cells held at once; longer runs are judged in stretches that share their border tick."""

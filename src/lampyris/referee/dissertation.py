@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
+from lampyris.referee.geometry.shapes import Ints
 from lampyris.referee.motion import first
-from lampyris.referee.shapes import Ints
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
 

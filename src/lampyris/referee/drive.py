@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.trace import Outcome
-from lampyris.referee.apart import bodies_violation
+from lampyris.referee.geometry.lines_and_arcs import SAME, joins, nearest_wall, pieces_of, wall_on_the_way
+from lampyris.referee.geometry.moving_discs import (
+    STANDS,
+    Motion,
+    first_contact,
+    motion_of,
+    nearest,
+    standing_contacts,
+)
+from lampyris.referee.geometry.separation import bodies_violation
+from lampyris.referee.geometry.shapes import Ints, stands_free
 from lampyris.referee.meetings import (
     DUST,
     ROUNDING,
@@ -19,17 +29,7 @@ from lampyris.referee.meetings import (
     touching_at_the_end,
     tracks_violation,
 )
-from lampyris.referee.motion_discs import (
-    STANDS,
-    Motion,
-    first_contact,
-    motion_of,
-    nearest,
-    standing_contacts,
-)
-from lampyris.referee.shapes import Ints, stands_free
 from lampyris.referee.verdict import Violation
-from lampyris.referee.way import SAME, joins, nearest_wall, pieces_of, wall_on_the_way
 from lampyris.typing import Floats
 
 NO_LATERAL_PROMISE = ("dissertation", "rpp")
@@ -46,7 +46,7 @@ def check_drive(drive: Drive) -> Violation | None:
     ``acceleration``, ``braking``, ``turn`` (drives over a stop), ``lateral`` (not for the laws of
     :data:`NO_LATERAL_PROMISE`), ``outside``, ``wall``; of obstacles ``body size``, ``body speed``,
     ``collision`` (contact while the robot moves), ``yield`` (one that yields ran into it), ``untold
-    contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.apart`);
+    contact``, ``told contact``, ``bodies apart`` (two obstacles overlap: :mod:`lampyris.referee.geometry.separation`);
     ``outcome``, ``moments``, ``numbers``.
 
     Contact is an overlap of more than 1e-9 m. A jerk limit is not judged: a stretch has one acceleration, so

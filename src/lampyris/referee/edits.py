@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.trace import Trace
-from lampyris.referee.shapes import disc_cells
+from lampyris.referee.geometry.shapes import disc_cells
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from lampyris.model.drive import Drive
 from lampyris.model.trace import Outcome
-from lampyris.referee.motion_discs import (
+from lampyris.referee.geometry.moving_discs import (
     Motion,
     Pairs,
     first_contact,

@@ -16,8 +16,8 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.referee.any_angle import lines_violation
+from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, stands_free, swept_cells
 from lampyris.referee.schedule import schedule_violation
-from lampyris.referee.shapes import Ints, disc_cells, first_overlap, stands_free, swept_cells
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 

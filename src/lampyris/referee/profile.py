@@ -15,8 +15,8 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.referee.dissertation import check_dissertation
+from lampyris.referee.geometry.shapes import wall_distance
 from lampyris.referee.motion import check_motion, first, rest_to_rest
-from lampyris.referee.shapes import wall_distance
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid, Floats, Points
 
@@ -61,7 +61,7 @@ def check_profile(
         bound asked for holds with them too.
     way : the path that was asked for, taken as checked. Without ``profile.xy`` its nodes are the path's
         cells, in a metric law with waits among them. With ``xy`` only the ends must be the path's: that the
-        curve between them is free is for :mod:`lampyris.referee.curve` to say. None: ``xy`` alone, and
+        curve between them is free is for :mod:`lampyris.referee.geometry.curve` to say. None: ``xy`` alone, and
         nothing is asked of its ends.
     v0 : speed at the first node, in the law's units. The dissertation's law may lower it, every other must
         keep it.
@@ -183,7 +183,7 @@ that a setting turns off must not be listed, or must give infinity then: setting
 JERKY = ("rpp",)
 """Rivals that know neither a limit on jerk nor our creep speed.
 
-What of a limit they break, :mod:`lampyris.motion.compare` tells.
+What of a limit they break, :mod:`lampyris.motion.laws.compare` tells.
 """
 
 

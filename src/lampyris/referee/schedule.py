@@ -7,7 +7,7 @@ from itertools import pairwise
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.referee.shapes import disc_cells
+from lampyris.referee.geometry.shapes import disc_cells
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 

@@ -11,7 +11,7 @@ from lampyris.errors import UsageError
 from lampyris.model.moves import Moves
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
-from lampyris.referee.shapes import disc_cells
+from lampyris.referee.geometry.shapes import disc_cells
 from lampyris.typing import BoolGrid, Cell
 
 _PLAIN_GROUND = 63

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from lampyris.model.trace import Outcome, Trace
 from lampyris.referee.bodies import Crowd, Judge
 from lampyris.referee.edits import Era, edits_violation, eras_of, with_maps
+from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
-from lampyris.referee.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.verdict import Violation
 from lampyris.typing import BoolGrid
 

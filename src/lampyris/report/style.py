@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import FileError, UsageError
-from lampyris.halting import uninterrupted
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.typing import ByteGrid
 

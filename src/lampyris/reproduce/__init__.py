@@ -3,14 +3,14 @@
     report = reproduce(Path("reproduction"))
     report.counts["misprint"], report.page
 
-The printed figures and their verdicts need no runs (:mod:`lampyris.reproduce.printed`). Beside them stand
+The printed figures and their verdicts need no runs (:mod:`lampyris.reproduce.tables.printed`). Beside them stand
 runs of ours on our maps: they go into stores in the folder, so that they can be stopped and continued.
 """
 
 from __future__ import annotations
 
-from lampyris.reproduce.runs import Stage
-from lampyris.reproduce.verdict import KINDS, Verdict
+from lampyris.reproduce.runs.runs import Stage
+from lampyris.reproduce.tables.verdict import KINDS, Verdict
 from lampyris.reproduce.work import Report, reproduce
 
 __all__ = ["KINDS", "Report", "Stage", "Verdict", "reproduce"]

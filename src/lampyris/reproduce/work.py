@@ -11,15 +11,17 @@ from pathlib import Path
 from types import MappingProxyType
 
 from lampyris.errors import FileError
-from lampyris.report.whole_file import whole_file
-from lampyris.reproduce import comparison, data, measured, page, printed, story
-from lampyris.reproduce.claims import Said
-from lampyris.reproduce.measured import Costs
-from lampyris.reproduce.results import Results, results
-from lampyris.reproduce.runs import Stage, Tables, run_all
-from lampyris.reproduce.verdict import KINDS, Verdict, count
-from lampyris.study.export import write_csv
-from lampyris.study.table import Table
+from lampyris.io.atomic_write import whole_file
+from lampyris.reproduce.page import page, story
+from lampyris.reproduce.runs import measured
+from lampyris.reproduce.runs.measured import Costs
+from lampyris.reproduce.runs.results import Results, results
+from lampyris.reproduce.runs.runs import Stage, Tables, run_all
+from lampyris.reproduce.tables import comparison, printed, printed_data
+from lampyris.reproduce.tables.claims import Said
+from lampyris.reproduce.tables.verdict import KINDS, Verdict, count
+from lampyris.study.analysis.export import write_csv
+from lampyris.study.analysis.table import Table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,11 +112,12 @@ def _named(tables: Tables) -> Mapping[str, Table]:
 
 def judge(found: Results, costs: Costs) -> Mapping[str, tuple[Verdict, ...]]:
     """Every verdict, with what our runs have to say beside it."""
-    tables = {name: printed.verdicts(name) for name in data.tables()}
+    tables = {name: printed.verdicts(name) for name in printed_data.tables()}
     tables["4.11"] = printed.whole("4.11", comparison.part_two(found.by_pair))
     answers = {"best-nt": story.best_nt(found), "storage": story.storage(costs)}
     tables["text"] = tuple(
-        _answered(v, answers.get(row["id"])) for row, v in zip(data.rows("text"), tables["text"], strict=True)
+        _answered(v, answers.get(row["id"]))
+        for row, v in zip(printed_data.rows("text"), tables["text"], strict=True)
     )
     return MappingProxyType(tables)
 
@@ -138,7 +141,7 @@ def claims_csv(some: tuple[Verdict, ...]) -> str:
     """The claims of abstract, text and conclusion."""
     rows = [
         (row["where"], row["what"], v.printed, v.ours, v.verdict, v.why)
-        for row, v in zip(data.rows("text"), some, strict=True)
+        for row, v in zip(printed_data.rows("text"), some, strict=True)
     ]
     return _csv(("where", "claim", "printed", "recomputed", "verdict", "why"), rows)
 
@@ -154,7 +157,7 @@ def _csv(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
 def verdicts_json(tables: Mapping[str, tuple[Verdict, ...]], found: Results, costs: Costs) -> str:
     """Verdicts, counts, conclusion and measurements for machines."""
     whole = {
-        "source": data.source()["source"],
+        "source": printed_data.source()["source"],
         "kinds": dict(KINDS),
         "counts": count(v for some in tables.values() for v in some),
         "conclusion": story.conclusion(found, costs),

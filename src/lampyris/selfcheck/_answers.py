@@ -12,9 +12,9 @@ import numpy as np
 
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.planners import registry
-from lampyris.planners.base import Planner
-from lampyris.planners.swarm_session import SwarmPlanner
+from lampyris.planning import registry
+from lampyris.planning.base import Planner
+from lampyris.planning.swarm.session import SwarmPlanner
 from lampyris.referee import check_plan
 from lampyris.selfcheck.twins.search_twin import Cost, Counts, cost_of, less
 from lampyris.selfcheck.twins.way_twin import PLAIN, walked
@@ -28,7 +28,7 @@ NEAR = 1e-12
 @cache
 def own(optimal: bool) -> tuple[str, ...]:
     """The names of our own planners, exact ones or the others; guests are for their own tests."""
-    rows = registry.table()
+    rows = registry.list_planners()
     return tuple(
         name for name in rows if rows[name].traits.optimal is optimal and not registry.origin_of(name)
     )

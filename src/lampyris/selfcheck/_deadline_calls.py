@@ -15,8 +15,8 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.planners import registry
-from lampyris.planners.base import Session
+from lampyris.planning import registry
+from lampyris.planning.base import Session
 from lampyris.typing import Cell
 
 Blocked = NDArray[np.bool_]

@@ -56,7 +56,7 @@ from lampyris.cli import main
 main()
 """
 _ENGINE = f"""{_LISTENED}
-from lampyris.app.engine import main
+from lampyris.app.engine.engine import main
 main()
 """
 

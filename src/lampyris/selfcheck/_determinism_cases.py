@@ -13,31 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from lampyris import api, elementary
+from lampyris import api
+from lampyris._core import elementary
 from lampyris.errors import InternalFault, LampyrisError
-from lampyris.field.layers import clearance, free_cells, free_space
-from lampyris.field.solve import solve_field
-from lampyris.maps.draw import Draw
-from lampyris.maps.make import make_ground
+from lampyris.io.maps.recipes.draw import Draw
+from lampyris.io.maps.recipes.make import make_ground
 from lampyris.model.drive import Drive
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
 from lampyris.model.moves import MOVES
+from lampyris.model.obstacles import Movers
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import Recorded
-from lampyris.planners import registry
+from lampyris.planning import registry
+from lampyris.planning.field.layers import clearance, free_cells, free_space
+from lampyris.planning.field.solve import solve_field
+from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
+from lampyris.planning.swarm.optimisers.glowworm import GSO, igso
+from lampyris.planning.swarm.optimisers.loop import Optimiser, Stop, maximise
+from lampyris.planning.swarm.optimisers.particle import PSO, apso
 from lampyris.selfcheck._canonical import digest
 from lampyris.selfcheck._small_studies import small
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.mobility import crowd
-from lampyris.swarm.functions import FUNCTIONS
-from lampyris.swarm.glowworm import GSO, igso
-from lampyris.swarm.loop import Optimiser, Stop, maximise
-from lampyris.swarm.particle import PSO, apso
+from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.traffic.mobility import crowd
 
 ROOT = 14
 """First word of every draw; another makes another corpus."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lampyris.errors import LampyrisError
-from lampyris.maps.scenario import Scenario
+from lampyris.io.scenario.scenario import Scenario
 from lampyris.scenarios import completed, load_scenario, run, save_scenario
 from lampyris.selfcheck._fuzz_study import MAX_CELLS
 from lampyris.selfcheck._fuzz_targets import TARGETS

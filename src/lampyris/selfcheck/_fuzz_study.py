@@ -13,15 +13,15 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.selfcheck._fuzz_valid import grid, must, words
 from lampyris.selfcheck.twins.store_files import StoreCorpus
-from lampyris.study.design import Crowd, Ground, Study, Who, World, canonical
-from lampyris.study.file import load_study
-from lampyris.study.plain import study_of, study_plain
-from lampyris.study.row import ENDINGS, Row
-from lampyris.study.store import Store, repair
+from lampyris.study.design.row import ENDINGS, Row
+from lampyris.study.design.serialize import study_of, study_plain
+from lampyris.study.design.study import Crowd, Ground, Study, Who, World, canonical
+from lampyris.study.design.study_file import load_study
+from lampyris.study.store.store import Store, repair
 
 MAX_CELLS = 4096
 STORE = "s.study.db"

@@ -10,16 +10,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from lampyris import scen
-from lampyris.maps import dob
-from lampyris.maps.document import MapDocument
-from lampyris.maps.json_text import read_json
-from lampyris.maps.load import load_map
-from lampyris.maps.movers_file import read_movers
-from lampyris.maps.scenario import Scenario
-from lampyris.maps.tracks import read_track
-from lampyris.maps.way_file import Way, read_way
-from lampyris.maps.yaml_text import read_yaml
-from lampyris.maps.zones import read_zones
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.zones import read_zones
+from lampyris.io.paths import Way, read_way
+from lampyris.io.scenario.scenario import Scenario
+from lampyris.io.text.strict_json import read_json
+from lampyris.io.text.strict_yaml import read_yaml
+from lampyris.io.tracks import dob
+from lampyris.io.tracks.csv_tracks import read_track
+from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
 from lampyris.scenarios import load_scenario
 from lampyris.selfcheck import _fuzz_study as of_study

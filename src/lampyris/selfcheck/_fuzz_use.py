@@ -23,23 +23,23 @@ import numpy as np
 
 from lampyris import api
 from lampyris.errors import LampyrisError
-from lampyris.maps.document import MapDocument
-from lampyris.maps.load import load_map
-from lampyris.maps.movers_file import read_movers
-from lampyris.maps.scenario import PRESETS
-from lampyris.maps.tracks import read_track
-from lampyris.maps.way_file import read_way
-from lampyris.maps.zones import read_zones
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.zones import read_zones
+from lampyris.io.paths import read_way
+from lampyris.io.scenario.scenario import PRESETS
+from lampyris.io.tracks.csv_tracks import read_track
+from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, RandomWalk, Recorded, Traffic
-from lampyris.motion import laws
-from lampyris.motion.compare import compare
-from lampyris.motion.deviation import deviation
-from lampyris.planners import registry
-from lampyris.report.plain import plan_record, profile_record, trace_record
+from lampyris.motion.geometry.deviation import deviation
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.compare import compare
+from lampyris.planning import registry
+from lampyris.report.data.serialize import plan_record, profile_record, trace_record
 from lampyris.scenarios import load_scenario
 from lampyris.scenarios import run as run_scenario
 from lampyris.selfcheck._fuzz_valid import must, words
@@ -57,7 +57,7 @@ SPACE = 3 * 2**30
 """Bytes of address space that a case may ask for beyond what the process has."""
 
 LIMITS = {"MEMORY": 1024, "NODES": 50_000, "TICKS": 2_000, "DECISIONS": 10_000}
-"""Limits of use (:mod:`lampyris.limits`) that keep a case within its time; see docs/performance.md."""
+"""Limits of use (:mod:`lampyris._core.limits`) that keep a case within its time; see docs/performance.md."""
 
 KINDS: Mapping[str, str] = {
     "use-map": "a mutated map of each format: planned on, timed, simulated, driven",

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from lampyris import scen
-from lampyris.limits import MAX_CELLS
-from lampyris.maps import json_text, yaml_text
-from lampyris.maps.document import MapDocument
-from lampyris.maps.scenario import Scenario
-from lampyris.maps.way_file import Way
+from lampyris._core.limits import MAX_CELLS
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.paths import Way
+from lampyris.io.scenario.scenario import Scenario
+from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.grid import Grid
-from lampyris.model.movers import Movers
+from lampyris.model.obstacles import Movers
 from lampyris.selfcheck.twins.map_sizes import Uneven, size
 from lampyris.typing import Cell
 
@@ -96,7 +96,7 @@ def benchmark(found: scen.Benchmark) -> None:
         must(0 <= one.length < 1e115 and one.bucket >= 0, f"length or bucket: {one}")
 
 
-def data(found: yaml_text.YamlDocument | json_text.JsonDocument) -> None:
+def data(found: strict_yaml.YamlDocument | strict_json.JsonDocument) -> None:
     """Plain data, finite where it is JSON, and every value's place can be told."""
     left: list[tuple[tuple[str | int, ...], Any]] = [((), found.data)]
     count = 0
@@ -112,9 +112,9 @@ def data(found: yaml_text.YamlDocument | json_text.JsonDocument) -> None:
             left += [((*way, k), inner) for k, inner in enumerate(value)]
         else:
             must(value is None or type(value) in (bool, int, float, str), f"a {type(value).__name__}")
-            if isinstance(value, float) and isinstance(found, json_text.JsonDocument):
+            if isinstance(value, float) and isinstance(found, strict_json.JsonDocument):
                 must(math.isfinite(value), "not finite")
-    must(count <= max(yaml_text.MAX_VALUES, json_text.MAX_VALUES), f"{count:,} values")
+    must(count <= max(strict_yaml.MAX_VALUES, strict_json.MAX_VALUES), f"{count:,} values")
 
 
 def track(found: tuple[Cell, ...]) -> None:

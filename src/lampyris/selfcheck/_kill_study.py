@@ -215,11 +215,11 @@ class Hunt:
 
     def _compare(self) -> None:
         """The store beside the log and beside the same study run at once."""
-        from lampyris.study.export import write_csv
-        from lampyris.study.file import load_study
-        from lampyris.study.run import run
-        from lampyris.study.store import Store
-        from lampyris.study.table import table_of
+        from lampyris.study.analysis.export import write_csv
+        from lampyris.study.analysis.table import table_of
+        from lampyris.study.design.study_file import load_study
+        from lampyris.study.execution.run import run
+        from lampyris.study.store.store import Store
 
         found, study = self.found, load_study(self.file)
         with Store.open(self.store, writable=False) as store:

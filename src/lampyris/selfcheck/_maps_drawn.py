@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lampyris.maps.costmap import FROM_OCCUPANCY
-from lampyris.maps.document import MapDocument
+from lampyris.io.maps.formats.costmap import FROM_OCCUPANCY
+from lampyris.io.maps.formats.document import MapDocument
 from lampyris.model.grid import Grid
 
 Way: TypeAlias = tuple[str, str]

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.field.solve import solve_field
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Planner
+from lampyris.planning.base import Planner
+from lampyris.planning.field.solve import solve_field
 from lampyris.referee import check_plan
 from lampyris.selfcheck import _drawn_maps as maps
 from lampyris.selfcheck._answers import exact, own, planner

@@ -12,15 +12,15 @@ import numpy as np
 
 from lampyris import api
 from lampyris.errors import SettingError
-from lampyris.maps.load import load_map
-from lampyris.maps.save import save_map
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.save import save_map
 from lampyris.model.change import Change, Seen
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Planner
-from lampyris.planners.sipp import Sipp
-from lampyris.planners.space_time_astar import SpaceTimeAStar
+from lampyris.planning.base import Planner
+from lampyris.planning.spacetime.sipp import Sipp
+from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
 from lampyris.selfcheck._answers import planner
 from lampyris.selfcheck._metamorphic_draw import (
     Told,

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lampyris.model.drive import Drive
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.trace import Outcome
 from lampyris.referee.drive import NO_LATERAL_PROMISE
 

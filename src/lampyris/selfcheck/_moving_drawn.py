@@ -16,7 +16,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.planners.base import Planner
+from lampyris.planning.base import Planner
 from lampyris.referee import check_plan
 from lampyris.selfcheck._moving_cases import place
 from lampyris.selfcheck._moving_drive import least_gap

@@ -11,8 +11,8 @@ import numpy as np
 
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
-from lampyris.motion.blind import BlindArea
-from lampyris.motion.physical import PhysicalLaw
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.safety.blind_areas import BlindArea
 from lampyris.selfcheck._profile_ways import Ground
 from lampyris.selfcheck.check import Tally
 from lampyris.selfcheck.twins import blind_twin as twin

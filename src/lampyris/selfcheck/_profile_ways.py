@@ -14,8 +14,8 @@ from lampyris.model.moves import MOVES
 from lampyris.model.path import Path, path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.course import Course, course_of
-from lampyris.motion.refine import refined
+from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.laws.node_refinement import refined
 from lampyris.typing import Floats, Points
 
 SIZE = 40

@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from lampyris.field.repair import Mender
-from lampyris.field.solve import solve
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Planner, Session
+from lampyris.planning.base import Planner, Session
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.solve import solve
 from lampyris.selfcheck._repair_story import RNG, by_the_twin, demand
 from lampyris.selfcheck.twins.changing_twin import Cell, World
 from lampyris.selfcheck.twins.way_twin import walked

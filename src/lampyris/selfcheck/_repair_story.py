@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from lampyris.field.repair import Mender
-from lampyris.field.solve import solve
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Budget, Planner, Session
+from lampyris.planning.base import Budget, Planner, Session
+from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.solve import solve
 from lampyris.referee import check_path
 from lampyris.selfcheck.twins.changing_twin import Cell, Counts, World, costs
 from lampyris.selfcheck.twins.edit_stories import Edit, Story

@@ -17,7 +17,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Budget, Planner, Session
+from lampyris.planning.base import Budget, Planner, Session
 from lampyris.selfcheck.twins.changing_twin import Cell, World
 
 STEPS = 50

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import SceneError
-from lampyris.field.solve import solve
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.drive import Drive
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
@@ -19,11 +18,12 @@ from lampyris.model.moves import moves_named
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
-from lampyris.motion.laws import LAWS
-from lampyris.planners import registry
-from lampyris.planners.base import Planner
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.drive import drive
+from lampyris.motion.laws.registry import LAWS
+from lampyris.planning import registry
+from lampyris.planning.base import Planner
+from lampyris.planning.field.solve import solve
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.traffic.adversary import Cutter
 from lampyris.typing import BoolGrid, Cell
 
 KINDS = ("random-walk", "rate", "patrol", "crossing", "recorded", "all")

@@ -33,14 +33,14 @@ BACK_AFTER = 20
 
 def digest(row: Any) -> str:
     """Of what a row says, timing aside."""
-    from lampyris.study.design import canonical
+    from lampyris.study.design.study import canonical
 
     return hashlib.sha256(canonical([row.key, row.ending, row.metrics, row.error])).hexdigest()
 
 
 def log_acknowledged(log: str) -> None:
     """From now on what a store acknowledges is in the log before anybody else is told."""
-    from lampyris.study.store import Store
+    from lampyris.study.store.store import Store
 
     add, write, sync = Store.add, os.write, os.fsync
     out = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
@@ -141,7 +141,7 @@ def sitting(told: dict[str, Any]) -> int:
 
 def _set_clock(how: str) -> None:
     """A clock that is the same in every run of a case; or one that is wrong."""
-    from lampyris.study import batches
+    from lampyris.study.execution import batches
 
     batches.MAX_JOBS = 2  # many small batches: many moments between them
     time.perf_counter, time.time = clocks(how, time.time)
@@ -220,10 +220,10 @@ def _warm(file: str, csv: str) -> None:
     from typer.main import get_command
 
     from lampyris.cli import app, study_kept, study_show, study_work  # noqa: F401
-    from lampyris.study.export import write_csv
-    from lampyris.study.file import load_study
-    from lampyris.study.run import run
-    from lampyris.study.table import table_of
+    from lampyris.study.analysis.export import write_csv
+    from lampyris.study.analysis.table import table_of
+    from lampyris.study.design.study_file import load_study
+    from lampyris.study.execution.run import run
 
     study = load_study(file)
     rows: list[Any] = []

@@ -15,8 +15,8 @@ from typing import Any
 from lampyris.errors import InternalFault
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck._sitting_child import digest
-from lampyris.study.file import load_study
-from lampyris.study.store import Store
+from lampyris.study.design.study_file import load_study
+from lampyris.study.store.store import Store
 
 STUDY = """\
 version: 1

@@ -8,14 +8,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lampyris.study.design import Study
-from lampyris.study.export import write_csv
-from lampyris.study.file import load_study
-from lampyris.study.row import Row
-from lampyris.study.run import run
-from lampyris.study.store import Store
-from lampyris.study.table import table_of
-from lampyris.study.where import Where
+from lampyris.study.analysis.export import write_csv
+from lampyris.study.analysis.table import table_of
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Study
+from lampyris.study.design.study_file import load_study
+from lampyris.study.execution.execution import Where
+from lampyris.study.execution.run import run
+from lampyris.study.store.store import Store
 
 _SHUT = "['..........', '.########.', '.#......#.', '.#.####.#.', '.#.#..#.#.', '.########.', '..........']"
 

@@ -20,10 +20,10 @@ from lampyris.errors import InternalFault, LampyrisError
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck._stores import Files, bytes_of, clear, filled, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
-from lampyris.study.row import Row
-from lampyris.study.store import Store, open_for, repair
-from lampyris.study.store_file import PAGE
-from lampyris.study.store_row import packed
+from lampyris.study.design.row import Row
+from lampyris.study.store.file import PAGE
+from lampyris.study.store.row_record import packed
+from lampyris.study.store.store import Store, open_for, repair
 
 T = TypeVar("T")
 SEEDS = 7

@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from lampyris.errors import LampyrisError
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck._store_damage import MAIN, closed, opened
 from lampyris.selfcheck._store_writers import processes, writers
 from lampyris.selfcheck._stores import bytes_of, clear, filled, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.selfcheck.twins.watching import Hangs, no_longer_than
-from lampyris.study.design import Crowd, Ground, Study, Who, canonical
-from lampyris.study.row import Row
-from lampyris.study.store import Store, open_for, repair
-from lampyris.study.store_file import seal
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Study, Who, canonical
+from lampyris.study.store.file import seal
+from lampyris.study.store.store import Store, open_for, repair
 
 PATIENCE_S = 60.0
 """After so many seconds a store that does not answer hangs."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from lampyris.errors import LampyrisError
 from lampyris.selfcheck._stores import BESIDE, clear, rows, study
-from lampyris.study.row import Row
-from lampyris.study.store import Store, open_for
+from lampyris.study.design.row import Row
+from lampyris.study.store.store import Store, open_for
 
 PATIENCE = 120
 """Seconds that two processes may take for one small store."""
@@ -78,7 +78,7 @@ _RACE = """
 import random, sys, time
 from lampyris.errors import LampyrisError
 from lampyris.selfcheck._stores import rows, study
-from lampyris.study.store import open_for
+from lampyris.study.store.store import open_for
 of, rng = study(15), random.Random(int(sys.argv[2]))
 given, busy = rows(of), 0
 rng.shuffle(given)

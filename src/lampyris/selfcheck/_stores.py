@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
-from lampyris.study.design import Crowd, Ground, Job, Study, Who, World
-from lampyris.study.row import Row
-from lampyris.study.store import Store
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World
+from lampyris.study.store.store import Store
 
 BESIDE = ("", "-wal", "-shm", ".lock")
 """Endings of the names of a store's files."""

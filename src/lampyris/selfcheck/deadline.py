@@ -17,11 +17,12 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from lampyris import halting, referee
+from lampyris import referee
+from lampyris._core import cancellation
 from lampyris.kernels import _jit
 from lampyris.model.plan import Plan, Status
-from lampyris.planners import registry
-from lampyris.planners.base import Budget, Session
+from lampyris.planning import registry
+from lampyris.planning.base import Budget, Session
 from lampyris.selfcheck._deadline_calls import Call, call_of, large_call_of, long_call_of, session_of
 from lampyris.selfcheck._deadline_processes import Ended, Engine, Long, interrupted, long_of
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
@@ -170,7 +171,7 @@ def _calls(ask: Ask, part: Part, judge: _Judge) -> None:
         call = _DRAWN.get(part.kind, call_of)(rng)
         try:
             _one(part.kind, number, call, judge)
-        except (Exception, halting.Halted) as fault:
+        except (Exception, cancellation.Halted) as fault:
             judge.tally.case("raised")
             judge.tally.fail(number, f"{type(fault).__name__}: {fault}", call=call.said)
 
@@ -300,7 +301,7 @@ def _unlike(one: Plan, other: Plan) -> str:
 
 def _timed(session: Session, seconds: float, *, by_hand: bool) -> _Timed:
     """Make a call that is to end after ``seconds``: by its own limit, or because a thread says so."""
-    stop = halting.Stop()
+    stop = cancellation.Stop()
     budget = Budget(stop=stop) if by_hand else Budget(seconds=seconds)
     over, woken = threading.Event(), [0.0]
     before = _machine_code()

@@ -30,12 +30,12 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.processors import processors
+from lampyris._core.processors import processors
 from lampyris.selfcheck import _small_studies as studies
 from lampyris.selfcheck._determinism_run import extensions
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
-from lampyris.study.where import Where
+from lampyris.study.execution.execution import Where
 
 GOLDEN = Path(__file__).with_name("golden.json")
 CASES = 500

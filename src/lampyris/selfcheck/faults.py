@@ -27,11 +27,11 @@ from lampyris.referee import check_drive
 from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck.check import Ask, Check, Kind, Part, Tally
 from lampyris.selfcheck.check import Outcome as Seen
-from lampyris.sim.cutting import Cutter
-from lampyris.sim.drive import drive
-from lampyris.sim.drive_settings import Settings
-from lampyris.sim.feed import FAULTS, FaultyFeed, Feed, Told
-from lampyris.sim.space import EIGHT
+from lampyris.sim.continuous.drive import drive
+from lampyris.sim.continuous.settings import Settings
+from lampyris.sim.sensor import FAULTS, FaultyFeed, Feed, Told
+from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.world.cell_index import EIGHT
 
 _WHAT = {
     "stops": "no message comes any more",

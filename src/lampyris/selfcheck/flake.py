@@ -25,7 +25,7 @@ from lampyris.selfcheck.ledger import files_of, hash_of
 
 QUICK = (
     "tests/model",
-    "tests/maps/test_map_text_npy.py",
+    "tests/io/test_map_text_npy.py",
     "tests/motion/test_speed_dissertation.py",
     "tests/test_elementary.py",
 )

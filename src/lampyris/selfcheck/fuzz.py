@@ -16,20 +16,13 @@ from pathlib import Path
 
 import lampyris
 from lampyris.errors import LampyrisError
-from lampyris.planners import registry
+from lampyris.planning import registry
 from lampyris.selfcheck import _fuzz_run, _fuzz_use
 from lampyris.selfcheck._fuzz_targets import TARGETS, Target
 from lampyris.selfcheck._fuzz_valid import NotValid, must, words
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
-from lampyris.selfcheck.twins.watching import (
-    Growth,
-    Hangs,
-    Readings,
-    no_longer_than,
-    old_left_alone,
-    watched,
-)
+from lampyris.selfcheck.twins.watching import Growth, Hangs, Readings, no_longer_than, old_left_alone, watched
 
 BUNDLED = Path(lampyris.__file__).parent / "maps" / "data"
 CPU_S = 1.0

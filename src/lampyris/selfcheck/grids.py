@@ -12,11 +12,11 @@ from functools import lru_cache
 import numpy as np
 
 from lampyris.errors import SceneError
-from lampyris.field.solve import solve, solve_field
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, moves_named
 from lampyris.model.scene import Scene
+from lampyris.planning.field.solve import solve, solve_field
 from lampyris.selfcheck import _grid_lists as lists
 from lampyris.selfcheck._answers import Truth, asked, drawn, exact, planner, wrong
 from lampyris.selfcheck._grid_lists import Query

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import InputError
-from lampyris.maps.convert import convert, write_and_compare
-from lampyris.maps.load import load_map
-from lampyris.maps.map_hash import map_hash
+from lampyris.io.maps.convert import convert, write_and_compare
+from lampyris.io.maps.load import load_map
+from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.selfcheck._maps_closed import SORTS, Sort, ros
 from lampyris.selfcheck._maps_drawn import HOLDS, drawn, facts

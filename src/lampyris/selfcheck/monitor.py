@@ -14,7 +14,7 @@ from lampyris.errors import SceneError
 from lampyris.model.drive import Drive
 from lampyris.model.trace import Outcome as Ending
 from lampyris.model.trace import Trace
-from lampyris.planners import registry
+from lampyris.planning import registry
 from lampyris.referee import check_drive, check_trace
 from lampyris.selfcheck import _monitor_drives as drives
 from lampyris.selfcheck import _monitor_faults as traces
@@ -24,7 +24,7 @@ from lampyris.selfcheck.twins.drive_monitor import watch
 from lampyris.selfcheck.twins.edit_twin import EditMonitor
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
-from lampyris.sim import loop
+from lampyris.sim.grid import loop
 
 KINDS = {
     "traces": Kind(

@@ -9,9 +9,9 @@ import numpy as np
 from lampyris.model.change import Change, Seen
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Planner, Session
-from lampyris.planners.sipp import Sipp
-from lampyris.planners.space_time_astar import SpaceTimeAStar
+from lampyris.planning.base import Planner, Session
+from lampyris.planning.spacetime.sipp import Sipp
+from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
 from lampyris.selfcheck import _moving_drawn as drawn
 from lampyris.selfcheck import _moving_gates as gates
 from lampyris.selfcheck._moving_cases import ONE, Question, first_of_group, place, questions

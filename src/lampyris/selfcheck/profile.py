@@ -16,8 +16,8 @@ import numpy as np
 
 from lampyris.errors import SettingError
 from lampyris.model.profile import Profile
-from lampyris.motion import laws
-from lampyris.motion.course import Course
+from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import Feasible
 from lampyris.referee import check_profile
 from lampyris.selfcheck import _profile_blind as blind

@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from lampyris.field.layers import moves_for
-from lampyris.field.solve import solve_field
+from lampyris.planning.field.layers import moves_for
+from lampyris.planning.field.solve import solve_field
 from lampyris.selfcheck import _worlds as worlds
 from lampyris.selfcheck._answers import asked, drawn, exact, own, wrong
 from lampyris.selfcheck._grid_costs import parts_of

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lampyris.field import repair as mending
 from lampyris.model.moves import MOVES
-from lampyris.planners.base import Planner
-from lampyris.planners.dstar import DStar
-from lampyris.planners.dstar_lite import DStarLite
-from lampyris.planners.focussed_dstar import FocussedDStar
-from lampyris.planners.lpa_star import LpaStar
+from lampyris.planning.base import Planner
+from lampyris.planning.field import repair as mending
+from lampyris.planning.incremental.dstar import DStar
+from lampyris.planning.incremental.dstar_lite import DStarLite
+from lampyris.planning.incremental.focussed_dstar import FocussedDStar
+from lampyris.planning.incremental.lpa_star import LpaStar
 from lampyris.selfcheck._repair_every import Group, edits
 from lampyris.selfcheck._repair_long import long_story
 from lampyris.selfcheck._repair_story import data, mend_through, plan_through

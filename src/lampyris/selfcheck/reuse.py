@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from lampyris.planners import registry
-from lampyris.planners.base import Planner
+from lampyris.planning import registry
+from lampyris.planning.base import Planner
 from lampyris.selfcheck._reuse_life import ALL, ARRIVAL, COST, NOTHING, SINCE, STEPS, Life
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from lampyris._core.cancellation import Halted
 from lampyris.errors import UsageError, did_you_mean
-from lampyris.halting import Halted
 from lampyris.selfcheck import registry
 from lampyris.selfcheck.check import Ask, Check, Failure, Kind, Outcome, Part, gather
 from lampyris.selfcheck.ledger import Ledger, key

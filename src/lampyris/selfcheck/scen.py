@@ -18,7 +18,7 @@ import numpy as np
 
 from lampyris import scen
 from lampyris.errors import FileError, LampyrisError, UsageError
-from lampyris.maps.movingai import ScenQuery, grid_for
+from lampyris.io.maps.formats.movingai import ScenQuery, grid_for
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.referee import check_plan

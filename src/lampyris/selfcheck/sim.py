@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from lampyris.errors import SceneError
-from lampyris.field.solve import solve
-from lampyris.maps.library import load
+from lampyris.io.maps.library import load
 from lampyris.model.moves import moves_named
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome, Trace
 from lampyris.model.traffic import RandomWalk
-from lampyris.motion.dissertation import DissertationLaw
-from lampyris.planners.ad_gso import AdGso
+from lampyris.motion.laws.dissertation import DissertationLaw
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.field.solve import solve
 from lampyris.referee import check_drive, check_trace
 from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck._answers import own
@@ -33,7 +33,7 @@ from lampyris.selfcheck.twins.edit_twin import EditMonitor
 from lampyris.selfcheck.twins.pace_twin import gains
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
-from lampyris.sim import fast, loop
+from lampyris.sim.grid import fast_simulation, loop
 
 KINDS = {
     "fast": Kind(
@@ -188,7 +188,7 @@ def _looped(ask: Ask, number: int, tally: Tally, check: str) -> None:
 
 
 @lru_cache(maxsize=4)
-def _fast_runs(seed: int, which: int) -> tuple[fast.FastRuns, Scene, AdGso, Any]:
+def _fast_runs(seed: int, which: int) -> tuple[fast_simulation.FastRuns, Scene, AdGso, Any]:
     """A scene between two far cells of a bundled map; kept for the runs that follow."""
     rng = Ask(seed=seed).rng("sim", "fast scene", which)
     grid = load(MAPS[which % len(MAPS)]).grid
@@ -206,7 +206,7 @@ def _fast_runs(seed: int, which: int) -> tuple[fast.FastRuns, Scene, AdGso, Any]
     who = (AdGso(), AdGso(choice="exact"), AdGso(gates="close"), AdGso(nt=3, mvr=2))[int(rng.integers(4))]
     law = _LAWS[int(rng.integers(2))]
     scene = Scene(grid, start, goal, moves, traffic=(crowd,))
-    return fast.FastRuns(scene, who, law), scene, who, law
+    return fast_simulation.FastRuns(scene, who, law), scene, who, law
 
 
 def _fast(ask: Ask, number: int, tally: Tally) -> None:
@@ -233,7 +233,7 @@ def _crowd(ask: Ask, number: int, tally: Tally) -> None:
     scene = scenes.crowded(rng)
     who, law = (AdGso(), AdGso(nt=3, mvr=2))[int(rng.integers(2))], _LAWS[int(rng.integers(2))]
     patience = int(rng.integers(0, 6))
-    found = fast.FastRuns(scene, who, law, patience).run(number, LONGEST_CROWD)
+    found = fast_simulation.FastRuns(scene, who, law, patience).run(number, LONGEST_CROWD)
     if found is None:
         tally.count("by the loop")
         return

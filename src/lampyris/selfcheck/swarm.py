@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from lampyris.model.plan import Plan
-from lampyris.planners import registry
-from lampyris.planners.swarm_session import SwarmPlanner
+from lampyris.planning import registry
+from lampyris.planning.swarm.session import SwarmPlanner
 from lampyris.selfcheck import _worlds as worlds
 from lampyris.selfcheck._answers import Truth, drawn, in_cells, wrong
 from lampyris.selfcheck._worlds import World

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from lampyris.errors import SettingError, callable_or_none, file_name
-from lampyris.study import run as running
-from lampyris.study.design import Study
-from lampyris.study.row import Row
-from lampyris.study.table import Table, table_of
-from lampyris.study.where import Progress, Where
+from lampyris.study.analysis.table import Table, table_of
+from lampyris.study.design.row import Row
+from lampyris.study.design.study import Study
+from lampyris.study.execution import run as running
+from lampyris.study.execution.execution import Progress, Where
 
 
 def run_study(
@@ -37,7 +37,7 @@ def run_study(
     ------
     LampyrisError : of the file, of the store (another study's, damaged, in use), of the cluster.
     """
-    from lampyris.study.file import load_study
+    from lampyris.study.design.study_file import load_study
 
     asked: Any = load_study(study) if isinstance(study, str | os.PathLike) else study
     if not isinstance(asked, Study):
@@ -53,7 +53,7 @@ def run_study(
 
         running.run(asked, remember, where=where, progress=progress)
         return table_of(asked, rows)
-    from lampyris.study.store import open_for
+    from lampyris.study.store.store import open_for
 
     with open_for(file_name("store", store), asked) as kept:
 

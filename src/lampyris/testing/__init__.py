@@ -21,8 +21,8 @@ from lampyris.model.grid import MAX_TERRAIN, Grid
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.planners import registry
-from lampyris.planners.base import Planner, Session, Traits
+from lampyris.planning import registry
+from lampyris.planning.base import Planner, Session, Traits
 from lampyris.testing.overlap import check_overlap
 from lampyris.testing.questions import Question, ask
 from lampyris.testing.search import cheapest
@@ -129,7 +129,7 @@ def _on_rough_ground(scene: Scene, rng: np.random.Generator) -> Scene:
 
 
 def _check_settings(planner: Planner) -> None:
-    _demand(isinstance(planner, Planner), f"{planner!r} lacks part of lampyris.planners.base.Planner")
+    _demand(isinstance(planner, Planner), f"{planner!r} lacks part of lampyris.planning.base.Planner")
     kind = type(planner)
     frozen = getattr(getattr(kind, "__dataclass_params__", None), "frozen", False)
     _demand(frozen, f"{kind.__name__} is not a frozen dataclass: its fields are its settings")

@@ -12,7 +12,7 @@ from lampyris.errors import BusyError, InputError
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Planner, Session
+from lampyris.planning.base import Planner, Session
 from lampyris.testing.questions import Question, ask
 from lampyris.typing import Cell
 
@@ -68,7 +68,7 @@ def check_overlap(planner: Planner) -> None:
         if not isinstance(came[0], BusyError):
             raise AssertionError(
                 f"{planner.name}: a second call {label} comes to {came[0]!r}, not to a BusyError; "
-                "derive the session from lampyris.planners.base.SessionBase"
+                "derive the session from lampyris.planning.base.SessionBase"
             )
     with suppress(InputError):
         session.plan(Change(robot=(scene.grid.width, 0)))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NoReturn
 
-from lampyris.field.layers import free_cells, moves_for
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Budget, Planner, Session, Traits
+from lampyris.planning.base import Budget, Planner, Session, Traits
+from lampyris.planning.field.layers import free_cells, moves_for
 from lampyris.referee import check_path
 from lampyris.testing.search import cheapest
 from lampyris.typing import Cell

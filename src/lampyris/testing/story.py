@@ -11,7 +11,7 @@ from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Budget, Planner, Session
+from lampyris.planning.base import Budget, Planner, Session
 from lampyris.testing.questions import PLENTY, Question, ask, judge, tell
 from lampyris.typing import Cell
 

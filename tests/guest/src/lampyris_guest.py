@@ -8,13 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris.field.layers import free_space, moves_for
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planners.base import Budget, SessionBase, Traits
-from lampyris.planners.edits import edited
+from lampyris.planning.base import Budget, SessionBase, Traits
+from lampyris.planning.edits import edited
+from lampyris.planning.field.layers import free_space, moves_for
 
 
 @dataclass(frozen=True, slots=True)

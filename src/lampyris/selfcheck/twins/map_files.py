@@ -7,8 +7,8 @@ import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from lampyris.maps.document import MapDocument
-from lampyris.maps.load import load_map
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.load import load_map
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

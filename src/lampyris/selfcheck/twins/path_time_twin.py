@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.model.movers import Track
+from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
-from lampyris.motion.course import Course
+from lampyris.motion.geometry.sampled_path import Course
 
 Point = tuple[float, float]
 

@@ -1,0 +1,1 @@
+"""The engines of the app: processes that plan, simulate and draw."""

@@ -1,0 +1,273 @@
+"""Kept: what is shown, as a file."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from lampyris import api, scenarios
+from lampyris.app.engine.cache import known
+from lampyris.app.engine.comparison import Told, compare, comparison
+from lampyris.app.engine.frames import frame, json_frame
+from lampyris.app.engine.layers import layer_of
+from lampyris.app.engine.progress import Share, tell
+from lampyris.app.engine.simulation import begin, finish
+from lampyris.errors import UsageError
+from lampyris.io.scenario.save import json_of, plain, yaml_of
+from lampyris.io.scenario.scenario import Scenario
+from lampyris.io.text.strict_yaml import MAX_BYTES, MAX_VALUES
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.trace import Trace
+from lampyris.planning import registry
+from lampyris.planning.field.solve import solve_field
+from lampyris.report.data.csv import write_plan_csv, write_trace_csv
+from lampyris.report.data.measures import trace_metrics
+from lampyris.report.film.film_frames import Landscape, Stage
+from lampyris.report.film.simulation_film import FPS, check, film, frames_of
+from lampyris.report.html import page as html
+from lampyris.report.html.table import Tab
+from lampyris.report.pictures.plan_picture import LAYERS, draw_plan
+from lampyris.scenarios import speed_law
+from lampyris.study.analysis.measures import ALL
+from lampyris.study.analysis.summary import summarise
+from lampyris.study.page.page import page_of
+from lampyris.typing import Floats
+
+Look = Callable[[], None]
+PIECE: Final = 2**18
+
+
+def export(question: Mapping[str, Any], scenario: Scenario, look: Look) -> Iterator[bytes]:
+    """A file as frames ``B``, and ``Z`` with its length. Meanwhile it tells how far it is.
+
+    Parameters
+    ----------
+    question : ``what``: png, svg, webp, gif, csv, scenario or report. ``tick``, of a png: that moment of the
+        simulation and not the plan. ``settings``: ``layer`` of a picture of the plan (luciferin, cost or
+        none), or of a film or a moment (none, or any of :func:`lampyris.app.engine.layers.layer_of`), ``fps`` and
+        ``scale`` of a film; planners, laws and seeds of the report of a comparison.
+
+    Raises
+    ------
+    UsageError : EXPORT.
+    """
+    make = _KINDS.get(str(question.get("what")))
+    settings = question.get("settings") or {}
+    if make is None or not isinstance(settings, Mapping):
+        raise UsageError("EXPORT", f"{question.get('what')!r:.40}", where="what", allowed=", ".join(_KINDS))
+    data = make({**settings, "tick": question.get("tick"), "what": question["what"]}, scenario, look)
+    for at in range(0, len(data), PIECE):
+        look()
+        yield frame("B", data[at : at + PIECE])
+    yield json_frame("Z", {"bytes": len(data)})
+
+
+def _written(ending: str, write: Callable[[Path], object]) -> bytes:
+    """What is written into a file of that ending."""
+    with tempfile.TemporaryDirectory(prefix="lampyris-") as folder:
+        path = Path(folder) / f"file.{ending}"
+        write(path)
+        return path.read_bytes()
+
+
+def planned(scenario: Scenario) -> tuple[Plan, Profile | None]:
+    """The scenario's plan and its speeds."""
+    planner = registry.make(scenario.planner, scenario.settings)
+    found = api.plan(scenario.scene, planner, scenario.seed)
+    law: Any = speed_law(scenario.law, scenario.law_settings)
+    return found, api.profile(found, scenario.scene, law) if found else None
+
+
+def simulated(scenario: Scenario, look: Look) -> Trace:
+    """The scenario's simulation."""
+    run = begin(scenario)
+    share = Share("running", run.last_tick)
+    while run.outcome is None:
+        run.tick()
+        share(run.now)
+        look()
+    return finish(run)
+
+
+def _picture(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    tick = settings.get("tick")
+    if tick is not None:
+        return _moment(settings, scenario, simulated(scenario, look), tick)
+    layer = settings.get("layer") or LAYERS[0]
+    scene, own = scenario.scene, scenario.settings
+    found, profile = planned(scenario)
+    shares = {key: own[key] for key in ("rho", "gamma") if key in own}
+    gates = "close" if own.get("gates") == "close" else "ignore"
+    field = None if layer == "none" else solve_field(scene, gates=gates, **shares)
+    return _written(
+        settings["what"],
+        lambda path: draw_plan(
+            scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=path
+        ),
+    )
+
+
+def _moment(settings: Mapping[str, Any], scenario: Scenario, trace: Trace, tick: Any) -> bytes:
+    """A tick of a simulation, as its film shows it."""
+    if settings["what"] != "png":
+        raise UsageError(
+            "EXPORT",
+            "a moment of a run as SVG",
+            where="what",
+            allowed="png",
+            todo="take PNG, or the whole way",
+        )
+    if type(tick) is not int or tick < 0:
+        raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
+    from PIL import Image
+
+    stage = Stage(trace, None, landscape=_landscape(settings, scenario, trace))
+    out = io.BytesIO()
+    Image.fromarray(stage.frame(float(min(tick, trace.ticks)))).save(out, format="PNG")
+    return out.getvalue()
+
+
+def _film(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    return _film_of(scenario, simulated(scenario, look), settings, look)
+
+
+def _landscape(settings: Mapping[str, Any], scenario: Scenario, trace: Trace) -> Landscape | None:
+    """The layer beneath the moments of a run.
+
+    Raises
+    ------
+    UsageError : LAYER.
+    """
+    name = settings.get("layer")
+    if name is None or name == "none":
+        return None
+    moves = name == "reach"
+
+    def values(tick: int) -> Floats:
+        return layer_of(str(name), scenario, tick, _bodies(trace, tick) if moves else None)
+
+    return Landscape(str(name), values, moves)
+
+
+def _bodies(trace: Trace, tick: int) -> list[list[int]]:
+    """Cells of the obstacles that are there at a tick."""
+    return [
+        track[min(tick - came, len(track) - 1)].tolist()
+        for track, came in zip(trace.tracks, trace.appears, strict=True)
+        if came <= tick
+    ]
+
+
+def _film_of(scenario: Scenario, trace: Trace, settings: Mapping[str, Any], look: Look) -> bytes:
+    given = {key: settings[key] for key in ("fps", "scale") if settings.get(key) is not None}
+    check(f"film.{settings['what']}", given.get("fps", FPS), given.get("scale"))
+    below = _landscape(settings, scenario, trace)
+    frames = frames_of(trace, given.get("fps", FPS))
+    share = Share("drawing", frames)
+
+    def drawn(done: int) -> None:
+        share(done)
+        if done == frames:
+            tell("writing")
+        look()
+
+    given |= {"progress": drawn, "landscape": below}
+    return _written(settings["what"], lambda path: film(trace, path, **given))
+
+
+def _csv(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    if scenario.simulated:
+        trace = simulated(scenario, look)
+        return _written("csv", lambda path: write_trace_csv(path, trace))
+    found, profile = planned(scenario)
+    if profile is None:
+        raise UsageError("CSV", "there is no path", where="scenario", allowed="a plan that found one")
+    return _written("csv", lambda path: write_plan_csv(path, found, profile, scenario.scene.grid))
+
+
+def _scenario(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    """The scenario's file with everything decided, as ``lampyris ... --save`` writes it: YAML, or JSON where
+    that would be more YAML than is read again (a map drawn by hand, say)."""
+    data = plain(scenarios.completed(scenario), Path("."))
+    text = yaml_of(data).encode()
+    return text if len(text) <= MAX_BYTES and _values(data) < MAX_VALUES else json_of(data).encode()
+
+
+def _values(data: Any) -> int:
+    """How many values some plain data has, keys among them."""
+    if isinstance(data, Mapping):
+        return 1 + sum(1 + _values(one) for one in data.values())
+    return 1 + (sum(map(_values, data)) if isinstance(data, list | tuple) else 0)
+
+
+def _report(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
+    if settings.get("planners"):
+        compared = comparison(scenario, settings)
+        told = Told(compared)
+        share = Share("comparing", len(compared.entrants) * len(compared.study.seeds))
+        for _ in compare(compared, look, None, told):
+            share(len(told))
+            look()
+        runs = told.runs()
+        return page_of(runs, summarise(runs), films=False).encode()
+    return run_page(scenario, look).encode()
+
+
+def run_page(scenario: Scenario, look: Look) -> str:
+    """One page about one run: what was asked and what came of it, plan, film, measures and events."""
+    trace = simulated(scenario, look)
+    found, profile = planned(scenario)
+    scene = scenario.scene
+    picture = _picture({"what": "png", "layer": None}, scenario, look)
+    moving = _film_of(scenario, trace, {"what": "webp"}, look)
+    metrics = trace_metrics(trace, known(trace.scene))
+    rows = [
+        (measure.title, measure.scale * value, measure.about)
+        for measure in ALL.values()
+        if isinstance(value := metrics.get(measure.name), int | float) and not isinstance(value, bool)
+    ]
+    events = [(e.tick, e.word, f"({e.cell[0]}, {e.cell[1]})", e.sentence) for e in trace.events[:500]]
+    who = f"{scenario.planner} on {scene.grid.name or 'a map'}"
+    plan = html.figure(html.image(picture, "image/png", "The plan"), found.sentence)
+    run = html.figure(html.image(moving, "image/webp", "The run"), trace.sentence)
+    otherwise = dict.fromkeys((*found.notes, *trace.notes))
+    head = ("measure", "value", "what it is")
+    parts = [
+        html.paragraph(trace.sentence),
+        *(html.paragraph(f"Not as asked: {note}.") for note in otherwise),
+        html.facts(
+            (
+                ("planner", scenario.planner),
+                ("speed law", scenario.law),
+                ("map", f"{scene.grid.name}, {scene.grid.width} x {scene.grid.height} cells"),
+                ("from, to", f"{scene.start} to {scene.goal}"),
+                ("obstacles", str(len(trace.bodies))),
+                ("seed", str(scenario.seed)),
+            )
+        ),
+        html.section("plan", "The plan", plan),
+        html.section("run", "The run", run),
+        html.section(
+            "measures", "Measures", html.table(Tab("numbers", "What the run measures", head, tuple(rows)))
+        ),
+    ]
+    if events:
+        told = Tab("told", "What happened", ("tick", "event", "cell", "what"), tuple(events))
+        parts.append(html.section("events", "Events", html.table(told)))
+    mean = "" if profile is None else f", planned mean speed {profile.mean:.3g} {profile.units}"
+    return html.page(scenario.name or who, *parts, foot=f"{who}, seed {scenario.seed}{mean}")
+
+
+_KINDS: Final[Mapping[str, Callable[[Mapping[str, Any], Scenario, Look], bytes]]] = {
+    "png": _picture,
+    "svg": _picture,
+    "webp": _film,
+    "gif": _film,
+    "csv": _csv,
+    "scenario": _scenario,
+    "report": _report,
+}

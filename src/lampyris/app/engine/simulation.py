@@ -1,0 +1,178 @@
+"""Watched: a simulation that is looked at while it runs, in pieces that the page can draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris import api
+from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_frame
+from lampyris.errors import UsageError
+from lampyris.io.scenario.scenario import Scenario
+from lampyris.model.trace import Event, Outcome, Trace
+from lampyris.model.traffic import Body, Patrol
+from lampyris.planning import registry
+from lampyris.referee import check_trace, demand
+from lampyris.report.data.measures import near_by_tick
+from lampyris.report.style import CAUSES
+from lampyris.scenarios import speed_law
+from lampyris.sim.grid.loop import Simulation
+from lampyris.sim.grid.steps_since import events_since, since
+from lampyris.sim.traffic.traffic import Crowd, Shuttle, open_traffic
+from lampyris.sim.world.cell_index import Space, robot_shape
+from lampyris.sim.world.endings import why
+from lampyris.sim.world.world import World
+from lampyris.typing import Cell
+
+CHUNK_S: Final = 0.03
+"""Seconds of work between two frames of ticks."""
+MOST_TICKS: Final = 60_000
+"""Ticks of one frame: their number has 16 bits."""
+MOST_PATH: Final = 20_000
+"""Cells of patrols that are told with a plan, all of them together."""
+WORDS: Final = (*CAUSES, "other")
+"""What can bind a speed, as a frame of ticks counts them."""
+_CODES: Final = {word: k for k, word in enumerate(WORDS)}
+
+
+def begin(scenario: Scenario) -> Simulation:
+    """A scenario's simulation, before its first tick; the same that ``lampyris run`` makes.
+
+    Raises
+    ------
+    UsageError : DRIVE: it is driven in continuous time.
+    LampyrisError : as :func:`lampyris.simulate`.
+    """
+    if scenario.drive is not None:
+        raise UsageError(
+            "DRIVE", "a drive in continuous time", where="scenario: /drive", allowed="a simulation in ticks",
+            todo="take `drive` out, or run the scenario with the command line",
+        )  # fmt: skip
+    return Simulation(
+        api.among(scenario.scene, None),
+        registry.make(scenario.planner, scenario.settings),
+        seed=scenario.seed,
+        ticks=scenario.ticks,
+        law=speed_law(scenario.law, scenario.law_settings),
+        patience=scenario.patience,
+    )
+
+
+def standing(scenario: Scenario) -> list[tuple[Body, Cell]]:
+    """The moving obstacles and the cells where they begin: those of :func:`begin`, without the plan it makes.
+
+    Raises
+    ------
+    LampyrisError : as :func:`begin`, for obstacles that have no place.
+    """
+    crowd = _crowd(scenario)
+    cells = map(crowd.world.space.cell, crowd.world.where)
+    return list(zip(crowd.bodies, cells, strict=True))
+
+
+def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
+    """What :func:`standing` says as plain data. A patrol has its ``waypoints`` and, as far as all patrols
+    together take no more than :data:`MOST_PATH` cells, its ``path``: the cells it drives along between them.
+
+    Raises
+    ------
+    LampyrisError : as :func:`begin`, for obstacles that have no place.
+    """
+    crowd = _crowd(scenario)
+    cell = crowd.world.space.cell
+    records = [
+        {**body_record(body), "at": list(cell(number))}
+        for body, number in zip(crowd.bodies, crowd.world.where, strict=True)
+    ]
+    patrols = iter([one for one in scenario.scene.traffic if isinstance(one, Patrol)])
+    left = MOST_PATH
+    for drive in crowd.drivers:
+        if not isinstance(drive, Shuttle) or crowd.bodies[drive.body].kind != "patrol":
+            continue
+        record = records[drive.body]
+        record["waypoints"] = [list(one) for one in next(patrols).waypoints]
+        left -= len(drive.route)
+        if left >= 0:
+            record["path"] = [list(cell(number)) for number in drive.route]
+    return records
+
+
+def _crowd(scenario: Scenario) -> Crowd:
+    scene = api.among(scenario.scene, None)
+    space = Space(scene.grid)
+    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    return open_traffic(scene, world, scenario.seed)
+
+
+def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
+    """Run it to its end, and hand out events and ticks as they come, each with what bounds the speed."""
+    ticks, events, bodies, last = 0, 0, len(run.crowd.bodies), perf_counter()
+    caps: list[tuple[tuple[str, float], ...]] = [()]
+    while True:
+        over = run.outcome is not None
+        if over or perf_counter() - last > CHUNK_S or run.now - ticks >= MOST_TICKS:
+            news = events_since(run, events)
+            if news:
+                yield _events(news, run.crowd.bodies[bodies:])
+            part = since(run, ticks)
+            yield _ticks(part, ticks)
+            if (allowed := caps_frame(ticks, caps[: part.ticks + 1])) is not None:
+                yield allowed
+            caps = []
+            ticks, events, bodies, last = (
+                run.now + 1,
+                events + len(news),
+                len(run.crowd.bodies),
+                perf_counter(),
+            )
+        look()
+        if over:
+            return
+        run.tick()
+        caps.append(() if run.outcome is Outcome.ARRIVED else run.pace.caps())
+
+
+def _events(news: list[Event], bodies: Sequence[Body]) -> bytes:
+    """Events; those of obstacles that appeared say what these are."""
+    told, came = [], iter(bodies)
+    for event in news:
+        one: dict[str, Any] = {
+            "tick": event.tick, "word": event.word, "cell": list(event.cell), "sentence": event.sentence
+        }  # fmt: skip
+        if event.word == "appear":
+            one["body"] = body_record(next(came))
+        told.append(one)
+    return json_frame("E", told)
+
+
+def _ticks(part: Trace, first: int) -> bytes:
+    """The ticks of a part of a trace that begins at ``first``."""
+    n = part.ticks + 1
+    places = np.full((n, len(part.bodies), 2), NOWHERE, dtype=np.int16)
+    for k, (track, came) in enumerate(zip(part.tracks, part.appears, strict=True)):
+        places[came:, k] = track
+    other = _CODES["other"]
+    cause: NDArray[np.uint8] = np.array([_CODES.get(word, other) for word in part.cause], dtype=np.uint8)
+    return ticks_frame(first, part.robot, part.speed, cause, places, near_by_tick(part))
+
+
+def finish(run: Simulation) -> Trace:
+    """The whole trace, past the referee, with its sentence: what :func:`lampyris.simulate` gives.
+
+    Raises
+    ------
+    InternalFault : the referee refused it; a bug of ours.
+    """
+    trace = run.trace()
+    demand(check_trace(trace))
+    return replace(trace, detail=why(trace, run.scene))
+
+
+def body_record(body: Body) -> dict[str, Any]:
+    """What a moving obstacle is."""
+    return {"kind": body.kind, "radius": body.radius, "yields": body.yields}

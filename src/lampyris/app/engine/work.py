@@ -1,0 +1,178 @@
+"""What an engine can be asked, each as a stream of frames. The scenario is the one noun that comes in."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+from lampyris import api
+from lampyris.app.engine.cache import known
+from lampyris.app.engine.comparison import Told, comparison
+from lampyris.app.engine.comparison import compare as compared
+from lampyris.app.engine.frames import json_frame, layer_frame
+from lampyris.app.engine.layers import layer_of, own_order, scene_at
+from lampyris.app.engine.parse import said_scenario
+from lampyris.app.engine.recipes import make
+from lampyris.app.engine.simulation import WORDS, begin, body_record, finish, standing_records, watch
+from lampyris.errors import LampyrisError, UsageError
+from lampyris.io.scenario.scenario import Scenario
+from lampyris.kernels import loading
+from lampyris.model.trace import Trace
+from lampyris.planning import registry
+from lampyris.report.data.measures import trace_metrics
+from lampyris.report.data.serialize import grid_record, plan_record, profile_record, trace_record
+from lampyris.scenarios import speed_law, without_effect
+from lampyris.sim.grid.loop import Simulation
+
+Look: TypeAlias = Callable[[], None]
+"""Raises when nobody waits for the answer any more."""
+
+
+def answer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """The frames of the answer to a question.
+
+    Raises
+    ------
+    UsageError : VERB.
+    LampyrisError : what is wrong with the question.
+    """
+    verb = _VERBS.get(str(question.get("verb")))
+    if verb is None:
+        allowed = ", ".join(_VERBS)
+        raise UsageError("VERB", f"{question.get('verb')!r:.60}", where="verb", allowed=allowed)
+    yield from verb(question, look)
+
+
+def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A plan with its speeds: one frame ``Z``."""
+    began, loaded = loading.wall(), loading.seconds()
+    scenario = said_scenario(question)
+    planner = registry.make(scenario.planner, scenario.settings)
+    found = api.plan(scenario.scene, planner, scenario.seed, record=bool(question.get("record")))
+    law: Any = speed_law(scenario.law, scenario.law_settings)
+    profile = api.profile(found, scenario.scene, law) if found else None
+    # A map of scattered cells has ten thousand gates: a megabyte and a half for each step of a drag.
+    gates = "gates" in (question.get("layers") or ())
+    record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)
+    if profile is not None:
+        record["speed"] = profile_record(profile, caps=True)
+    if scenario.scene.traffic and scenario.drive is None:
+        with suppress(LampyrisError):  # the run says why
+            record["bodies"] = standing_records(scenario)
+    record["notes"] = [
+        *scenario.notes,
+        *found.notes,
+        *without_effect(replace(scenario, simulated=False, drive=None)),
+    ]
+    # What the page shows beside the sentence: the others are of the scenario, and stand there always.
+    record["weakened"] = list(found.notes)
+    record["seconds"] = loading.wall() - began
+    record["loading_seconds"] = loading.seconds() - loaded
+    yield json_frame("Z", record)
+
+
+def simulate(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A simulation, tick by tick: ``H``, ``E`` and ``T`` as they come, ``Z``."""
+    scenario = said_scenario(question)
+    yield from simulated(scenario, look, {"job": question.get("job"), "label": scenario.planner})
+
+
+def simulated(scenario: Scenario, look: Look, head: Mapping[str, Any]) -> Iterator[bytes]:
+    """The frames of one simulation; ``head``: what its header says besides."""
+    run = begin(scenario)
+    yield json_frame("H", {**head, **header(run, scenario)})
+    yield from watch(run, look)
+    yield json_frame("Z", ending(finish(run), head))
+
+
+def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
+    """What is to come: who, by which law, where; ``bodies``: those that are there from the start."""
+    return {
+        "planner": scenario.planner,
+        "law": run.pace.name,
+        "units": run.pace.units,
+        "seed": scenario.seed,
+        "map": grid_record(scenario.scene.grid),
+        "start": list(scenario.scene.start),
+        "goal": list(scenario.scene.goal),
+        "causes": list(WORDS),
+        "bodies": [body_record(body) for body in run.crowd.bodies],
+        "last_tick": run.last_tick,
+        "notes": list(scenario.notes),
+    }
+
+
+def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
+    """How a simulation ended, with the measures of studies."""
+    return {
+        **head,
+        "outcome": trace.outcome.value,
+        "sentence": trace.sentence,
+        "ticks": trace.ticks,
+        "last_tick": trace.last_tick,
+        "metrics": trace_metrics(trace, known(trace.scene)),
+        "notes": list(trace.notes),
+        "bodies": [body_record(body) for body in trace.bodies],
+        "digest": digest(trace),
+        "timing": dict(trace.timing),
+    }
+
+
+def digest(trace: Trace) -> str:
+    """SHA-256 of what ``lampyris run --json --no-timing`` prints of it, without the line's end."""
+    record = {**trace_record(trace), "timing": {}}
+    text = json.dumps(record, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """One layer: a frame ``L``; before ``expanded``, ``H`` says whether the order is the planner's own."""
+    tick = question.get("tick") or 0
+    if type(tick) is not int or tick < 0:
+        raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
+    name = str(question.get("layer"))
+    scenario = said_scenario(question)
+    made = layer_of(name, scenario, tick, question.get("bodies"))
+    if name == "expanded":
+        own = own_order(scene_at(scenario.scene, tick), scenario) is not None
+        yield json_frame("H", {"layer": name, "planner": scenario.planner, "own": own})
+    yield layer_frame(name, made)
+
+
+def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Several planners and laws: see :func:`lampyris.app.engine.comparison.compare`."""
+    found = comparison(said_scenario(question), question)
+    yield from compared(found, look, question.get("job"), Told(found))
+
+
+def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """A file: see :func:`lampyris.app.engine.export.export`. What draws is loaded when it is asked for."""
+    from lampyris.app.engine.export import export as exported
+
+    yield from exported(question, said_scenario(question), look)
+
+
+def warm(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
+    """Have the code of plans and simulations ready, which takes seconds the first time."""
+    for name in ("guide", "random-512"):
+        data = {"version": 1, "map": name, "obstacles": [{"kind": "random-walk", "count": 2}]}
+        for planner in ("astar", "ad-gso"):
+            yield from plan({"scenario": {**data, "planner": planner}}, look)
+        for _ in simulate({"scenario": {**data, "simulate": {"ticks": 20}}}, look):
+            look()
+    yield json_frame("Z", {})
+
+
+_VERBS: Mapping[str, Callable[[Mapping[str, Any], Look], Iterator[bytes]]] = {
+    "plan": plan,
+    "simulate": simulate,
+    "layer": layer,
+    "compare": compare,
+    "export": export,
+    "make": make,
+    "warm": warm,
+}

@@ -1,0 +1,1 @@
+"""The server of the app: requests in, bytes out; it knows no algorithm."""

@@ -1,0 +1,1 @@
+"""Scenario files: their schema, and the nouns that are built from them."""

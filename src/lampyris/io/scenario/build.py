@@ -1,0 +1,254 @@
+"""From a checked scenario file to nouns, piece by piece: every mistake is told of at once, at its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError
+from lampyris.io.files import read_regular
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.maps.zones import read_zones
+from lampyris.io.scenario import schema as form
+from lampyris.io.scenario.map_source import Files, Mistakes
+from lampyris.io.scenario.scenario import PRESETS, MapSource, Names, Scenario
+from lampyris.io.scenario.validation_errors import Document, spot
+from lampyris.io.text.csv_table import MAX_BYTES
+from lampyris.io.text.strict_yaml import Where
+from lampyris.io.tracks import dob
+from lampyris.io.tracks.csv_tracks import MAX_TICKS, read_track
+from lampyris.model.edit import Edit, check_edit
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene, check_obstacle
+from lampyris.model.traffic import MAX_BODIES, Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.typing import Cell, FloatGrid
+
+T = TypeVar("T")
+
+
+def build(said: Document, file: form.ScenarioFile, names: Names, files: Files) -> Scenario:
+    """The scenario that a file says; see :func:`lampyris.io.scenario.scenario.read_scenario`.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file; the others are its notes.
+    """
+    return _Build(said, file, names, files).scenario()
+
+
+class _Build:
+    """Makes nouns of a checked file, and collects what is wrong with them."""
+
+    def __init__(self, said: Document, file: form.ScenarioFile, names: Names, files: Files) -> None:
+        self.said, self.file, self.names, self.files = said, file, names, files
+        self.faults = Mistakes(said)
+        self.notes: list[str] = []
+        self.room = 10 * MAX_TICKS
+
+    def scenario(self) -> Scenario:
+        """The scenario, or every mistake at once."""
+        file, map_ = self.file, self.tried(("map",), self._map)
+        moves, default_law = PRESETS[file.preset]
+        planner, settings = _named(file.planner)
+        law, law_settings = _named(file.law or default_law)
+        self.tried(("planner",), self.names.planner, planner, settings)
+        self.tried(("law",), self.names.law, law, law_settings)
+        robot = Robot(**file.robot.model_dump())
+        traffic = self._traffic(map_[0] if map_ else None, robot)
+        start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
+        zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
+        edits = self._edits(map_[0].grid if map_ else None)
+        scene = None
+        if map_ and start and goal and not self.faults:
+            parts = (map_[0].grid, start, goal, file.moves or moves, robot, traffic, zones)
+            scene = self.tried(("robot", "radius"), Scene, *parts)
+        drive = self._drive()
+        if map_ is None or scene is None or self.faults:
+            self.faults.give()
+        how: Any = file.simulate
+        if traffic and how is None and drive is None:
+            self.notes.append(
+                "nothing is simulated (no `simulate` or `drive`): the obstacles are left aside, "
+                "but for recorded ones by planners that see traffic"
+            )
+        if any(edit.tick for edit in edits) and how is None:
+            self.notes.append("nothing is simulated (no `simulate`): edits after tick 0 are left aside")
+        ticks, patience = (None, None) if how is None else (how.ticks, how.patience)
+        return Scenario(
+            scene, planner, settings, law, law_settings, file.seed, how is not None, ticks, patience,
+            file.name or "", map_[1], tuple(self.notes), self.said.where,
+            self.files.path(file.zones, ("zones",)) if file.zones is not None else None, drive, edits,
+        )  # fmt: skip
+
+    def _drive(self) -> dict[str, Any] | None:
+        """Settings of a drive in continuous time; None: it is none."""
+        given: Any = self.file.drive
+        if given is None:
+            return None
+        settings: dict[str, Any] = given.model_dump()
+        if self.file.simulate is not None:
+            fault = FileError("KEY", "`drive` and `simulate`", allowed="one of them")
+            self.faults.keep(("drive",), fault)
+        self.tried(("drive",), self.names.drive, settings)
+        return settings
+
+    def _edits(self, grid: Grid | None) -> tuple[Edit, ...]:
+        """Walls that come and go, each checked by itself and against the one before."""
+        made: list[Edit] = []
+        for k, spec in enumerate(self.file.edits):
+            way: Where = ("edits", k)
+            edit = self.tried(way, Edit, spec.tick, _cells(spec.blocked), _cells(spec.freed))
+            if edit is None:
+                continue
+            if grid is not None:
+                self.tried(way, check_edit, grid, edit, "")
+            if made and edit.tick <= made[-1].tick:
+                allowed = f"later than {made[-1].tick}, the edit before"
+                fault = SettingError("EDIT_TICK", f"tick {edit.tick}", allowed=allowed)
+                self.faults.keep((*way, "tick"), fault)
+                continue
+            if edit.tick and self.file.drive is not None:
+                fault = SettingError("EDITS", "an edit in a drive", allowed="edits of tick 0, or `simulate`")
+                self.faults.keep(way, fault)
+            made.append(edit)
+        return tuple(made)
+
+    def tried(self, way: Where, make: Callable[..., T], *given: Any) -> T | None:
+        """What ``make(*given)`` makes; None, with the mistake kept, if it cannot."""
+        try:
+            return make(*given)
+        except LampyrisError as fault:
+            self.faults.keep(way, fault)
+        return None
+
+    # ---- the map --------------------
+
+    def _map(self) -> tuple[MapDocument, MapSource | None]:
+        found, source = self.files.map_of(self.file.map, ("map",))
+        self.notes += found.notes
+        if self.file.map_hash is not None and (given := map_hash(found.grid)) != self.file.map_hash:
+            raise SettingError(
+                "MAP_HASH",
+                f"the map's hash is {given}",
+                allowed=f"{self.file.map_hash}, the scenario's map_hash",
+                todo="the map has changed; give the old one back, or take map_hash out",
+            )
+        return found, source
+
+    def _zones(self, grid: Grid, robot: Robot) -> FloatGrid | None:
+        """The speed zones of a file."""
+        if self.file.zones is None:
+            return None
+        path = self.files.path(self.file.zones, ("zones",))
+        outside = self.files.allow_outside
+        zones, notes = read_zones(path, grid, robot.v_max, allow_outside=outside, confined=not outside)
+        self.notes += notes
+        return zones
+
+    # ---- ends and traffic --------------------
+
+    def _end(self, what: str, found: MapDocument) -> Cell:
+        given = getattr(self.file, what)
+        cell: Any = None
+        if isinstance(given, form.Point):
+            cell = found.grid.to_cell(*given.m)
+        elif given is not None:
+            cell = (given[0], given[1])
+        else:
+            cell = getattr(found, what)
+            if cell is None and found.queries:
+                cell = getattr(found.queries[0], what)
+        if cell is None:
+            raise FileError("KEY", f"`{what}` is missing, and the map has none of its own", allowed="[x, y]")
+        if not found.grid.contains(cell):
+            raise SceneError(
+                f"{what.upper()}_OUTSIDE",
+                f"{what} {cell} is outside the map",
+                allowed=f"x 0 to {found.grid.width - 1}, y 0 to {found.grid.height - 1}",
+            )
+        made: Cell = cell
+        return made
+
+    def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[Traffic, ...]:
+        """What the file lists; if it has no list, what is drawn in the map."""
+        grid, drawn = (None, ()) if found is None else (found.grid, found.bodies)
+        if found is not None and "obstacles" not in self.file.model_fields_set:
+            return found.traffic()
+        made: list[Traffic] = []
+        for k, spec in enumerate(self.file.obstacles):
+            # One that cannot be made keeps its place, so that the others are called by theirs.
+            for one in self.tried(("obstacles", k), self._obstacle, spec, k, grid, robot) or (RandomWalk(0),):
+                if grid is not None:
+                    self.tried(("obstacles", k), check_obstacle, grid, len(made), one)
+                made.append(one)
+        counts = [s.count if isinstance(s, RandomWalk | Crossing) else 1 for s in made]
+        total = sum(counts)  # bits: whole numbers
+        if total > MAX_BODIES:
+            fault = LimitError("LIMIT", f"{total:,} obstacles in all", allowed=f"at most {MAX_BODIES:,}")
+            self.faults.keep(("obstacles",), fault)
+        left = set(drawn).difference(*(one.starts for one in made if isinstance(one, RandomWalk)))
+        if left:
+            self.notes.append(
+                f"{len(left)} of {len(drawn)} moving obstacles drawn in the map are left aside: `obstacles` "
+                "does not list them"
+            )
+        return tuple(made)
+
+    def _obstacle(self, spec: Any, k: int, grid: Grid | None, robot: Robot) -> tuple[Traffic, ...]:
+        if isinstance(spec, form.WalkTable):
+            return (RandomWalk(spec.count, spec.rate, spec.radius, _cells(spec.starts)),)
+        if isinstance(spec, form.CrossingTable):
+            return (Crossing(spec.count, spec.radius),)
+        if isinstance(spec, form.PatrolTable):
+            return (Patrol(_cells(spec.waypoints), spec.radius),)
+        if isinstance(spec, form.TrackTable):
+            return (Recorded(_cells(spec.track), spec.radius),)
+        if self.room < 0:
+            return ()
+        path = self.files.path(spec.file, ("obstacles", k, "file"))
+        data = read_regular(path, MAX_BYTES)
+        if not dob.looks_like(data):
+            self._csv_only(spec, k)
+            made = (Recorded(read_track(path), spec.radius or 0.0),)
+            self._count(made[0])
+            return made
+        if grid is None:
+            return ()
+        return self._from_dob(spec, k, dob.read_dob(data, path), grid, robot)
+
+    def _count(self, one: Recorded) -> None:
+        """Refuse more tracks than memory should be spent on: one file may be named ten thousand times."""
+        self.room -= len(one.track)
+        if self.room < 0:
+            raise LimitError("LIMIT", "longer tracks", allowed=f"{10 * MAX_TICKS:,} ticks in all files")
+
+    def _csv_only(self, spec: form.TrackFileTable, k: int) -> None:
+        for key in ("id", "tick_s"):
+            if getattr(spec, key) is not None:
+                where = spot(self.said, ("obstacles", k, key))
+                raise FileError("KEY", f"`{key}` with a CSV", where=where, allowed="with a .dob file")
+
+    def _from_dob(
+        self, spec: form.TrackFileTable, k: int, found: tuple[dob.DobObstacle, ...], grid: Grid, robot: Robot
+    ) -> tuple[Traffic, ...]:
+        if spec.id is not None and spec.id >= len(found):
+            where = spot(self.said, ("obstacles", k, "id"))
+            raise FileError("OBSTACLE_ID", f"{spec.id}", where=where, allowed=f"0 to {len(found) - 1}")
+        tick_s = grid.resolution / robot.v_max if spec.tick_s is None else spec.tick_s
+        made: list[Traffic] = []
+        for number in range(len(found)) if spec.id is None else (spec.id,):
+            one, notes = dob.recorded(found[number], number, grid, tick_s, spec.file)
+            self._count(one)
+            made.append(one if spec.radius is None else Recorded(one.track, spec.radius))
+            self.notes += notes
+        return tuple(made)
+
+
+def _named(given: Any) -> tuple[str, Mapping[str, Any]]:
+    return (given, {}) if isinstance(given, str) else (given.name, given.settings)
+
+
+def _cells(pairs: list[list[int]]) -> tuple[Cell, ...]:
+    return tuple((x, y) for x, y in pairs)

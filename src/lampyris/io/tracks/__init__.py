@@ -1,0 +1,1 @@
+"""Tracks and states of obstacles from files."""

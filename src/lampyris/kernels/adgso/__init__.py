@@ -1,0 +1,1 @@
+"""Kernels of AD-GSO: the walk, and whole simulations of it."""

@@ -1,0 +1,1 @@
+"""Kernels of the cost-to-go field: wavefronts, descent, repair, gates, clearance."""

@@ -1,0 +1,1 @@
+"""Kernels of graph search: A*, Dijkstra, JPS, bidirectional and any-angle search."""

@@ -1,0 +1,1 @@
+"""Kernels of motion: speeds, curves, sight, collision times."""

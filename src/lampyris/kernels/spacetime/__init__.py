@@ -1,0 +1,1 @@
+"""Kernels of search in space and time."""

@@ -1,0 +1,94 @@
+"""Movers and tracks: obstacles in continuous time, as sensed now and as known or recorded over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lampyris._core import elementary
+from lampyris._core.predicates import array_of, numbers
+from lampyris._core.values import Value
+from lampyris.errors import SettingError, shown
+from lampyris.model.grid import frozen
+from lampyris.typing import Floats, Points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Movers(Value):
+    """What is known now of the moving obstacles: discs that may go anywhere at up to their top speed.
+
+    Parameters
+    ----------
+    xy : float64 (m, 2), cells: centres.
+    radius : float64 (m,), metres.
+    top_speed : float64 (m,), m/s: no obstacle is ever faster.
+    velocity : float64 (m, 2), m/s, x to the right and y down; None: not known.
+    age : seconds since they were seen.
+
+    Raises
+    ------
+    SettingError : ``MOVERS``: numbers that are not finite or negative, or arrays that do not fit.
+    """
+
+    xy: Points
+    radius: Floats
+    top_speed: Floats
+    velocity: Points | None = None
+    age: float = 0.0
+
+    def __post_init__(self) -> None:
+        given = array_of(self.xy)
+        m = len(given) if given is not None and given.ndim else 0
+        for name, shape in (("xy", (m, 2)), ("radius", (m,)), ("top_speed", (m,)), ("velocity", (m, 2))):
+            value = getattr(self, name)
+            if value is None and name == "velocity":
+                continue
+            array = numbers(value, shape)
+            if array is None or not np.isfinite(array).all():
+                allowed = f"finite numbers of shape {shape}"
+                raise SettingError("MOVERS", shown(value), where=name, allowed=allowed)
+            if name in ("radius", "top_speed") and (array < 0).any():
+                raise SettingError("MOVERS", f"{shown(array.min())}", where=name, allowed="0 or more")
+            object.__setattr__(self, name, frozen(array))
+
+    def __len__(self) -> int:
+        return len(self.xy)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track(Value):
+    """Where one moving obstacle is over time: straight and uniform between the points told.
+
+    Before the first time it is not there; after the last it stays where it is.
+
+    Parameters
+    ----------
+    t : float64 (k,), seconds, strictly rising; k >= 1.
+    xy : float64 (k, 2), cells.
+    radius : metres.
+    top_speed : m/s, at least that of every stretch.
+    """
+
+    t: Floats
+    xy: Points
+    radius: float
+    top_speed: float
+
+    def __post_init__(self) -> None:
+        t = numbers(self.t, (None,))
+        xy = None if t is None else numbers(self.xy, (len(t), 2))
+        rises = t is not None and len(t) and bool(np.isfinite(t).all() and (t[1:] > t[:-1]).all())
+        if t is None or xy is None or not (rises and np.isfinite(xy).all()):
+            raise SettingError(
+                "TRACK",
+                f"times {shown(self.t)}, points {shown(self.xy)}",
+                allowed="finite times, strictly rising, with a point each",
+            )
+        object.__setattr__(self, "t", frozen(t))
+        object.__setattr__(self, "xy", frozen(xy))
+
+    def at(self, t: Floats) -> Points:
+        """Its centre at some times, cells, (m, 2); where it appeared for times before the first."""
+        t = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        return np.stack([elementary.interp(t, self.t, self.xy[:, k]) for k in (0, 1)], axis=-1)

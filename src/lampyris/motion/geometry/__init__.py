@@ -1,0 +1,1 @@
+"""The geometry of motion: curves, string pulling, smoothing, clearance along a path."""

@@ -1,0 +1,1 @@
+"""Speed laws: ours, the dissertation's, and the rivals', by name."""

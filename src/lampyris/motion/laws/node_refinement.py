@@ -1,0 +1,67 @@
+"""More nodes where the room or a zone changes from one to the next: bounds of whole edges cost less there.
+
+On the bundled maps ours with nodes a quarter of a cell apart takes up to 15 % longer than the optimum of its
+own caps, most of it creeping to and from corners that it grazes. With a fifth more nodes in the right places
+it is 6 %; nodes an eighth of a cell apart everywhere give 7 %.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core.limits import NODES
+from lampyris.model.scene import Scene
+from lampyris.motion import caps
+from lampyris.motion.geometry.acceleration_switches import inserted
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of, zones_at
+from lampyris.typing import Floats
+
+CREEP = 0.1
+"""Share of v_max below which no room slows our law, unless it is told another."""
+
+
+def refined(course: Course, scene: Scene, *, share: float = 0.9, halvings: int = 5) -> Course:
+    """The same course with edges halved where that makes our law faster.
+
+    An edge is halved while the speed that its bound allows is less than ``share`` of the mean of what its two
+    ends would allow for themselves, at most ``halvings`` times. No node is taken away.
+
+    Parameters
+    ----------
+    course : on a curve; without one it is returned as it is.
+    scene : map, zones and robot.
+    """
+    if course.curve is None or len(course) < 2:
+        return course
+    robot = scene.robot
+    reach = reach_of(course, robot.radius + robot.v_max * robot.v_max / (2.0 * robot.d_max))
+    away = wall_distance(course.xy, scene.grid, reach)
+    for _ in range(halvings):
+        zones = scene.zones
+        ends = _speed(away, scene, None if zones is None else zones_at(course.xy, zones))
+        edges = _speed(
+            edge_room(course, away, reach), scene, None if zones is None else edge_zones(course, zones)
+        )
+        split = np.flatnonzero(edges < share * 0.5 * (ends[1:] + ends[:-1]))
+        if len(split) == 0:
+            break
+        NODES.demand(len(course) + len(split), "the path", instead="choose a larger spacing")
+        course = _halved(course, split)
+        new = split + 1 + np.arange(len(split))
+        away = np.insert(away, split + 1, wall_distance(course.xy[new], scene.grid, reach))
+    return course
+
+
+def _speed(away: Floats, scene: Scene, zone: Floats | None) -> Floats:
+    robot = scene.robot
+    v = caps.clearance(away, radius=robot.radius, d_max=robot.d_max, creep=CREEP * robot.v_max)
+    v = np.minimum(v, robot.v_max)
+    return v if zone is None else np.minimum(v, zone)
+
+
+def _halved(course: Course, split: NDArray[np.int64]) -> Course:
+    """A node more in the middle of each of these edges, by number."""
+    return inserted(course, split, 0.5 * (course.s[split] + course.s[split + 1]))

@@ -1,0 +1,369 @@
+"""Our law: a table of caps in SI units, the robot's limits, and room enough to stop.
+
+Each rule is a row: it looks at the course and tells caps; rows are in the order in which ties are decided.
+The speed laws of the dissertation's related work are rows that are off unless asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import SettingError
+from lampyris.kernels.motion.nearest_wall import nearest_squares
+from lampyris.model.grid import frozen
+from lampyris.model.obstacles import Movers
+from lampyris.model.path import Path
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.motion import caps
+from lampyris.motion.cap import Around, Cap
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import CellCourse, Course, course_of_path, places
+from lampyris.motion.laws.rings import as_cells
+from lampyris.motion.profile import OnInfeasible, feasible_profile
+from lampyris.motion.safety.blind_areas import BlindArea, blind_cap
+from lampyris.motion.safety.danger_cloud import CloudModel, cloud_cap
+from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving_cap
+from lampyris.motion.safety.surroundings import cells_distance, reach_of, room, zone_limits
+from lampyris.motion.safety.three_speed import ThreeSpeed, three_speed_cap
+from lampyris.motion.safety.uncertainty import Uncertainty, uncertainty_cap
+from lampyris.motion.setting_checks import number
+from lampyris.motion.settings import checked_kind
+from lampyris.typing import BoolGrid, Cell, Floats
+
+_FAR = 2**62
+"""Squared half cells where nothing is within reach."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """Settings of the approach to the goal, see :func:`lampyris.motion.caps.approach`.
+
+    Parameters
+    ----------
+    distance : metres before the goal where the robot begins to slow down.
+    speed : m/s, never less than this for the goal's sake, unless the robot's v_max is.
+
+    Raises
+    ------
+    SettingError : ``LAW_SETTING``.
+    """
+
+    distance: float = 1.0
+    speed: float = 0.05
+
+    def __post_init__(self) -> None:
+        for name in ("distance", "speed"):
+            value = number(f"physical.approach.{name}", getattr(self, name), 1e-6, 1e6)
+            object.__setattr__(self, name, value)
+
+
+RULES: Mapping[str, type] = MappingProxyType(
+    {
+        "approach": Approach,
+        "uncertainty": Uncertainty,
+        "blind": BlindArea,
+        "three_speed": ThreeSpeed,
+        "cloud": CloudModel,
+        "moving": MovingObstacles,
+    }
+)
+"""Rules that have settings of their own."""
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalLaw:
+    """Settings of our law and its variants; the limits themselves are the robot's.
+
+    Parameters
+    ----------
+    creep : share of the robot's v_max that no clearance takes away, 0 < creep <= 1. A path is planned
+        through free cells, so a robot in a tight place must go on; at a tenth of its top speed it stops
+        within a hundredth of the distance it needs from top speed (5 mm for the default robot).
+    curvature, clearance, zones : whether the rule is on.
+    approach, uncertainty, blind, three_speed, cloud : settings of the rule; None: it is off.
+    moving : how moving obstacles are minded, where the law is told of any.
+    name : of the law these are the settings of; what the profile says.
+
+    Raises
+    ------
+    SettingError : ``LAW_SETTING``.
+    """
+
+    creep: float = 0.1
+    curvature: bool = True
+    clearance: bool = True
+    zones: bool = True
+    approach: Approach | None = None
+    uncertainty: Uncertainty | None = None
+    blind: BlindArea | None = None
+    three_speed: ThreeSpeed | None = None
+    cloud: CloudModel | None = None
+    moving: MovingObstacles = field(default_factory=MovingObstacles)
+    name: str = field(default="physical", kw_only=True)
+
+    def __post_init__(self) -> None:
+        number("physical.creep", self.creep, 1e-6, 1.0)
+        for name in ("curvature", "clearance", "zones"):
+            checked_kind(f"physical.{name}", getattr(self, name), bool)
+        for name, kind in RULES.items():
+            checked_kind(f"physical.{name}", getattr(self, name), kind, none=name != "moving")
+
+
+class Ground(NamedTuple):
+    """What a rule looks at.
+
+    Parameters
+    ----------
+    course, scene, law, around : see there.
+    cells : int64 (n, 2), where the way is a path of cells: there, bounds hold at the nodes alone.
+    """
+
+    course: Course
+    scene: Scene
+    law: PhysicalLaw
+    around: Around
+    cells: NDArray[np.int64] | None
+
+    @property
+    def enough(self) -> float:
+        """Metres from the centre at which no surface slows the robot any more."""
+        robot = self.scene.robot
+        return robot.v_max * robot.v_max / (2.0 * robot.d_max) + robot.radius
+
+    @property
+    def rings(self) -> int:
+        """The same as whole rings of cells around a cell."""
+        grid = self.scene.grid
+        reach = min(self.enough / grid.resolution, float(max(grid.blocked.shape)))
+        return max(0, math.ceil(reach + 0.5) - 1)
+
+    def stopping(self, distance: Floats) -> Floats:
+        """The clearance cap for so many metres to a surface."""
+        robot = self.scene.robot
+        creep = self.law.creep * robot.v_max
+        return caps.clearance(distance, radius=robot.radius, d_max=robot.d_max, creep=creep)
+
+
+Rule: TypeAlias = Callable[[Ground], list[Cap]]
+"""One row of the law."""
+
+
+def _limit(g: Ground) -> list[Cap]:
+    return [Cap("limit", caps.limit(len(g.course), g.scene.robot.v_max))]
+
+
+def _curvature(g: Ground) -> list[Cap]:
+    bends = g.course.curve is not None or bool(g.course.curvature.any())
+    if not g.law.curvature or not bends:
+        return []
+    return [Cap("curvature", caps.curvature(g.course.curvature, lat_max=g.scene.robot.lat_max))]
+
+
+def _clearance(g: Ground) -> list[Cap]:
+    if not g.law.clearance:
+        return []
+    if g.cells is None:
+        reach = reach_of(g.course, g.enough)
+        near = room(g.course, wall_distance(g.course.xy, g.scene.grid, reach), reach)
+        return [Cap("clearance", g.stopping(near))]
+    squared = wall_squares(g.cells, g.scene.grid.blocked, g.rings)
+    return [] if squared is None else [Cap("clearance", g.stopping(_metres(squared, g.scene)))]
+
+
+def _zones(g: Ground) -> list[Cap]:
+    if not g.law.zones or g.scene.zones is None:
+        return []
+    return [Cap("zone", zone_limits(g.course, g.scene.zones))]
+
+
+def _obstacles(g: Ground) -> list[Cap]:
+    if len(g.around.cells) == 0:
+        return []
+    if g.cells is None:
+        reach = reach_of(g.course, g.enough)
+        near = cells_distance(g.course.xy, g.around.cells, g.course.resolution, reach)
+        return [] if near is None else [Cap("obstacle", g.stopping(room(g.course, near, reach)))]
+    squared = body_squares(g.cells, g.around.cells, g.rings)
+    return [] if squared is None else [Cap("obstacle", g.stopping(_metres(squared, g.scene)))]
+
+
+def _moving(g: Ground) -> list[Cap]:
+    if g.around.movers is None:
+        return []
+    return list(moving_cap(g.course, g.scene, g.law.moving, g.around))
+
+
+def _approach(g: Ground) -> list[Cap]:
+    rule = g.law.approach
+    if rule is None:
+        return []
+    s, v_max = g.course.s, g.scene.robot.v_max
+    # The rule's speed falls along the way: what holds at the next node holds on the edge.
+    left = np.append(s[-1] - s[1:], 0.0)
+    v = caps.approach(left, v_max=v_max, distance=rule.distance, v_app=min(rule.speed, v_max))
+    return [Cap("approach", v)]
+
+
+def _guest(name: str, build: Callable[[Course, Scene, Any, Around], list[Cap]]) -> Rule:
+    """A rule with settings of its own, off where it has none."""
+
+    def row(g: Ground) -> list[Cap]:
+        settings = getattr(g.law, name)
+        return [] if settings is None else list(build(g.course, g.scene, settings, g.around))
+
+    return row
+
+
+TABLE: tuple[Rule, ...] = (
+    _limit,
+    _curvature,
+    _clearance,
+    _zones,
+    _guest("uncertainty", uncertainty_cap),
+    _guest("blind", blind_cap),
+    _obstacles,
+    _moving,
+    _guest("three_speed", three_speed_cap),
+    _guest("cloud", cloud_cap),
+    _approach,
+)
+"""The rules, in the order in which ties are decided."""
+
+STATIC = TABLE[:6]
+"""Those that neither what moves nor the goal changes: the map's and the robot's."""
+
+
+def ground_of(
+    way: Path | Course,
+    scene: Scene,
+    law: PhysicalLaw,
+    obstacles: Iterable[Cell] | NDArray[Any] = (),
+    movers: Movers | None = None,
+) -> Ground:
+    """What the rules look at, from a path of cells or a course."""
+    around = Around(as_cells(obstacles), movers)
+    if isinstance(way, Course):
+        cells = way.cells if isinstance(way, CellCourse) else None
+        return Ground(way, scene, law, around, cells)
+    course = course_of_path(way, scene.grid.resolution)
+    return Ground(course, scene, law, around, way.cells.astype(np.int64))
+
+
+def physical_profile(
+    way: Path | Course,
+    scene: Scene,
+    law: PhysicalLaw,
+    *,
+    obstacles: Iterable[Cell] | NDArray[Any] = (),
+    movers: Movers | None = None,
+    v0: float = 0.0,
+    previous: Cell | None = None,
+    on_infeasible: OnInfeasible = "raise",
+) -> Profile:
+    """A profile in metres and seconds: v in m/s, a in m/s2, t in s; docs/speed/README.md has the equations.
+
+    On a course every rule holds at and between the nodes. On a path of cells the clearance and the moving
+    obstacles' cells are those of the nodes alone, corners have no curvature, and no stops; what drives there
+    goes from cell to cell, tick by tick. (As a course, :func:`lampyris.motion.geometry.sampled_path.course_with_corners`, it
+    has both.) A node that a cell of an obstacle covers has no clearance and is
+    passed at creep speed: not to drive there is the planner's part, not the profile's. The edge of the map is
+    not a wall.
+
+    ``previous`` says nothing here.
+
+    Raises
+    ------
+    SettingError : ``PROFILE_INFEASIBLE`` (unless ``on_infeasible`` is ``brake``), ``PROFILE_BLOCKED``,
+        ``START_SPEED``, ``PATH_OUTSIDE``.
+    """
+    g = ground_of(way, scene, law, obstacles, movers)
+    found = [cap for row in TABLE for cap in row(g)]
+    robot, course = scene.robot, g.course
+    made = feasible_profile(
+        course.s,
+        found,
+        a_max=robot.a_max,
+        d_max=robot.d_max,
+        v0=v0,
+        on_infeasible=on_infeasible,
+        stop=course.stop,
+        jerk_max=robot.jerk_max,
+    )
+    return Profile(
+        law.name,
+        course.s,
+        made.v,
+        made.a,
+        made.t,
+        made.cause,
+        "m/s",
+        made.about,
+        tuple((cap.cause, cap.v) for cap in found),
+        places(way),
+    )
+
+
+def _metres(squared: NDArray[np.int64], scene: Scene) -> Floats:
+    """Metres from squared half cells."""
+    return np.where(squared == _FAR, np.inf, np.sqrt(squared) * (0.5 * scene.grid.resolution))
+
+
+def wall_squares(cells: NDArray[np.int64], blocked: BoolGrid, rings: int) -> NDArray[np.int64] | None:
+    """Squared half cells from each centre to the nearest blocked square within so many rings.
+
+    None where the whole surroundings of the path hold none.
+
+    Raises
+    ------
+    SettingError : ``PATH_OUTSIDE``: a cell outside the map.
+    """
+    x, y = cells[:, 0], cells[:, 1]
+    x0, y0, x1, y1 = int(x.min()), int(y.min()), int(x.max()), int(y.max())
+    height, width = blocked.shape
+    if x0 < 0 or y0 < 0 or x1 >= width or y1 >= height:
+        raise SettingError(
+            "PATH_OUTSIDE",
+            f"cells from ({x0}, {y0}) to ({x1}, {y1})",
+            where="path",
+            allowed=f"cells of the map, {width} x {height}",
+        )
+    # Only the piece of the map around the path: the kernel's plain form turns its arrays into lists.
+    x0, y0 = max(x0 - rings, 0), max(y0 - rings, 0)
+    piece = frozen(np.ascontiguousarray(blocked[y0 : y1 + rings + 1, x0 : x1 + rings + 1]))
+    if not piece.any():
+        return None
+    squared = np.full(len(cells), _FAR, dtype=np.int64)
+    xs, ys = x - x0, y - y0
+    if rings == 0:
+        squared[piece[ys, xs]] = 0
+    else:
+        nearest_squares(piece.ravel(), piece.shape[1], piece.shape[0], xs, ys, rings, squared)
+    return squared
+
+
+def body_squares(cells: NDArray[np.int64], bodies: NDArray[np.int64], rings: int) -> NDArray[np.int64] | None:
+    """The same to the nearest of ``bodies``, int64 (m, 2); None if none is that near to the path's box."""
+    x, y = cells[:, 0], cells[:, 1]
+    bx, by = bodies[:, 0], bodies[:, 1]
+    near = (bx >= x.min() - rings) & (bx <= x.max() + rings)
+    near &= (by >= y.min() - rings) & (by <= y.max() + rings)
+    bx, by = bx[near], by[near]
+    if len(bx) == 0:
+        return None
+    squared = np.empty(len(cells), dtype=np.int64)
+    # Blocks keep the table small however long the path and however many the bodies. Bodies lie along the
+    # first axis: the minimum over them then runs over whole rows.
+    block = max(1, 1_000_000 // len(bx))
+    for k in range(0, len(cells), block):
+        gx = np.maximum(2 * np.abs(bx[:, None] - x[k : k + block]) - 1, 0)
+        gy = np.maximum(2 * np.abs(by[:, None] - y[k : k + block]) - 1, 0)
+        squared[k : k + block] = (gx * gx + gy * gy).min(axis=0)
+    return squared

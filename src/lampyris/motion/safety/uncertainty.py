@@ -1,0 +1,82 @@
+"""Safest fast speed under uncertainty: what fits a narrow place, and what leaves time to look.
+
+The two criteria are those of Miura, Negishi and Shirai (Robotics and Autonomous Systems 54, 2006, 110-117).
+Their formulas could not be found: those here are ours, derived in docs/speed/uncertainty.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.motion import caps
+from lampyris.motion.cap import Around, Cap
+from lampyris.motion.geometry.clearance import wall_distance
+from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.safety.surroundings import reach_of, room
+from lampyris.motion.setting_checks import number, whole
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """Settings of the uncertainty caps.
+
+    Parameters
+    ----------
+    sigma_0 : metres, standard deviation of the position across the way while standing: map and localisation.
+    sigma_v : seconds: what each m/s adds to it, such as the time between two fixes times the drift a metre.
+    k : standard deviations that must fit between the robot and the nearest surface.
+    observations : how often a place must be seen before it counts as free.
+    period : seconds between two observations.
+    creep : share of the robot's v_max that no uncertainty takes away.
+
+    Raises
+    ------
+    SettingError : ``LAW_SETTING``.
+    """
+
+    sigma_0: float = 0.02
+    sigma_v: float = 0.05
+    k: float = 3.0
+    observations: int = 5
+    period: float = 0.1
+    creep: float = 0.1
+
+    def __post_init__(self) -> None:
+        ranges = {"sigma_0": (0, 1e3), "sigma_v": (1e-6, 1e3), "k": (1e-3, 1e3), "period": (1e-6, 1e3)}
+        for name, (least, most) in {**ranges, "creep": (1e-6, 1.0)}.items():
+            value = number(f"physical.uncertainty.{name}", getattr(self, name), least, most)
+            object.__setattr__(self, name, value)
+        count = whole("physical.uncertainty.observations", self.observations, 1, 1_000_000)
+        object.__setattr__(self, "observations", count)
+
+
+def uncertainty_cap(course: Course, scene: Scene, settings: Uncertainty, around: Around) -> list[Cap]:
+    """Caps ``uncertainty`` (room for k standard deviations) and ``undecided`` (time for enough looks).
+
+    The nearest surface, and the nearest cell that the map knows nothing of, are measured on the course, and
+    hold between its nodes. A map without unknown cells has no undecided region. ``around`` says nothing here:
+    what moves has caps of its own.
+    """
+    robot, one = scene.robot, settings
+    creep = one.creep * robot.v_max
+    enough = robot.radius + one.k * (one.sigma_0 + one.sigma_v * robot.v_max)
+    reach = reach_of(course, enough)
+    free = room(course, wall_distance(course.xy, scene.grid, reach), reach) - robot.radius
+    speed = caps.narrow(free, sigma_0=one.sigma_0, sigma_v=one.sigma_v, k=one.k, creep=creep)
+    found = [Cap("uncertainty", speed)]
+    unknown = scene.grid.unknown
+    if unknown is not None and unknown.any():
+        seen = Grid(unknown, resolution=scene.grid.resolution)
+        reach = reach_of(course, robot.radius + one.observations * one.period * robot.v_max)
+        ahead = np.maximum(room(course, wall_distance(course.xy, seen, reach), reach) - robot.radius, 0.0)
+        found.append(
+            Cap(
+                "undecided",
+                caps.undecided(ahead, observations=one.observations, period=one.period, creep=creep),
+            )
+        )
+    return found

@@ -1,0 +1,1 @@
+"""Timing: the fastest motion along a path among obstacles whose tracks are known."""

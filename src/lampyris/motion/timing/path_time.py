@@ -1,0 +1,330 @@
+"""The fastest way through moving obstacles whose tracks are known: slow down, wait, or pass first.
+
+Method, proofs and measurements: docs/speed/moving_obstacles.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core import elementary
+from lampyris._core.predicates import in_range
+from lampyris.errors import SettingError, shown
+from lampyris.model.obstacles import Track
+from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
+from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.profile import Feasible, feasible_profile, start_speed
+from lampyris.motion.timing.obstacle_tracks import Discs, Motion, Way, discs_of, meeting
+from lampyris.motion.timing.reachability import Blocked, Walk, walk
+from lampyris.motion.timing.spacetime_lattice import Lattice, best_lattice
+from lampyris.typing import Floats, Points
+
+_CLOSE = 1e-9
+"""Metres: a node this near is the same place."""
+
+
+def through_tracks(
+    course: Course,
+    v_cap: Floats,
+    robot: Robot,
+    tracks: Sequence[Track],
+    *,
+    radius: float | None = None,
+    margin: float = 0.0,
+    t0: float = 0.0,
+    v0: float = 0.0,
+    step: float | None = None,
+    horizon: float | None = None,
+    law: str = "physical",
+) -> Profile:
+    """The fastest profile along a course on which the robot meets nobody until it is at the goal.
+
+    Parameters
+    ----------
+    course : the way, n nodes.
+    v_cap : float64 (n,), m/s: what the map and the robot allow; 0 at the ends only.
+    robot : its limits.
+    tracks : where the obstacles are over time; each is not there before its first time, and stays at its last
+        place.
+    radius : the robot's, metres; None: as the robot says.
+    margin : metres to be left between the robot and any obstacle.
+    t0 : the tracks' time at which the robot is at the first node.
+    v0 : its speed there, m/s.
+    step : seconds of a step of the lattice; None: chosen from the robot and the way.
+    horizon : seconds after which the robot must have arrived; None: as long as the tracks last, and twice the
+        fastest time after that.
+
+    Returns
+    -------
+    A profile whose t begins at 0. If the fastest profile without obstacles meets nobody, that, node by node.
+    Otherwise nodes where the acceleration changes, and after the last obstacle those of the course. Causes:
+    ``wait`` (two nodes at one place) and ``moving obstacle`` with the number of the track that the robot
+    would meet if it drove on as fast as it can; ``limit``, ``acceleration``, ``braking``, ``turn`` as always.
+
+    Raises
+    ------
+    SettingError : ``PROFILE_BLOCKED``: no way through before the horizon, and which track is in the way;
+        ``PROFILE_INFEASIBLE``, ``START_SPEED``, ``STEP``, ``HORIZON``, ``TRACK``.
+    LimitError : ``PATH_TIME``: the lattice would be larger than 256 MB, or cannot drive the way.
+    """
+    v0 = start_speed(v0)
+    _check_numbers(margin=margin, t0=t0, horizon=1.0 if horizon is None else horizon)
+    plain = _feasible(course.s, v_cap, robot, v0, course.stop)
+    fastest = Profile(
+        law, course.s, plain.v, plain.a, plain.t, plain.cause, "m/s", plain.about,
+        (("limit", np.asarray(v_cap, dtype=np.float64)),), course.xy,
+    )  # fmt: skip
+    if len(course) < 2:
+        return fastest
+    size = robot.radius if radius is None else float(radius)
+    discs = discs_of(tracks, size + margin + _slack(course), t0, course.resolution)
+    search = _Search(course, np.asarray(v_cap, dtype=np.float64), robot, discs, v0)
+    _, who = meeting(search.way, search.fastest, discs)
+    if who < 0:
+        return fastest
+    try:
+        found = search.run(step, horizon)
+    except Blocked as blocked:
+        raise _blocked(blocked, who) from None
+    return search.profile(found, law)
+
+
+def _check_numbers(**given: float) -> None:
+    for where, value in given.items():
+        least = -math.inf if where == "t0" else 0.0
+        if not in_range(value, least, math.inf):
+            allowed = "a finite number of metres or seconds" + ("" if where == "t0" else ", >= 0")
+            raise SettingError("TRACK", shown(value), where=where, allowed=allowed)
+
+
+def _blocked(blocked: Blocked, fastest_meets: int) -> SettingError:
+    who = fastest_meets if blocked.who < 0 else blocked.who
+    return SettingError(
+        "PROFILE_BLOCKED",
+        f"no way past obstacle {who}: the robot gets no farther than {blocked.s:.6g} m in {blocked.t:.6g} s",
+        where=f"tracks[{who}]",
+        allowed="tracks that leave the way free for long enough, somewhere to wait, a start without contact",
+        todo="plan another way, start at another time, or look farther ahead (horizon)",
+    )
+
+
+def _feasible(s: Floats, cap: Floats, robot: Robot, v0: float, stop: NDArray[np.bool_]) -> Feasible:
+    return feasible_profile(s, [("limit", cap)], a_max=robot.a_max, d_max=robot.d_max, v0=v0, stop=stop)
+
+
+def _slack(course: Course) -> float:
+    """Metres by which the way leaves the straight lines between its nodes at most."""
+    ds = course.s[1:] - course.s[:-1]
+    return 0.125 * float((np.minimum(course.curvature[1:], course.curvature[:-1]) * ds * ds).max())
+
+
+def way_of(course: Course, v_cap: Floats, v0: float, robot: Robot) -> Way:
+    """The course in metres. An edge from rest to rest gets a node where the robot is fastest on it."""
+    stop = course.stop.copy()
+    stop[[0, -1]] = False
+    still = course.stop.copy()
+    still[0], still[-1] = v0 == 0.0, True
+    both = np.flatnonzero(still[:-1] & still[1:])
+    points = course.xy * course.resolution
+    s, x, y, cap = course.s, points[:, 0], points[:, 1], v_cap
+    if len(both):
+        share = robot.d_max / (robot.a_max + robot.d_max)
+        low, high = np.minimum(cap[both], cap[both + 1]), np.maximum(cap[both], cap[both + 1])
+        mid = [a[both] + share * (a[both + 1] - a[both]) for a in (s, x, y)]
+        s, x, y = (np.insert(a, both + 1, m) for a, m in zip((s, x, y), mid, strict=True))
+        cap = np.insert(cap, both + 1, np.where(low > 0.0, low, high))
+        stop = np.insert(stop, both + 1, False)
+    return Way(s.copy(), x.copy(), y.copy(), cap, stop)
+
+
+@dataclass
+class _Part:
+    """Nodes of a motion with their causes; ``about`` numbers nodes of this part for ``braking``."""
+
+    t: Floats
+    s: Floats
+    v: Floats
+    a: Floats
+    cause: list[str]
+    about: list[int]
+
+
+class _Search:
+    """One question to :func:`through_tracks`."""
+
+    def __init__(self, course: Course, v_cap: Floats, robot: Robot, discs: Discs, v0: float) -> None:
+        self.course, self.robot, self.discs, self.v0 = course, robot, discs, v0
+        self.way = way_of(course, v_cap, v0, robot)
+        self.still = _feasible(self.way.s, self.way.cap, robot, v0, self.way.stop)
+        self.fastest = Motion(self.still.t, self.way.s, self.still.v, self.still.a)
+        self.x = self.still.v * self.still.v
+
+    def run(self, step: float | None, horizon: float | None) -> Motion:
+        """The motion, as nodes: a first part, the walk on the lattice, without what comes after it."""
+        way, begin, v, t = self.way, 0.0, self.v0, 0.0
+        head: list[tuple[float, float, float, float]] = []
+        stops = np.append(way.s[way.stop], way.s[-1])
+        while True:
+            fastest = float(self.still.t[-1]) - t
+            ahead = stops[stops > begin]
+            if len(ahead) == 0:
+                raise Blocked(-1, begin, t)
+            made = best_lattice(way.s, self.x, ahead, self.robot, v, fastest, step, begin)
+            if made is not None:
+                break
+            # The robot cannot but brake to the first stop: as fast as may be.
+            k = int(np.searchsorted(way.s, ahead[0]))
+            rows = np.stack(self.fastest)[:, int(np.searchsorted(way.s, begin)) : k]
+            head += [(a, b, c, d) for a, b, c, d in rows.T.tolist()]
+            begin, v, t = float(ahead[0]), 0.0, float(self.still.t[k])
+        lattice, start = made
+        if start.t > 0.0:
+            head.append((t, begin, v, -self.robot.d_max))
+        t += start.t
+        if head:
+            last = (t, float(lattice.legs[0]), lattice.speed * float(lattice.unit[0]), 0.0)
+            first = Motion(*np.array([*head, last]).T.copy())
+            at, who = meeting(way, first, self.discs)
+            if who >= 0:
+                raise Blocked(who, float(lattice.legs[0]), at)
+        done = walk(way, lattice, self.discs, t, horizon)
+        return _joined(head, lattice, done, t)
+
+    def tail(self, t: float, s: float, v: float) -> tuple[_Part, bool] | None:
+        """The rest of the way as fast as may be, from a state, and whether it meets nobody; None: no way."""
+        way = self.way
+        later = np.flatnonzero(way.s > s + _CLOSE)
+        if len(later) == 0:
+            return None
+        at, cap, stop = way.s[later], way.cap[later], way.stop[later]
+        if v == 0.0 and (stop[0] or len(later) == 1):
+            share = self.robot.d_max / (self.robot.a_max + self.robot.d_max)
+            here, there = cap[0], float(way.cap[max(int(later[0]) - 1, 0)])
+            low = min(here, there) if min(here, there) > 0.0 else max(here, there)
+            at, cap, stop = (
+                np.insert(at, 0, s + share * (at[0] - s)),
+                np.insert(cap, 0, low),
+                np.insert(stop, 0, False),
+            )
+        nodes = np.insert(at, 0, s)
+        try:
+            made = _feasible(nodes, np.insert(cap, 0, np.inf), self.robot, v, np.insert(stop, 0, False))
+        except SettingError:
+            return None
+        part = _Part(made.t + t, nodes, made.v, made.a, list(made.cause), made.about.tolist())
+        return part, meeting(way, Motion(part.t, part.s, part.v, part.a), self.discs)[1] < 0
+
+    def blame(self, t: float, s: float, v: float) -> int:
+        """Whom the robot would meet if it drove on from a state as fast as it can; -1: nobody."""
+        found = self.tail(t, s, v)
+        if found is None:
+            return -1
+        part = found[0]
+        return meeting(self.way, Motion(part.t, part.s, part.v, part.a), self.discs)[1]
+
+    def profile(self, found: Motion, law: str) -> Profile:
+        """The motion with the fastest end that is free, its causes, and where it is."""
+        count = len(found.t)
+        low, high, end = -1, count - 1, None
+        while high - low > 1:
+            k = (low + high) // 2
+            rest = self.tail(float(found.t[k]), float(found.s[k]), float(found.v[k]))
+            if rest is not None and rest[1]:
+                high, end = k, rest[0]
+            else:
+                low = k
+        kept = _merged(Motion(*(a[: high + 1] for a in found)))
+        # The last state from which driving on as fast as can be would have met somebody: whom.
+        before = max(high - 1, 0)
+        culprit = self.blame(float(found.t[before]), float(found.s[before]), float(found.v[before]))
+        cause, about = self._causes(kept, culprit)
+        t, s, v, a = kept
+        if end is not None:
+            n = len(t) - 1
+            t, s, v, a = (
+                np.concatenate((x[:n], y)) for x, y in zip(kept, (end.t, end.s, end.v, end.a), strict=True)
+            )
+            cause += end.cause[1:]
+            about += [
+                k + n if w == "braking" and k >= 0 else k
+                for w, k in zip(end.cause[1:], end.about[1:], strict=True)
+            ]
+        _name_braking(cause, about)
+        ceiling = np.sqrt(elementary.interp(s, self.way.s, self.x))
+        return Profile(
+            law, s, v, a, t, tuple(cause), "m/s", np.array(about), (("limit", ceiling),), self._xy(s)
+        )
+
+    def _causes(self, kept: Motion, culprit: int) -> tuple[list[str], list[int]]:
+        """What binds each node of the walk; braking is named later. ``culprit`` binds the last one."""
+        t, s, v, a = kept
+        top = np.sqrt(elementary.interp(s, self.way.s, self.x))
+        cause, about = ["start"], [-1]
+        tight = 1e-6 * self.robot.v_max
+        for k in range(1, len(t)):
+            word, who = "limit", -1
+            last = k == len(t) - 1
+            if last and s[k] >= self.way.s[-1]:
+                word = "goal"
+            elif v[k] == 0.0 and top[k] == 0.0 and not (s[k] == s[k - 1] or (not last and s[k + 1] == s[k])):
+                word = "turn"
+            elif v[k] == 0.0:
+                word, who = "wait", culprit if last else self.blame(float(t[k]), float(s[k]), 0.0)
+                if who < 0 and cause[-1] == "wait":
+                    who = about[-1]
+            elif not last and a[k] < 0.0:
+                word = "braking"
+            elif v[k] >= top[k] - tight:
+                node = min(int(np.searchsorted(self.way.s, s[k])), len(self.way.s) - 1)
+                word = "acceleration" if self.still.cause[node] == "acceleration" else "limit"
+            else:
+                who = culprit if last else self.blame(float(t[k]), float(s[k]), float(v[k]))
+                word = "moving obstacle" if who >= 0 else "acceleration" if a[k - 1] > 0.0 else "limit"
+            cause.append(word)
+            about.append(who)
+        return cause, about
+
+    def _xy(self, s: Floats) -> Points:
+        if self.course.curve is not None:
+            return self.course.curve.at(s)[0]
+        return np.stack([elementary.interp(s, self.course.s, self.course.xy[:, k]) for k in (0, 1)], axis=-1)
+
+
+def _joined(head: list[tuple[float, float, float, float]], lattice: Lattice, done: Walk, t: float) -> Motion:
+    """The first part and the walk as nodes in metres and seconds."""
+    place, speed = done
+    steps = len(place) - 1
+    unit = lattice.unit[lattice.leg_of(place)]
+    # A step's units are those of the leg that it is on; it arrives at a border with speed 0.
+    gain = np.append(np.diff(speed), 0) * unit / lattice.dt
+    walked = Motion(
+        t + np.arange(steps + 1, dtype=np.float64) * lattice.dt, lattice.s_of(place), speed * unit, gain
+    )
+    if not head:
+        return walked
+    first = np.array(head).T
+    return Motion(*(np.concatenate((a, b)) for a, b in zip(first, walked, strict=True)))
+
+
+def _merged(found: Motion) -> Motion:
+    """Neighbouring stretches of one acceleration as one."""
+    t, s, v, a = found
+    keep = np.ones(len(t), dtype=np.bool_)
+    keep[1:-1] = a[1:-1] != a[:-2]
+    return Motion(*(np.ascontiguousarray(x[keep]) for x in (t, s, v, np.append(a[:-1], 0.0))))
+
+
+def _name_braking(cause: list[str], about: list[int]) -> None:
+    """Each braking node of the walk is braking for the next node that is not."""
+    ahead = -1
+    for k in range(len(cause) - 1, -1, -1):
+        if cause[k] != "braking":
+            ahead = k
+        elif about[k] < 0:
+            about[k] = ahead

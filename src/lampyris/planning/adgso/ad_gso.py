@@ -1,0 +1,134 @@
+"""AD-GSO, the dissertation's planner: a glowworm walks down the luciferin of a finished field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lampyris._core.predicates import is_real
+from lampyris.errors import SettingError, did_you_mean, shown
+from lampyris.model.scene import Scene
+from lampyris.planning.adgso.layers import LayeredSession
+from lampyris.planning.adgso.session import AdGsoSession
+from lampyris.planning.base import Traits
+
+CHOICES = ("greedy", "roulette", "exact")
+GATES = ("ignore", "close", "replan")
+MAX_NT = 10_000
+MAX_MVR = 50
+
+
+@dataclass(frozen=True, slots=True)
+class AdGso:
+    """Adaptive-dimensionality glowworm swarm optimisation (AD-GSO).
+
+    One iteration opens whole Chebyshev rings around the robot X until at least ``nt`` cells are accepted, or
+    ring ``mvr`` is reached. Accepted are free cells of lower luciferin that are joined to X through accepted
+    cells by legal steps. The next node is chosen among them, and reached along X's parents if they pass it,
+    else by the cheapest way inside the accepted cells. With moves that reach two cells (``sixteen``) rings 1
+    and 2 are always opened, whatever ``nt`` and ``mvr`` say, so that the parent is among the candidates.
+
+    Parameters
+    ----------
+    choice : ``greedy``, the lowest luciferin (ties: least cost-to-go, y, x), as in the dissertation;
+        ``roulette``, drawn with probability (luc(Y) - luc(X)) / sum, as in standard GSO; ``exact``, the least
+        way + cost-to-go (ties: lowest luciferin, then y, x), which is optimal in a static map.
+    nt : accepted cells that are enough; a threshold, not a cap. 1 to 10,000.
+    mvr : rings at most, the dissertation's MVR (also ML). 1 to 50.
+    rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
+    gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``,
+        to find each on arrival, seal it and mend the field. The ends are never sealed. An iteration that a
+        gate cuts short counts, even one that could not move.
+    iter_max : jumps at most in one plan; None: no limit. (The walk ends without one: luciferin falls with
+        each jump.)
+    crowding, window : the density of walls as a cost: a cell with nothing but walls around it, ``window``
+        cells far (1 to 50), costs ``crowding`` times plain ground more. 0 to 4; 0 minds length alone.
+    warmth : the same for traffic: a cell that obstacles were always seen on costs so much more. 0 to 4.
+    keep_away : cells to keep from walls where there is such a way, 0 to 50; fewer where there is none.
+    max_extra : by what share the way may become longer for all these; None: any. They are weakened until the
+        best way under them is not.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    choice: str = "greedy"
+    nt: int = 10
+    mvr: int = 3
+    rho: float = 0.4
+    gamma: float = 0.6
+    gates: str = "ignore"
+    iter_max: int | None = None
+    crowding: float = 0.0
+    window: int = 3
+    warmth: float = 0.0
+    keep_away: int = 0
+    max_extra: float | None = 0.25
+
+    name: ClassVar[str] = "ad-gso"
+    # A trait has to hold for every setting. optimal: ``exact`` is, greedy is not. stochastic: only roulette
+    # draws, but who asks must not take one seed's answer for another's. incremental: the field outlives
+    # moving obstacles.
+    traits: ClassVar[Traits] = Traits(optimal=False, incremental=True, stochastic=True)
+    summary: ClassVar[str] = "Walks down the luciferin of the cost field through a growing window"
+    source: ClassVar[str] = (
+        "The dissertation's AD-GSO (algorithms 3.2-3.9). Ours: the join through accepted cells, which its "
+        "Table 4.4 needs; how ties fall; mending the field when hemmed in; choice = exact; the scales of "
+        "crowding, warmth and keep_away, which it suggests as future work."
+    )
+
+    def __post_init__(self) -> None:
+        _one_of("CHOICE", "choice", self.choice, CHOICES)
+        _one_of("GATES", "gates", self.gates, GATES)
+        _whole("NT", "nt", self.nt, MAX_NT)
+        _whole("MVR", "mvr", self.mvr, MAX_MVR)
+        if self.iter_max is not None:
+            _whole("ITER_MAX", "iter_max", self.iter_max, 10**9)
+        _whole("WINDOW", "window", self.window, MAX_MVR)
+        if not (is_real(self.keep_away) and self.keep_away == 0):
+            _whole("KEEP_AWAY", "keep_away", self.keep_away, MAX_MVR)
+        for what, weight in (("crowding", self.crowding), ("warmth", self.warmth)):
+            if not (is_real(weight) and 0 <= weight <= 4):
+                raise SettingError.of(what.upper(), what, shown(weight), where="ad-gso", allowed="0 to 4")
+        if self.max_extra is not None and not (is_real(self.max_extra) and self.max_extra >= 0):
+            allowed = "a share >= 0 (0.25: a quarter longer at most), or None"
+            raise SettingError.of(
+                "MAX_EXTRA", "max_extra", shown(self.max_extra), where="ad-gso", allowed=allowed
+            )
+        if not (is_real(self.rho) and 0 < self.rho <= 1):
+            raise SettingError.of("RHO", "rho", shown(self.rho), where="ad-gso", allowed="0 < rho <= 1")
+        if not (is_real(self.gamma) and self.gamma > 0):
+            raise SettingError.of(
+                "GAMMA", "gamma", shown(self.gamma), where="ad-gso", allowed="a finite number > 0"
+            )
+
+    def open(
+        self, scene: Scene, rng: np.random.Generator, *, record: bool = False
+    ) -> AdGsoSession | LayeredSession:
+        """Start a session: the field is solved at its first plan and kept.
+
+        Parameters
+        ----------
+        scene : what to plan in.
+        rng : one number a jump is drawn from it by ``choice = "roulette"``, in blocks; the others draw none.
+        record : keep each iteration's accepted cells, probabilities and sub-path in ``Plan.jumps``.
+        """
+        if self.crowding > 0 or self.warmth > 0 or self.keep_away > 0:
+            return LayeredSession(self, scene, rng, record=record)
+        return AdGsoSession(self, scene, rng, record=record)
+
+
+def _one_of(code: str, what: str, value: object, allowed: tuple[str, ...]) -> None:
+    if not isinstance(value, str) or value not in allowed:
+        todo = did_you_mean(value, allowed)
+        raise SettingError.of(code, what, shown(value), where="ad-gso", allowed=", ".join(allowed), todo=todo)
+
+
+def _whole(code: str, what: str, value: object, most: int) -> None:
+    if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= most:
+        raise SettingError.of(
+            code, what, shown(value), where="ad-gso", allowed=f"a whole number, 1 to {most}"
+        )

@@ -1,0 +1,63 @@
+"""What judges a plan: the optimum, the sum of cost-to-go, the gates of the map and of the path."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lampyris._core.cancellation import look
+from lampyris.model.field import Gate
+from lampyris.model.path import Path, step_costs
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+from lampyris.planning.field.gates import find_gates
+from lampyris.planning.field.layers import free_cells, moves_for
+from lampyris.planning.field.solve import solve
+from lampyris.typing import ByteGrid
+
+
+def assess(found: Plan, scene: Scene) -> Plan:
+    """The same plan with what judges it: the optimum, the sum of cost-to-go, the gates.
+
+    Planners that know these fill them in; the rest is measured here from the exact field of the scene.
+    """
+    look()
+    gates = find_gates(scene.grid, scene.robot)
+    look()
+    if found.path is None:
+        return replace(found, gates_in_map=gates)
+    optimal, to_go = found.optimal_exact, found.sum_cost_to_go
+    if optimal is not None and optimal == found.path.exact and to_go is None:
+        to_go = _sum_along_optimum(found.path, scene.grid.terrain)
+    elif optimal is None or to_go is None:
+        moves = moves_for(scene)
+        free = free_cells(scene.grid, scene.robot.radius)
+        field = solve(free, moves, scene.goal, terrain=scene.grid.terrain)
+        x, y = found.path.cells[:, 0], found.path.cells[:, 1]
+        optimal = int(field.exact[y[0], x[0]])
+        to_go = float(moves.values(field.exact[y, x]).sum())
+    return replace(
+        found,
+        optimal_exact=optimal,
+        sum_cost_to_go=to_go,
+        gates_in_map=gates,
+        gates_on_path=_on_path(gates, found.path, scene.grid.width),
+    )
+
+
+def _on_path(gates: tuple[Gate, ...], path: Path, width: int) -> tuple[Gate, ...]:
+    """The gates on the path. Numbers, not pairs of objects: a path may have a million cells."""
+    if not gates:
+        return ()
+    cells = np.array([g.cell for g in gates], dtype=np.int64)
+    passed = path.cells.astype(np.int64)
+    on = np.isin(cells[:, 0] + cells[:, 1] * width, passed[:, 0] + passed[:, 1] * width)
+    return tuple(g for g, there in zip(gates, on.tolist(), strict=True) if there)
+
+
+def _sum_along_optimum(path: Path, terrain: ByteGrid | None) -> float:
+    """Sum of cost-to-go over an optimal path: there, what is left of the path *is* the cost to go."""
+    exact = step_costs(path.cells, path.moves, terrain)
+    to_go = np.concatenate((np.cumsum(exact[::-1])[::-1], [0]))
+    return float(path.moves.values(to_go).sum())

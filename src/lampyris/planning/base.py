@@ -1,0 +1,132 @@
+"""The planner contract: a planner is frozen settings plus traits; a session is its memory.
+
+Adding a planner is one file and one line: see CONTRIBUTING.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from lampyris._core.cancellation import Stop
+from lampyris._core.exclusive import Exclusive, one_call
+from lampyris._core.predicates import MOST_WHOLE, is_real, is_whole
+from lampyris.errors import SettingError, shown
+from lampyris.model.change import Change
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Traits:
+    """What code may ask of a planner instead of its class name.
+
+    Parameters
+    ----------
+    optimal : every path it finds in a static map has the least cost.
+    incremental : a session reuses earlier work after a Change.
+    stochastic : answers depend on the random generator given to ``open``.
+    sees_traffic : it plans with where obstacles will be, not only where they are.
+    """
+
+    optimal: bool
+    incremental: bool = False
+    stochastic: bool = False
+    sees_traffic: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """When to stop searching.
+
+    Parameters
+    ----------
+    expansions : greatest number of cells expanded by one call of ``plan``; None: no limit.
+    seconds : of wall time for one call of ``plan``, > 0; None: no limit. The answer of a call that ran out of
+        it is ``limit``; it comes within 50 ms, or 5 % of the limit if that is more, once the compiled code
+        is loaded. Which calls run out of it depends on the machine; no other answer does.
+    stop : stops the call when it is set, from any thread; the answer is then ``cancelled``.
+
+    Raises
+    ------
+    SettingError : ``BUDGET``.
+    """
+
+    expansions: int | None = None
+    seconds: float | None = None
+    stop: Stop | None = None
+
+    def __post_init__(self) -> None:
+        e = self.expansions
+        if e is not None and not is_whole(e, 1):
+            allowed = f"a whole number, 1 to {MOST_WHOLE}, or None"
+            raise SettingError.of("BUDGET", "expansions", shown(e), allowed=allowed)
+        s = self.seconds
+        if s is not None and not (is_real(s) and s > 0):
+            raise SettingError.of("BUDGET", "seconds", shown(s), allowed="a finite number > 0, or None")
+        if self.stop is not None and not isinstance(self.stop, Stop):
+            raise SettingError.of("BUDGET", "stop", shown(self.stop), allowed="a lampyris.Stop, or None")
+
+
+@runtime_checkable
+class Session(Protocol):
+    """A planner's memory of one scene.
+
+    A session serves one call at a time: what derives from :class:`SessionBase` refuses a second one with
+    :class:`lampyris.errors.BusyError`. Threads that plan at once open a session each; several sessions of one
+    planner do not disturb each other.
+    """
+
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """A path from where the robot is to the goal, given what is new.
+
+        A search that fails is a Plan whose status says so; it never raises for that. The plan starts at
+        ``change.robot`` (or where the robot was last known to be, at first the scene's start).
+
+        Raises
+        ------
+        BusyError : another call is at work on this session, in another thread or around this one.
+        """
+        ...
+
+
+class SessionBase(Exclusive):
+    """What sessions derive from, built in or brought along: it keeps their ``plan`` to one call at a time.
+
+    A second call is refused with :class:`lampyris.errors.BusyError`, at once and without an effect.
+    ``copy.copy``, ``copy.deepcopy`` and pickling give a session that answers as the original would and shares
+    nothing with it; a copy cannot be taken during a call.
+    """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        owner = next((kind for kind in cls.__mro__ if "plan" in kind.__dict__), None)
+        # A mixin that is no session itself may bring the method.
+        if owner is cls or (owner is not None and not issubclass(owner, SessionBase)):
+            guarded = one_call(owner.__dict__["plan"])
+            setattr(cls, "plan", guarded)  # noqa: B010 - a type checker knows no assigned methods
+
+
+@runtime_checkable
+class Planner(Protocol):
+    """Frozen settings that can open sessions: a frozen dataclass, its fields are the settings."""
+
+    name: ClassVar[str]
+    traits: ClassVar[Traits]
+    summary: ClassVar[str]
+    """One line for tables and menus."""
+    source: ClassVar[str]
+    """The publication, and what is ours."""
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> Session:
+        """Start a session.
+
+        Parameters
+        ----------
+        scene : what to plan in.
+        rng : every draw comes from it.
+        record : keep a per-iteration record in ``Plan.jumps``, if the planner has one.
+        """
+        ...

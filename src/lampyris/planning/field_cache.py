@@ -1,0 +1,87 @@
+"""Fields of one living map with different cells sealed, mended from one to the next, not solved anew."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lampyris.model.moves import Moves
+from lampyris.planning.field.repair import Mender, Padded
+from lampyris.planning.living_map import LivingMap
+from lampyris.typing import Cell
+
+KEPT = 3
+"""Fields with sealed cells that are kept beside the bare one: the same gates are met again by every preview
+until the robot stands before them."""
+
+
+@dataclass(slots=True)
+class _Kept:
+    """A field, its sealed cells, and those that the map has altered since."""
+
+    mender: Mender
+    cells: frozenset[Cell]
+    behind: dict[Cell, None] = field(default_factory=dict)
+
+
+class Grounds:
+    """The field of a map and a few others of it, each with some cells sealed.
+
+    Parameters
+    ----------
+    living : the map; tell :meth:`altered` what changes in it.
+    moves, goal, rho, gamma : of the fields.
+    """
+
+    def __init__(self, living: LivingMap, moves: Moves, goal: Cell, *, rho: float, gamma: float) -> None:
+        self._map = living
+        self._moves, self._goal, self._rho, self._gamma = moves, goal, rho, gamma
+        self._kept: list[_Kept] = []
+        self.spent = 0
+        """Cells settled in fields, or seen by mending them, so far."""
+
+    def altered(self, cells: list[Cell]) -> None:
+        """These cells of the map are other than before; a field hears of it when it is asked for."""
+        for kept in self._kept:
+            kept.behind.update(dict.fromkeys(cells))
+
+    def sealed(self, cells: frozenset[Cell]) -> Padded:
+        """The field with these cells sealed. It stays as it is until the map changes or others are asked for;
+        with none sealed, until the map changes.
+        """
+        kept = next((k for k in self._kept if k.cells == cells), None)
+        if kept is None and self._kept:
+            # The nearest one, of equals the one not asked for the longest, becomes it or is copied for it.
+            others = [k for k in self._kept if k.cells]
+            full = bool(cells) and len(others) >= KEPT
+            kept = min(others if full else self._kept, key=lambda k: len(k.cells ^ cells))
+            if not full:
+                kept = _Kept(kept.mender.copy(), kept.cells, dict(kept.behind))
+                self._kept.append(kept)
+        if kept is None:
+            kept = self._new()
+        self._kept.remove(kept)  # for good, if mending it is stopped half way
+        self._bring(kept, cells)
+        self._kept.append(kept)
+        return kept.mender.padded
+
+    def _new(self) -> _Kept:
+        """The bare field, the first of all."""
+        terrain = self._map.terrain if self._map.has_terrain else None
+        free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
+        mender = Mender(free, self._moves, self._goal, terrain=terrain, **shares)
+        self.spent += mender.field.expansions
+        self._kept.append(_Kept(mender, frozenset()))
+        return self._kept[-1]
+
+    def _bring(self, kept: _Kept, cells: frozenset[Cell]) -> None:
+        """Mend a field to the map as it is, with these cells sealed."""
+        differ = kept.behind | dict.fromkeys(sorted(kept.cells ^ cells))
+        if not differ:
+            return
+        free, terrain = self._map.free, self._map.terrain if self._map.has_terrain else None
+        freed = [(x, y) for x, y in differ if free[y, x] and (x, y) not in cells]
+        blocked = [(x, y) for x, y in differ if not free[y, x] or (x, y) in cells]
+        graded = [] if terrain is None else [((x, y), int(terrain[y, x])) for x, y in kept.behind]
+        self.spent += kept.mender.mend(blocked=blocked, freed=freed, terrain=graded).expansions
+        kept.cells = cells
+        kept.behind.clear()

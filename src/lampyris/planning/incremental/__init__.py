@@ -1,0 +1,1 @@
+"""Incremental search: D*, Focussed D*, LPA* and D* Lite."""

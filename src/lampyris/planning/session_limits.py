@@ -1,0 +1,89 @@
+"""Calls of ``plan`` that end in time, and sessions that are as good as new after one that was stopped."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from lampyris._core import cancellation
+from lampyris._core.cancellation import Halted, Watch
+from lampyris.model.change import Change
+from lampyris.model.plan import Plan, Status
+from lampyris.planning.base import Budget
+
+
+class Limited(Protocol):
+    """A session whose calls can be stopped."""
+
+    def drop(self, anywhere: bool) -> str:
+        """Let go of what a stopped call may have left half done; the planner's name.
+
+        What the session was told (where the robot is, what the map is like) stays.
+
+        Parameters
+        ----------
+        anywhere : it may have been stopped between any two steps of Python's, not only where it looks.
+        """
+        ...
+
+
+S = TypeVar("S", bound=Limited)
+Ask = Callable[[S, Change | None, Budget | None], Plan]
+
+
+def limited(plan: Ask[S]) -> Callable[..., Plan]:
+    """Make a session's ``plan`` keep to the seconds and the stop of its budget.
+
+    After a call that was stopped the session gives the answers of one that never had that call, save that
+    it knows the Change: what may be half done is made anew, draws are taken back.
+    """
+
+    @functools.wraps(plan)
+    def asked(session: S, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        seconds, stop = (None, None) if budget is None else (budget.seconds, budget.stop)
+        with cancellation.watching(seconds, stop) as own:
+            rng = getattr(session, "_rng", None) if cancellation.watch() is not None else None
+            drawn = rng.bit_generator.state if isinstance(rng, np.random.Generator) else {}
+            try:
+                return plan(session, change, budget)
+            except (Halted, KeyboardInterrupt) as why:
+                name = session.drop(isinstance(why, KeyboardInterrupt))
+                if isinstance(rng, np.random.Generator):
+                    rng.bit_generator.state = drawn
+                if own is None or isinstance(why, KeyboardInterrupt) or _outer(own):
+                    raise
+                return stopped_plan(name, own, seconds)
+
+    return asked
+
+
+def _outer(own: Watch) -> bool:
+    """Whether it is not this call alone that is to stop."""
+    return own.outer is not None and own.outer.is_over
+
+
+def stopped_plan(name: str, own: Watch, seconds: float | None) -> Plan:
+    """The answer of a call that was stopped.
+
+    How far it had come is not told: it would be another figure in each run.
+    """
+    if own.was_told:
+        return Plan(Status.CANCELLED, name)
+    told = f"Stopped after {seconds:g} s, its limit, before the search was over."
+    return Plan(Status.LIMIT, name, detail=told)
+
+
+def within(budget: Budget | None, name: str, answer: Callable[[], Plan]) -> Plan:
+    """An answer within the seconds and the stop of a budget, whoever gives it."""
+    if budget is None:
+        return answer()
+    with cancellation.watching(budget.seconds, budget.stop) as own:
+        try:
+            return answer()
+        except Halted:
+            if own is None or _outer(own):
+                raise
+            return stopped_plan(name, own, budget.seconds)

@@ -1,0 +1,308 @@
+"""Forecast: where moving obstacles will be, and what that forbids the robot, tick by tick.
+
+An obstacle with a size and a robot with a size meet as a point robot meets a larger obstacle
+(:func:`lampyris.planning.field.footprint.reach_of`); so everything here is about a point.
+
+What is known of an obstacle's future (:class:`lampyris.model.change.Seen`) is taken as it is. What is not is
+guessed, by one of
+
+* ``velocity``: it goes on as in its last step, inside a disc that grows by ``growth`` cells a tick;
+* ``reach``: it may be on any cell that it could have walked to by then;
+* ``still``: it stays where it is;
+
+for ``horizon`` ticks from the last one that is known. Beyond that nothing is said of it, save of one that is
+told to be standing: whatever else it may do, it may also stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core.cancellation import look
+from lampyris.model.change import Seen
+from lampyris.model.grid import frozen
+from lampyris.planning.field.footprint import reach_of
+from lampyris.typing import BoolGrid, Cell
+
+_PART = 1 << 17
+"""Places of bodies that are worked out between two looks at whether to go on."""
+_Ints = NDArray[np.int64]
+_EIGHT = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dx or dy)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forbidden:
+    """What the forecast forbids a point robot.
+
+    Parameters
+    ----------
+    at : int64, (a, 2); cell (y * width + x) and tick at which somebody is there.
+    steps : int64, (b, 4); cell, tick, dx, dy of steps that end at that tick and would swap with or cross
+        somebody.
+    forever : int64, (c, 2); cell and first tick from which somebody stays there for ever.
+    still : the last tick at which anything is forbidden that is not for ever.
+    endless : whether somebody moves for ever, so that what is beyond ``still`` was left out.
+    """
+
+    at: _Ints
+    steps: _Ints
+    forever: _Ints
+    still: int
+    endless: bool
+
+
+@dataclass(slots=True)
+class _Notes:
+    at: list[_Ints] = field(default_factory=list)
+    steps: list[_Ints] = field(default_factory=list)
+    forever: list[_Ints] = field(default_factory=list)
+    endless: bool = False
+
+
+class Forecaster:
+    """Turns what is seen into what is forbidden.
+
+    Parameters
+    ----------
+    free : bool (height, width); where an obstacle can be, for ``velocity`` and ``reach``.
+    own : the robot's footprint.
+    guess : ``velocity``, ``reach`` or ``still``.
+    growth : cells a tick by which the disc of ``velocity`` grows.
+    """
+
+    def __init__(self, free: BoolGrid, own: tuple[Cell, ...], *, guess: str, growth: float) -> None:
+        self._free = free
+        self._own = own
+        self._guess = guess
+        self._growth = growth
+        self._height, self._width = free.shape
+
+    def forbidden(
+        self,
+        bodies: Sequence[Seen],
+        tick: int,
+        horizon: int,
+        unrolled: int,
+        standing: Mapping[int, int] | None = None,
+    ) -> Forbidden:
+        """Everything forbidden after ``tick``.
+
+        Parameters
+        ----------
+        bodies : the obstacles.
+        tick : when the robot stands where it is; its first step ends at ``tick + 1``.
+        horizon : for how many ticks unknown futures are guessed; 0: only what is known counts.
+        unrolled : for how many ticks tracks that repeat themselves are written out.
+        standing : bodies that have been standing, by number, and for how many ticks more they may. Counts for
+            those with an unknown future, and not with a horizon of 0.
+        """
+        notes = _Notes()
+        alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[Seen]] = {}
+        for seen in bodies:
+            # Those of one size that are known for the same ticks are computed together.
+            key = (seen.footprint, seen.since, len(seen.track), seen.period)
+            alike.setdefault(key, []).append(seen)
+        for (cells, since, _, period), group in alike.items():
+            tracks = np.array([seen.track for seen in group], dtype=np.int64)
+            self._known(tracks, since, period, cells, tick, unrolled, notes)
+            if period is None and horizon > 0:
+                self._guessed(tracks, since, cells, tick, horizon, notes)
+        for seen in bodies:
+            if horizon > 0 and seen.period is None and standing and seen.body in standing:
+                self._stays(seen, standing[seen.body], notes)
+        at, steps, forever = (
+            _rows(notes.at, 2),
+            _rows(notes.steps, 4),
+            _rows(notes.forever, 2),
+        )
+        still = max(
+            [tick]
+            + ([int(at[:, 1].max())] if len(at) else [])
+            + ([int(steps[:, 1].max())] if len(steps) else [])
+            + ([int(forever[:, 1].max())] if len(forever) else [])
+        )
+        return Forbidden(at, steps, forever, still, notes.endless)
+
+    # ---- what is known --------------------
+
+    def _known(
+        self,
+        tracks: _Ints,
+        since: int,
+        period: int | None,
+        cells: tuple[Cell, ...],
+        tick: int,
+        unrolled: int,
+        notes: _Notes,
+    ) -> None:
+        """From the robot's tick, for the step that begins there, to the end of the tracks, (bodies, m, 2)."""
+        length = tracks.shape[1]
+        last = since + length - 1
+        until = max(last, tick + unrolled) if period is not None and period > 1 else last
+        first = max(tick, since)
+        if period == 1:
+            first = min(first, last)
+        if first <= until:
+            ticks = np.arange(first, until + 1, dtype=np.int64)
+            k = ticks - since
+            if period is not None:
+                k = np.where(k >= length, length - period + (k - length) % period, k)
+            self._drive(tracks[:, k], ticks, cells, notes, stands=period == 1)
+        notes.endless |= period is not None and period > 1
+
+    def _drive(
+        self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, *, stands: bool
+    ) -> None:
+        """Bodies that are on ``places`` (bodies, m, 2) at ``ticks``; ``stands``: and stay at the last."""
+        each = max(1, _PART // (places.shape[1] * len(cells)))
+        for k in range(0, len(places), each):
+            look()
+            self._drive_some(places[k : k + each], ticks, cells, notes, stands)
+
+    def _drive_some(
+        self, places: _Ints, ticks: _Ints, cells: tuple[Cell, ...], notes: _Notes, stands: bool
+    ) -> None:
+        met = _offsets(self._own, cells)
+        now = places[:, :, None, :] + met
+        when = np.broadcast_to(ticks[None, :, None], now.shape[:3])
+        self._note_cells(now.reshape(-1, 2), when.reshape(-1), notes.at)
+        if stands:
+            self._note_cells(now[:, -1].reshape(-1, 2), when[:, -1].reshape(-1), notes.forever)
+        hops = np.diff(places, axis=1)
+        body, leg = np.nonzero(hops.any(axis=2))
+        if not len(body):
+            return
+        hop = hops[body, leg]
+        kind = (hop[:, 0] + 1) * 3 + hop[:, 1] + 1
+        for which in np.unique(kind).tolist():
+            bans = _bans(self._own, cells, which // 3 - 1, which % 3 - 1)
+            moved = kind == which
+            out = places[body[moved], leg[moved]][:, None, :] + bans[None, :, :2]
+            steps = np.broadcast_to(bans[None, :, 2:], out.shape)
+            rows = np.concatenate((out, steps), axis=2).reshape(-1, 4)
+            inside = self._inside(rows)
+            then = np.repeat(ticks[leg[moved] + 1], len(bans))[inside]
+            rows = rows[inside]
+            flat = rows[:, 1] * self._width + rows[:, 0]
+            notes.steps.append(np.stack((flat, then, rows[:, 2], rows[:, 3]), axis=1))
+
+    # ---- what is guessed --------------------
+
+    def _guessed(
+        self, tracks: _Ints, since: int, cells: tuple[Cell, ...], tick: int, horizon: int, notes: _Notes
+    ) -> None:
+        last = since + tracks.shape[1] - 1
+        met = _offsets(self._own, cells)
+        if self._guess == "reach":
+            for x, y in tracks[:, -1].tolist():
+                for k, reached in self._reached((x, y), horizon):
+                    self._note_spread(reached, met, last + k, notes)
+            return
+        at = tracks[:, -1]
+        hop = at - tracks[:, -2] if self._guess == "velocity" and tracks.shape[1] > 1 else np.zeros_like(at)
+        places = [at]
+        for _ in range(horizon):
+            to = places[-1] + hop
+            hop = np.where(self._standing(to)[:, None], hop, 0)  # it will not go through the wall
+            places.append(places[-1] + hop)
+        ticks = np.arange(last, last + horizon + 1, dtype=np.int64)
+        keep = ticks >= tick
+        self._drive(np.stack(places, axis=1)[:, keep], ticks[keep], cells, notes, stands=False)
+        if self._guess == "velocity" and self._growth > 0:
+            for k in range(1, horizon + 1):
+                disc = np.array(_disc(self._growth * k), dtype=np.int64)
+                around = (places[k][:, None, :] + disc).reshape(-1, 2)
+                self._note_spread(around[self._standing(around)], met, last + k, notes)
+
+    def _stays(self, seen: Seen, ticks: int, notes: _Notes) -> None:
+        """A body that may stay where it is for so many ticks."""
+        around = np.array(seen.track[-1], dtype=np.int64) + _offsets(self._own, seen.footprint)
+        last = seen.since + len(seen.track) - 1
+        when = np.repeat(np.arange(last + 1, last + ticks + 1, dtype=np.int64), len(around))
+        self._note_cells(np.tile(around, (ticks, 1)), when, notes.at)
+
+    def _reached(self, cell: Cell, horizon: int) -> Iterator[tuple[int, _Ints]]:
+        """The cells that can be walked to from a cell in k ticks, for k = 1 .. horizon; (m, 2) each."""
+        far = horizon + 1
+        x0, y0 = max(cell[0] - far, 0), max(cell[1] - far, 0)
+        window = self._free[y0 : cell[1] + far + 1, x0 : cell[0] + far + 1]
+        mask: NDArray[np.bool_] = np.zeros(window.shape, dtype=np.bool_)
+        mask[cell[1] - y0, cell[0] - x0] = True
+        for k in range(1, horizon + 1):
+            look()
+            wide = np.pad(mask, 1)
+            grown = mask.copy()
+            for dx, dy in _EIGHT:
+                grown |= wide[1 + dy : 1 + dy + mask.shape[0], 1 + dx : 1 + dx + mask.shape[1]]
+            mask = grown & window
+            ys, xs = np.nonzero(mask)
+            yield k, np.stack((xs + x0, ys + y0), axis=1).astype(np.int64)
+
+    # ---- writing down --------------------
+
+    def _note_spread(self, cells: _Ints, met: _Ints, tick: int, notes: _Notes) -> None:
+        """A body that may be on any of these cells at a tick."""
+        around = (cells[:, None, :] + met[None, :, :]).reshape(-1, 2)
+        self._note_cells(around, np.full(len(around), tick), notes.at)
+
+    def _note_cells(self, cells: _Ints, ticks: _Ints, into: list[_Ints]) -> None:
+        inside = self._inside(cells)
+        flat = cells[inside, 1] * self._width + cells[inside, 0]
+        into.append(np.stack((flat, ticks[inside]), axis=1))
+
+    def _inside(self, cells: _Ints) -> NDArray[np.bool_]:
+        x, y = cells[:, 0], cells[:, 1]
+        inside: NDArray[np.bool_] = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
+        return inside
+
+    def _standing(self, cells: _Ints) -> NDArray[np.bool_]:
+        """Which of these cells an obstacle can be on."""
+        inside = self._inside(cells)
+        inside[inside] = self._free[cells[inside, 1], cells[inside, 0]]
+        return inside
+
+
+def _rows(parts: list[_Ints], width: int) -> _Ints:
+    return np.concatenate(parts) if parts else np.zeros((0, width), dtype=np.int64)
+
+
+@lru_cache(maxsize=64)
+def _offsets(own: tuple[Cell, ...], other: tuple[Cell, ...]) -> _Ints:
+    return frozen(np.array(reach_of(own, other), dtype=np.int64))
+
+
+@lru_cache(maxsize=512)
+def _bans(own: tuple[Cell, ...], other: tuple[Cell, ...], dx: int, dy: int) -> _Ints:
+    """Steps a point robot must not make while a body steps by (dx, dy); int64, (m, 4).
+
+    Each row: where the robot stands, relative to the body's cell *before* its step, and the robot's step. A
+    swap: the robot enters a cell where it would have met the body before, from one where it meets it now. A
+    crossing: the two diagonals of a 2x2 block. (:mod:`lampyris.sim.world.world` says the same of footprints.)
+    Steps that end on the body itself are forbidden already and left out.
+    """
+    met = set(reach_of(own, other))
+    found = set()
+    for x, y in met:  # bits: what is found is sorted below
+        here = (x + dx, y + dy)  # met after the body's step
+        for ex, ey in _EIGHT:
+            to = (here[0] + ex, here[1] + ey)
+            if to in met and (to[0] - dx, to[1] - dy) not in met:
+                found.add((*here, ex, ey))
+        if dx and dy:
+            # A cell of the body goes from (x, y) to (x + dx, y + dy).
+            found.add((x + dx, y, -dx, dy))
+            found.add((x, y + dy, dx, -dy))
+    return frozen(np.array(sorted(found), dtype=np.int64).reshape(-1, 4))
+
+
+@lru_cache(maxsize=256)
+def _disc(radius: float) -> tuple[Cell, ...]:
+    """Cells whose centre lies within so many cells."""
+    far = int(radius)
+    span = range(-far, far + 1)
+    return tuple((dx, dy) for dy in span for dx in span if dx * dx + dy * dy <= radius * radius)

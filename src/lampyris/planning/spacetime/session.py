@@ -1,0 +1,317 @@
+"""The session of a planner that sees traffic: forecast, search, and whether a new way is worth the change."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lampyris._core.predicates import in_range
+from lampyris.errors import SettingError, did_you_mean, shown
+from lampyris.kernels import loading
+from lampyris.model.change import Change, Seen
+from lampyris.model.moves import Moves
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import RandomWalk, Recorded
+from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.edits import edited
+from lampyris.planning.field.footprint import footprint
+from lampyris.planning.field.layers import free_cells, free_space, moves_for
+from lampyris.planning.graph.grid_graph import check_cells
+from lampyris.planning.session_limits import limited
+from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
+from lampyris.planning.spacetime.search import LIMIT, Route, TimedSearch, Timetable
+from lampyris.typing import BoolGrid, Cell
+
+GUESSES = ("velocity", "reach", "still")
+TRACKS = ("known", "hidden")
+MAX_HORIZON = 1000
+PERSISTENCE = 2
+"""An obstacle that has been standing for n ticks may stay for so many times n more. Without that a robot
+waits for ever before one that never moves: it always seems quicker to sit out the horizon than to drive
+around. (As long again would do, and would wait twice as long before a long way round.)"""
+MOST_UNROLLED = 1 << 17
+"""Ticks for which tracks that repeat themselves are written out at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timed:
+    """What planners that see traffic have in common; their settings.
+
+    Parameters
+    ----------
+    forecast : what an obstacle does whose future is not known: ``velocity``, it goes on as in its last step;
+        ``reach``, it may be wherever it could have walked to; ``still``, it stays.
+    horizon : for how many ticks that is believed, 0 to 1000. Beyond it nothing is said of such an obstacle,
+        save that one which has been standing may stay for twice as long again. If no way can be found, half
+        as many are believed, and so on down to none; with none, standing ones are not minded either.
+    growth : cells a tick by which the disc around a ``velocity`` forecast grows, 0 to 10.
+    margin : ticks that a new way must save before the robot leaves one that is still good, 0 to 1000. With 0
+        it turns for any gain, and among obstacles that wander it turns often.
+    tracks : ``known``: recorded obstacles' tracks are planned with to their ends; ``hidden``: they are
+        guessed like the others.
+
+    Raises
+    ------
+    SettingError : a setting out of its range.
+    """
+
+    forecast: str = "velocity"
+    horizon: int = 2
+    growth: float = 0.0
+    margin: int = 1
+    tracks: str = "known"
+
+    def __post_init__(self) -> None:
+        for what, word, known in (("forecast", self.forecast, GUESSES), ("tracks", self.tracks, TRACKS)):
+            if not isinstance(word, str) or word not in known:
+                todo = did_you_mean(word, known)
+                raise SettingError.of(what.upper(), what, shown(word), allowed=", ".join(known), todo=todo)
+        for what, n in (("horizon", self.horizon), ("margin", self.margin)):
+            if not isinstance(n, int) or isinstance(n, bool) or not 0 <= n <= MAX_HORIZON:
+                raise SettingError.of(
+                    what.upper(), what, shown(n), allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
+                )
+        g: Any = self.growth
+        if not in_range(g, 0, 10):
+            raise SettingError.of("GROWTH", "growth", shown(g), allowed="0 to 10 cells a tick")
+
+
+class TimedSession(SessionBase):
+    """A session that knows the tick, remembers the way it is on, and keeps to it where that is as good.
+
+    Parameters
+    ----------
+    scene : what to plan in. Its recorded obstacles are known to a call that is not told of any.
+    name : the planner's name.
+    settings : see :class:`Timed`.
+    by_ticks : whether cells and ticks are searched one by one; else safe intervals.
+    """
+
+    def __init__(self, scene: Scene, name: str, settings: Timed, *, by_ticks: bool) -> None:
+        self._name = name
+        self._settings = settings
+        self._by_ticks = by_ticks
+        self._robot = scene.start
+        self._way: Route | None = None
+        self._stood: dict[int, tuple[Cell, int]] = {}
+        self._under_walls: dict[Cell, int] = {}
+        self._lay(scene)
+
+    def _lay(self, scene: Scene) -> None:
+        check_cells(scene.grid.blocked.size)
+        self._scene, self._laid = scene, False
+        self._free: BoolGrid = free_space(scene)
+        self._moves = _single(moves_for(scene))
+        self._search: TimedSearch | None = None
+        own = footprint(scene.robot.radius, scene.grid.resolution)
+        walkable = free_cells(scene.grid, 0.0)
+        guess, growth = self._settings.forecast, self._settings.growth
+        self._forecaster = Forecaster(walkable, own, guess=guess, growth=growth)
+        self._laid = True
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planning.session_limits.Limited`."""
+        self._laid = self._laid and not anywhere
+        return self._name
+
+    @limited
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """The earliest arrival among what is known and guessed of the obstacles.
+
+        ``change.bodies`` says what is known; without it the cells of ``change.obstacles`` count as taken for
+        ever, save the robot's own and the goal; without either, the scene's recorded obstacles are known.
+
+        Raises
+        ------
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        """
+        began = loading.wall()
+        change = change or Change()
+        scene = edited(self._scene, change, self._under_walls)
+        if change.robot is not None:
+            self._robot = (int(change.robot[0]), int(change.robot[1]))
+        if scene is not self._scene:
+            self._way = None
+        if scene is not self._scene or not self._laid:
+            self._lay(scene)
+        made = self._answer(change, None if budget is None else budget.expansions)
+        return replace(made, timing={"search_s": loading.wall() - began})
+
+    # ---- the answer --------------------
+
+    def _answer(self, change: Change, budget: int | None) -> Plan:
+        start, goal = self._robot, self._scene.goal
+        if not self._free[start[1], start[0]]:
+            return Plan(Status.START_OCCUPIED, self._name)
+        if not self._free[goal[1], goal[0]]:
+            return Plan(Status.GOAL_OCCUPIED, self._name)
+        if self._search is None:
+            self._search = TimedSearch(self._free, self._moves, goal, self._scene.grid.terrain)
+        if self._search.steps_left(start) < 0:
+            return Plan(Status.NO_PATH, self._name, iterations=1)
+        bodies, closed = self._told(change)
+        self._watch(bodies)
+        spent = 0
+        believed = self._settings.horizon if any(s.period is None for s in bodies) else 0
+        while True:
+            left = None if budget is None else budget - spent
+            if left is not None and left < 1:
+                return self._failed(Status.LIMIT, spent)
+            table, route = self._route(bodies, closed, change.tick, believed, left)
+            spent += route.expansions
+            if route.cells is not None:
+                break
+            if route.ending == LIMIT:
+                return self._failed(Status.LIMIT, spent)
+            if believed == 0:
+                why = "No way at any time: walls leave one, moving obstacles close it."
+                return self._failed(Status.HEMMED_IN, spent, why)
+            believed //= 2
+        route = self._chosen(table, route, change.tick)
+        assert route.cells is not None
+        self._way = route
+        # Where all is known there is nothing to ask again for; who is told of nobody may yet meet some.
+        known = all(s.period is not None for s in bodies)
+        settled = known and (change.bodies is None or bool(bodies))
+        return Plan(
+            Status.FOUND,
+            self._name,
+            path_of(route.cells, self._moves, self._scene.grid.terrain),
+            iterations=1,
+            expansions=spent,
+            commit=None if settled else 1,
+            schedule=route.ticks,
+        )
+
+    def _told(self, change: Change) -> tuple[list[Seen], list[Cell]]:
+        """The obstacles of this call, and cells that count as taken for ever."""
+        if change.bodies is None:
+            if change.obstacles:
+                contains, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
+                return [], sorted(c for c in change.obstacles if c not in ends and contains(c))
+            resolution = self._scene.grid.resolution
+            seen = [
+                Seen(k, one.track, 0, 1, footprint(one.radius, resolution))
+                for k, one in enumerate(self._scene.traffic)
+                if isinstance(one, Recorded)
+            ]
+            # Where these begin is known; where they go is guessed.
+            first = len(self._scene.traffic)
+            begins = [
+                (cell, one.radius)
+                for one in self._scene.traffic
+                if isinstance(one, RandomWalk)
+                for cell in one.starts
+            ]
+            seen += [
+                Seen(first + n, (cell,), 0, None, footprint(radius, resolution))
+                for n, (cell, radius) in enumerate(begins)
+            ]
+        else:
+            seen = list(change.bodies)
+        if self._settings.tracks == "hidden":
+            now = change.tick + (change.bodies is not None and change.tick > 0)
+            seen = [_hidden(s, now) for s in seen]
+        return seen, []
+
+    def _watch(self, bodies: list[Seen]) -> None:
+        """Note where each obstacle of unknown future is, and since when."""
+        stood = {}
+        for seen in bodies:
+            if seen.period is None:
+                here, since = seen.track[-1], seen.since + len(seen.track) - 1
+                for cell in seen.track[-2::-1]:
+                    if cell != here:
+                        break
+                    since -= 1
+                known, first = self._stood.get(seen.body, (here, since))
+                stood[seen.body] = here, min(first, since) if known == here else since
+        self._stood = stood
+
+    def _standing(self, bodies: list[Seen]) -> dict[int, int]:
+        """The obstacles that have been standing, and for how many ticks more they may."""
+        for_ = {}
+        for seen in bodies:
+            if seen.period is None:
+                stood = seen.since + len(seen.track) - 1 - self._stood[seen.body][1]
+                if stood > 0:
+                    for_[seen.body] = min(PERSISTENCE * stood, MAX_HORIZON)
+        return for_
+
+    def _route(
+        self, bodies: list[Seen], closed: list[Cell], tick: int, believed: int, budget: int | None
+    ) -> tuple[Timetable, Route]:
+        """The earliest arrival; tracks without end are written out for as long as it takes."""
+        search = self._search
+        assert search is not None
+        unrolled = 64 + 4 * search.steps_left(self._robot)
+        periods = math.lcm(*(s.period for s in bodies if s.period)) if bodies else 1
+        most = min(
+            int(np.count_nonzero(self._free)) * periods + max((len(s.track) for s in bodies), default=0),
+            MOST_UNROLLED,
+        )
+        spent = 0
+        while True:
+            unroll = min(unrolled, most)
+            forbidden = self._forecaster.forbidden(bodies, tick, believed, unroll, self._standing(bodies))
+            if closed:
+                forbidden = _closing(forbidden, closed, tick, self._scene.grid.width)
+            table = search.timetable(forbidden)
+            find = search.by_ticks if self._by_ticks else search.by_intervals
+            route = find(table, self._robot, tick, None if budget is None else max(budget - spent, 0))
+            spent += route.expansions
+            if route.cells is not None or not route.cut or unrolled >= most or route.ending == LIMIT:
+                return table, replace(route, expansions=spent)
+            unrolled *= 4
+
+    def _chosen(self, table: Timetable, found: Route, tick: int) -> Route:
+        """The new way, or the one the robot is on if that is still good and the new one saves too little."""
+        old = self._way
+        search = self._search
+        if old is None or old.cells is None or old.ticks is None or search is None:
+            return found
+        assert found.ticks is not None
+        # The robot is on the last cell of the old way that it has entered by now.
+        at = int(np.searchsorted(old.ticks, tick, side="right")) - 1
+        if at < 0 or (int(old.cells[at, 0]), int(old.cells[at, 1])) != self._robot:
+            return found
+        cells, ticks = old.cells[at:], old.ticks[at:].copy()
+        ticks[0] = tick
+        saved = int(ticks[-1] - found.ticks[-1])
+        if saved > self._settings.margin or not search.still_good(table, cells, ticks):
+            return found
+        return replace(found, cells=cells, ticks=ticks)
+
+    def _failed(self, status: Status, expansions: int, detail: str = "") -> Plan:
+        self._way = None
+        return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)
+
+
+def _hidden(seen: Seen, now: int) -> Seen:
+    """The same obstacle with no more known than where it is at a tick, and where it was the tick before."""
+    if seen.period is None:
+        return seen
+    n, since = len(seen.track), max(now - 1, seen.since)
+    ticks = (t - seen.since for t in range(since, max(now, seen.since) + 1))
+    places = tuple(seen.track[t if t < n else n - seen.period + (t - n) % seen.period] for t in ticks)
+    return replace(seen, track=places, since=since, period=None)
+
+
+def _single(moves: Moves) -> Moves:
+    """The steps of one cell: in a tick a robot moves no farther than an obstacle does."""
+    kept = [k for k, (dx, dy) in enumerate(moves.offsets) if max(abs(dx), abs(dy)) == 1]
+    if len(kept) == len(moves.offsets):
+        return moves
+    offsets = tuple(moves.offsets[k] for k in kept)
+    return replace(moves, offsets=offsets, costs=tuple(moves.costs[k] for k in kept))
+
+
+def _closing(forbidden: Forbidden, cells: list[Cell], tick: int, width: int) -> Forbidden:
+    """The same with these cells taken for ever."""
+    rows = np.array([(y * width + x, tick) for x, y in cells], dtype=np.int64).reshape(-1, 2)
+    return replace(forbidden, forever=np.concatenate((forbidden.forever, rows)))

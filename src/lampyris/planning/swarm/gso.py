@@ -1,0 +1,104 @@
+"""Glowworms over waypoints: GSO as published, and an improved one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from lampyris.planning.swarm import settings as check
+from lampyris.planning.swarm.encoding import Encoding
+from lampyris.planning.swarm.optimisers.glowworm import CHOICES, GSO
+from lampyris.planning.swarm.optimisers.steps import CoolingStep, FixedStep
+from lampyris.planning.swarm.session import Task
+from lampyris.planning.swarm.waypoints import WaypointPlanner
+
+
+@dataclass(frozen=True, slots=True)
+class Gso(WaypointPlanner):
+    """Glowworm swarm optimisation whose glowworms are whole ways, written as waypoints.
+
+    The swarm is that of Krishnanand and Ghose (see :mod:`lampyris.planning.swarm.optimisers.glowworm`) in the unit box; luciferin
+    takes in minus the fitness. That a glowworm is a way is ours: theirs is a point.
+
+    Parameters
+    ----------
+    sensor : r_s as a share of the box's diagonal, > 0 to 1.
+    step : length of a move in the unit box, > 0 to 1.
+    nt : neighbours aimed at, 0 to 2000.
+    rho, gamma, beta : decay and renewal of luciferin, and how fast ranges adapt.
+    choice : ``roulette`` or ``greedy`` (deterministic GSO).
+    """
+
+    sensor: float = 0.5
+    step: float = 0.03
+    nt: int = 5
+    rho: float = 0.4
+    gamma: float = 0.6
+    beta: float = 0.08
+    choice: str = "roulette"
+
+    name: ClassVar[str] = "gso"
+    summary: ClassVar[str] = "Glowworm swarm (GSO) over waypoints"
+    source: ClassVar[str] = (
+        "Krishnanand and Ghose 2009: the swarm. Ours: waypoints as glowworms, the fitness, the exact seed."
+    )
+
+    def __post_init__(self) -> None:
+        WaypointPlanner.__post_init__(self)
+        for setting in ("sensor", "step"):
+            check.number(self.name, setting, getattr(self, setting), 1e-6, 1.0)
+        check.whole(self.name, "nt", self.nt, 0, 2000)
+        check.number(self.name, "rho", self.rho, 0.0, 1.0)
+        check.number(self.name, "gamma", self.gamma, 1e-6, 1e6)
+        check.number(self.name, "beta", self.beta, 0.0, 1e6)
+        check.one_of(self.name, "choice", self.choice, CHOICES)
+
+    def optimiser(self, task: Task, encoding: Encoding) -> GSO:
+        """Glowworms in the unit box."""
+        return GSO(
+            n=self.swarm,
+            sensor=self.sensor * encoding.box.diagonal,
+            rho=self.rho,
+            gamma=self.gamma,
+            beta=self.beta,
+            nt=self.nt,
+            step=FixedStep(self.step),
+            choice=self.choice,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Igso(WaypointPlanner):
+    """Improved glowworm swarm optimisation over waypoints.
+
+    After what the dissertation and an abstract tell of He and Huang (Math. Probl. Eng. 2016, 3196958): a step
+    that changes with time, a range as wide as the space, random moves of the brightest. Their formulas could
+    not be found; those used are ours (:class:`lampyris.planning.swarm.optimisers.steps.CoolingStep`, and ``wander`` of
+    :class:`lampyris.planning.swarm.optimisers.glowworm.GSO`).
+
+    Parameters
+    ----------
+    step, least : length of the first and of the last moves in the unit box, least <= step.
+    wander : how far the brightest try a place, in sides of the box. 0: not at all.
+    """
+
+    step: float = 0.1
+    least: float = 0.005
+    wander: float = 0.05
+
+    name: ClassVar[str] = "igso"
+    summary: ClassVar[str] = "Improved glowworm swarm (IGSO) over waypoints"
+    source: ClassVar[str] = (
+        "He and Huang 2016, known from its abstract alone: every formula is ours, as are the waypoints."
+    )
+
+    def __post_init__(self) -> None:
+        WaypointPlanner.__post_init__(self)
+        check.number(self.name, "step", self.step, 1e-6, 1.0)
+        check.number(self.name, "least", self.least, 1e-6, self.step)
+        check.number(self.name, "wander", self.wander, 0.0, 1.0)
+
+    def optimiser(self, task: Task, encoding: Encoding) -> GSO:
+        """Glowworms in the unit box whose steps shrink over the iterations."""
+        step = CoolingStep(most=self.step, least=self.least, horizon=float(self.iterations))
+        return GSO(n=self.swarm, step=step, wander=self.wander)

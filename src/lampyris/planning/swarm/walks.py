@@ -1,0 +1,261 @@
+"""Batches of walks over a ground, step by step: whole, or piece by piece."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris._core.cancellation import look
+from lampyris.planning.swarm.search_space import Flags, Ground, Ints
+from lampyris.typing import Cells
+
+PART = 1 << 16
+"""Steps that are worked on between two looks at whether to go on: a few milliseconds' work."""
+
+
+def parts(n: int) -> Iterator[slice]:
+    """n elements, :data:`PART` at a time, with a look before each at whether to go on."""
+    for a in range(0, n, PART):
+        look()
+        yield slice(a, min(a + PART, n))
+
+
+class Batch(Protocol):
+    """n walks, one after the other, each of at least one step; at hand, or made when they are asked for."""
+
+    @property
+    def steps(self) -> int:
+        """How many steps they have in all."""
+
+    @property
+    def missing(self) -> Ints:
+        """int64 (n,); steps by which a walk falls short of the goal (ants that gave up)."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, k: int) -> Batch:
+        """One of them."""
+
+    def pieces(self) -> Iterator[Piece]:
+        """All steps in order, :data:`PART` or so at a time, with a look before each at whether to go on."""
+
+    def whole(self) -> Ways:
+        """All of them at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """Steps of some walks that follow each other: the first and the last may be in part.
+
+    Parameters
+    ----------
+    walk : number of the first.
+    ways : the steps; whether a walk falls short is not said.
+    before : the step that was made before the first of them, in the same walk; -1: none.
+    """
+
+    walk: int
+    ways: Ways
+    before: int
+
+    @property
+    def walks(self) -> slice:
+        """Which walks."""
+        return slice(self.walk, self.walk + len(self.ways))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """n walks, step by step; a :class:`Batch`.
+
+    Parameters
+    ----------
+    first : int64 (n + 1,); where each walk's steps begin, and the end of the last.
+    at : int64 (steps,); the flat cell each step leaves.
+    step : int64 (steps,); which of the moves it is.
+    legal : bool (steps,); whether it may be made.
+    missing : int64 (n,); steps by which a walk falls short of the goal (ants that gave up).
+    """
+
+    first: Ints
+    at: Ints
+    step: Ints
+    legal: Flags
+    missing: Ints
+
+    def __len__(self) -> int:
+        return int(self.first.size) - 1
+
+    def __getitem__(self, k: int) -> Ways:
+        a, b = int(self.first[k]), int(self.first[k + 1])
+        ends = np.array([0, b - a], dtype=np.int64)
+        return Ways(ends, self.at[a:b], self.step[a:b], self.legal[a:b], self.missing[k : k + 1])
+
+    def total(self, each: NDArray[np.int64]) -> Ints:
+        """Sum of a whole number of each step over each walk, int64 (n,)."""
+        return np.add.reduceat(each, self.first[:-1])
+
+    @property
+    def steps(self) -> int:
+        """See :class:`Batch`."""
+        return int(self.at.size)
+
+    def pieces(self) -> Iterator[Piece]:
+        """See :class:`Batch`."""
+        for a in range(0, self.steps, PART):
+            look()
+            b = min(a + PART, self.steps)
+            walk, first = _walks_between(self.first, a, b)
+            ways = Ways(first, self.at[a:b], self.step[a:b], self.legal[a:b], np.zeros_like(first[1:]))
+            yield Piece(walk, ways, int(self.step[a - 1]) if a > self.first[walk] else -1)
+
+    def whole(self) -> Ways:
+        """See :class:`Batch`."""
+        return self
+
+
+def _walks_between(bounds: Ints, a: int, b: int) -> tuple[int, Ints]:
+    """The walk that step a belongs to, and where those of steps a to b begin and end, counted from a."""
+    walk = int(np.searchsorted(bounds, a, side="right")) - 1
+    end = int(np.searchsorted(bounds, b))
+    return walk, np.clip(bounds[walk : end + 1], a, b) - a
+
+
+def walk_of(ground: Ground, way: Ways) -> Cells:
+    """The cells of a batch of one walk, both ends included; int32 (n, 2)."""
+    cells = np.empty((way.steps + 1, 2), dtype=np.int32)
+    for part in parts(way.steps):
+        cells[part] = ground.cells(way.at[part])
+    cells[-1:] = ground.cells(way.at[-1:] + ground.jump[way.step[-1:]])
+    return cells
+
+
+class Lines:
+    """Walks along straight grid lines from node to node; a :class:`Batch`.
+
+    On a map of long corridors a swarm's walks have a hundred million steps: they are made piece by piece,
+    each time that they are asked for, and thrown away. (Made at once, those of 30 particles on a spiral of
+    1024 cells a side took 6.8 GB and 37 s, with a second between two looks; so they take 0.4 GB and 12 s.)
+
+    Parameters
+    ----------
+    ground : where.
+    nodes : cells, int64 (n, k + 1, 2); start first, goal last, start and goal differ.
+
+    A leg takes steps of two neighbouring directions: straight and diagonal, or with knight's steps the two
+    kinds that its slope lies between, or with ``four`` the two straights. They are spread as evenly as
+    Bresenham's line spreads them (IBM Systems Journal 4(1), 1965), so step i is known without those before.
+    Without walls no way between the two cells is cheaper.
+    """
+
+    def __init__(self, ground: Ground, nodes: Ints) -> None:
+        self._ground, self._nodes = ground, nodes
+        here, there = (part.reshape(-1, 2) for part in (nodes[:, :-1], nodes[:, 1:]))
+        self._here = here
+        kinds, counts = [], []
+        for a in range(0, len(here), PART):
+            look()
+            some = slice(a, a + PART)
+            kind, count = _mixture(ground, there[some] - here[some])
+            kinds.append(kind)
+            counts.append(count)
+        one = len(kinds) == 1
+        self._kinds, self._counts = (kinds[0], counts[0]) if one else map(np.concatenate, (kinds, counts))
+        self._begin = np.zeros(len(here) + 1, dtype=np.int64)
+        self._counts.sum(axis=1).cumsum(out=self._begin[1:])
+        self._bounds = self._begin[:: nodes.shape[1] - 1]
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def __getitem__(self, k: int) -> Lines:
+        return Lines(self._ground, self._nodes[k : k + 1].copy())
+
+    @property
+    def steps(self) -> int:
+        """See :class:`Batch`."""
+        return int(self._begin[-1])
+
+    @property
+    def missing(self) -> Ints:
+        """See :class:`Batch`: they all end at the goal."""
+        return np.zeros(len(self), dtype=np.int64)
+
+    def pieces(self) -> Iterator[Piece]:
+        """See :class:`Batch`."""
+        begin, last = self._begin, self._begin.size - 1
+        # A leg weighs as much as a step, and is never cut: it is no longer than the map.
+        if self.steps + last <= PART:
+            look()
+            yield Piece(0, self._ways(0, last, self._bounds), -1)
+            return
+        cuts = np.searchsorted(begin + np.arange(begin.size), np.arange(PART, self.steps + last, PART))
+        a, before = 0, -1
+        for b in (*cuts.tolist(), last):
+            if begin[b] == begin[a]:  # no step, or no leg at all
+                continue
+            look()
+            walk, first = _walks_between(self._bounds, int(begin[a]), int(begin[b]))
+            ways = self._ways(a, b, first)
+            yield Piece(walk, ways, before if begin[a] > self._bounds[walk] else -1)
+            before, a = int(ways.step[-1]), b
+
+    def _ways(self, a: int, b: int, first: Ints) -> Ways:
+        """The steps of legs a to b."""
+        ground, here = self._ground, self._here[a:b]
+        kinds, counts = self._kinds[a:b], self._counts[a:b]
+        many = counts.sum(axis=1)
+        leg = np.arange(b - a).repeat(many)
+        i = np.arange(leg.size) - (self._begin[a:b] - self._begin[a])[leg]
+        total, second = many[leg], counts[leg, 1]
+        half = total // 2
+        passed = (i * second + half) // total
+        turned = ((i + 1) * second + half) // total > passed
+        jumps = ground.jump[kinds]
+        at = ground.flat(here)[leg] + (i - passed) * jumps[leg, 0] + passed * jumps[leg, 1]
+        step = np.where(turned, kinds[leg, 1], kinds[leg, 0])
+        return Ways(first, at, step, ground.legal(at, step), np.zeros_like(first[1:]))
+
+    def whole(self) -> Ways:
+        """See :class:`Batch`."""
+        made = [piece.ways for piece in self.pieces()]
+        if len(made) == 1:
+            return made[0]
+        at, step, legal = (
+            np.concatenate([getattr(ways, name) for ways in made]) for name in ("at", "step", "legal")
+        )
+        return Ways(self._bounds, at, step, legal, self.missing)
+
+
+def trace(ground: Ground, nodes: Ints) -> Ways:
+    """:class:`Lines`, made at once: for few."""
+    return Lines(ground, nodes).whole()
+
+
+def _mixture(ground: Ground, d: Ints) -> tuple[Ints, Ints]:
+    """For each leg (m, 2) the numbers of its two steps and how many of each; int64 (m, 2) both."""
+    sign = np.sign(d)
+    far, near = np.abs(d).max(axis=1), np.abs(d).min(axis=1)
+    flat = np.abs(d[:, 0]) >= np.abs(d[:, 1])
+    zero = np.zeros_like(far)
+    along = np.where(flat[:, np.newaxis], sign * (1, 0), sign * (0, 1))
+    moves = ground.moves
+    if not moves.diagonal:
+        pair, counts = (along, sign - along), (far, near)
+    elif not moves.knight:
+        pair, counts = (along, sign), (far - near, near)
+    else:
+        knight = np.where((near > 0)[:, np.newaxis], sign + along, zero[:, np.newaxis])
+        steep = 2 * near > far
+        one = np.where(steep[:, np.newaxis], sign, along)
+        pair = (one, knight)
+        counts = (np.where(steep, 2 * near - far, far - 2 * near), np.where(steep, far - near, near))
+    number = np.zeros((5, 5), dtype=np.int64)
+    for (dx, dy), k in ground.number.items():
+        number[dx, dy] = k
+    kinds = np.stack([number[p[:, 0], p[:, 1]] for p in pair], axis=1)
+    return kinds, np.stack(counts, axis=1)

@@ -1,0 +1,1 @@
+"""Nouns as plain data, tables and CSV."""

@@ -1,0 +1,272 @@
+"""Nouns as plain data: what ``--json`` prints and what a page or a store may keep.
+
+Everything here is decided by map, settings and seed, save the one object ``timing``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
+
+from lampyris.model.curve import Curve
+from lampyris.model.drive import Drive
+from lampyris.model.field import Gate
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Jump, Plan
+from lampyris.model.profile import Profile
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
+from lampyris.report.data.metrics import CauseShare, drive_shares, path_metrics
+
+STEP_WORDS = ("straight", "diagonal", "knight")
+
+
+def plan_record(
+    plan: Plan, scene: Scene, profile: Profile | None, *, seed: int = 0, gates: bool = True
+) -> dict[str, Any]:
+    """A plan and its speeds; ``cells``, ``cost``, ``gap`` and ``speed`` are null when no path was found.
+
+    ``gates``: those of the whole map as well; scattered maps have thousands.
+    """
+    return {
+        "status": plan.status.value,
+        "sentence": plan.sentence,
+        "planner": plan.planner,
+        "seed": seed,
+        "map": grid_record(scene.grid),
+        "moves": scene.moves.name,
+        "robot": robot_record(scene),
+        "start": list(scene.start),
+        "goal": list(scene.goal),
+        "cells": None if plan.cells is None else plan.cells.tolist(),
+        "schedule": None if plan.schedule is None else plan.schedule.tolist(),
+        "cost": _finite(plan.cost),
+        "steps": None if plan.steps is None else dict(zip(STEP_WORDS, plan.steps, strict=False)),
+        "optimal_cost": plan.optimal_cost,
+        "gap": plan.gap,
+        "sum_cost_to_go": plan.sum_cost_to_go,
+        "iterations": plan.iterations,
+        "expansions": plan.expansions,
+        "gates": {
+            "count": len(plan.gates_in_map),
+            "on_path": [gate_record(g) for g in plan.gates_on_path],
+            "in_map": [gate_record(g) for g in plan.gates_in_map] if gates else [],
+            "replanned_at": [list(c) for c in plan.gates_met],
+        },
+        "jumps": [jump_record(j) for j in plan.jumps],
+        "attributes": dict(plan.attributes),
+        "notes": list(plan.notes),
+        "corners": corners_record(plan, scene, profile),
+        "speed": None if profile is None else profile_record(profile),
+        "timing": dict(plan.timing),
+    }
+
+
+def corners_record(plan: Plan, scene: Scene, profile: Profile | None) -> dict[str, int] | None:
+    """How the corners of a path of cells are driven; None where its speeds are not in m/s at its cells.
+
+    ``turns`` of the path; ``stops``: in so many the robot stands still to turn, in the others it is taken to
+    round the corner within half a step.
+    """
+    if plan.path is None or profile is None or not profile.metric or profile.xy is not None:
+        return None
+    return {"turns": int(path_metrics(plan.path, scene.grid)["turns"]), "stops": profile.cause.count("turn")}
+
+
+def drive_corners(drive: Drive) -> dict[str, int]:
+    """The corners of all curves that a drive set off on; ``stops``: in so many it stands still to turn."""
+    stops = sum(len(curve.stops) for curve in drive.curves)
+    return {
+        "turns": stops + sum(int((curve.curvature != 0.0).sum()) for curve in drive.curves),
+        "stops": stops,
+    }
+
+
+def trace_record(trace: Trace) -> dict[str, Any]:
+    """A simulation; ``obstacles``: a list a tick, in order of appearance; ``edits``: what really turned."""
+    return {
+        "outcome": trace.outcome.value,
+        "sentence": trace.sentence,
+        "planner": trace.planner,
+        "seed": trace.seed,
+        "map": grid_record(trace.scene.grid),
+        "moves": trace.scene.moves.name,
+        "start": list(trace.scene.start),
+        "goal": list(trace.scene.goal),
+        "ticks": trace.ticks,
+        "cost": trace.cost,
+        "steps": None if trace.path is None else dict(zip(STEP_WORDS, trace.path.steps, strict=False)),
+        "collisions": trace.collisions,
+        "hits": trace.hits,
+        "replans": trace.replans,
+        "waits": trace.waits,
+        "flips": trace.flips,
+        "iterations": trace.iterations,
+        "expansions": trace.expansions,
+        "notes": list(trace.notes),
+        "law": trace.law,
+        "units": trace.units,
+        "robot": trace.robot.tolist(),
+        "speed": trace.speed.tolist(),
+        "cause": list(trace.cause),
+        "bodies": [{"kind": b.kind, "radius": b.radius, "yields": b.yields} for b in trace.bodies],
+        "obstacles": [[list(c) for c in trace.obstacles_at(t)] for t in range(trace.ticks + 1)],
+        "events": [
+            {"tick": e.tick, "word": e.word, "cell": list(e.cell), "sentence": e.sentence}
+            for e in trace.events
+        ],
+        "edits": [
+            {"tick": e.tick, "blocked": list(map(list, e.blocked)), "freed": list(map(list, e.freed))}
+            for e in trace.edits
+        ],
+        "timing": dict(trace.timing),
+    }
+
+
+def drive_record(drive: Drive) -> dict[str, Any]:
+    """A drive in continuous time: its stretches, the curves they are on, and where each obstacle was.
+
+    Places are in cells, y down; stretch k begins at ``t[k]`` and has the acceleration ``a[k]`` until
+    ``t[k + 1]``.
+    """
+    n = len(drive.cause)
+    return {
+        "outcome": drive.outcome.value,
+        "sentence": drive.sentence,
+        "planner": drive.planner,
+        "law": drive.law,
+        "seed": drive.seed,
+        "map": grid_record(drive.scene.grid),
+        "moves": drive.scene.moves.name,
+        "robot": robot_record(drive.scene),
+        "start": list(drive.scene.start),
+        "goal": list(drive.scene.goal),
+        "notes": list(drive.notes),
+        "period": drive.period,
+        "duration": drive.duration,
+        "optimum": drive.optimum,
+        "replans": drive.replans,
+        "expansions": drive.expansions,
+        "error": drive.error,
+        "t": drive.t.tolist(),
+        "s": drive.s.tolist(),
+        "v": drive.v.tolist(),
+        "a": drive.a.tolist(),
+        "leg": drive.leg.tolist(),
+        "cause": list(drive.cause),
+        "about": drive.about.tolist(),
+        "why": [drive.why(k) for k in range(n)],
+        "held": shares_record(drive_shares(drive)),
+        "corners": drive_corners(drive),
+        "curves": [curve_record(c) for c in drive.curves],
+        "bodies": [
+            {
+                "kind": body.kind,
+                "radius": track.radius,
+                "top_speed": track.top_speed,
+                "yields": body.yields,
+                "t": track.t.tolist(),
+                "xy": track.xy.tolist(),
+            }
+            for body, track in zip(drive.bodies, drive.tracks, strict=True)
+        ],
+        "moments": [
+            {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "body": m.body}
+            for m in drive.moments
+        ],
+        "timing": dict(drive.timing),
+    }
+
+
+def curve_record(curve: Curve) -> dict[str, Any]:
+    """Straight pieces and arcs."""
+    return {
+        "xy": curve.xy.tolist(),
+        "heading": curve.heading.tolist(),
+        "lengths": curve.lengths.tolist(),
+        "curvature": curve.curvature.tolist(),
+        "end": list(curve.end),
+        "stops": curve.stops.tolist(),
+    }
+
+
+def grid_record(grid: Grid) -> dict[str, Any]:
+    """What a map is called and how large it is."""
+    return {
+        "name": grid.name,
+        "width": grid.width,
+        "height": grid.height,
+        "resolution": grid.resolution,
+        "origin": list(grid.origin),
+    }
+
+
+def robot_record(scene: Scene) -> dict[str, float | None]:
+    """Size and limits, SI units."""
+    return {f.name: getattr(scene.robot, f.name) for f in fields(Robot)}
+
+
+def gate_record(gate: Gate) -> dict[str, Any]:
+    """A gate."""
+    return {"cell": list(gate.cell), "axis": gate.axis, "width_m": gate.width_m, "dead_end": gate.dead_end}
+
+
+def jump_record(jump: Jump) -> dict[str, Any]:
+    """One AD-GSO iteration."""
+    return {
+        "at": list(jump.at),
+        "luciferin": jump.luciferin,
+        "rings": jump.rings,
+        "accepted": [
+            {
+                "cell": list(c.cell),
+                "ring": c.ring,
+                "luciferin": c.luciferin,
+                "probability": c.probability,
+            }
+            for c in jump.candidates
+        ],
+        "chosen": list(jump.chosen),
+        "subpath": [list(c) for c in jump.subpath],
+        "by_parents": jump.by_parents,
+    }
+
+
+def profile_record(profile: Profile, *, caps: bool = False) -> dict[str, Any]:
+    """A speed profile, one entry a node.
+
+    ``xy`` (cells, where it has places of its own) and ``caps`` (if asked for; null where a rule says nothing)
+    come last.
+    """
+    record: dict[str, Any] = {
+        "law": profile.law,
+        "units": profile.units,
+        "s": profile.s.tolist(),
+        "v": profile.v.tolist(),
+        "a": profile.a.tolist(),
+        "t": profile.t.tolist(),
+        "cause": list(profile.cause),
+        "about": profile.about.tolist(),
+        "why": [profile.why(k) for k in range(len(profile.cause))],
+        "mean": profile.mean,
+        "duration": profile.duration,
+    }
+    if profile.xy is not None:
+        record["xy"] = profile.xy.tolist()
+    if caps:
+        record["caps"] = [
+            {"cause": cause, "v": [_finite(v) for v in speeds.tolist()]} for cause, speeds in profile.caps
+        ]
+    return record
+
+
+def shares_record(some: Sequence[CauseShare]) -> list[dict[str, Any]]:
+    """What held the robot back, the longest first."""
+    return [{"cause": c.cause, "way": c.way, "time": c.time} for c in some]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

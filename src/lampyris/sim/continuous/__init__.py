@@ -1,0 +1,1 @@
+"""Simulation in continuous time: the robot between cells, with real accelerations."""

@@ -1,0 +1,68 @@
+"""Controllers by law: who drives, and the ceiling of speeds that it is given along each way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.bounds import Constant, Optimum
+from lampyris.motion.laws.dissertation import DissertationLaw
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.rpp import Rpp
+from lampyris.sim.continuous.baseline_controllers import ByRings, Regulated
+from lampyris.sim.continuous.control import Controller, Follow
+from lampyris.sim.continuous.leg import Ceiling
+from lampyris.sim.continuous.lookahead import Foresight
+from lampyris.sim.continuous.safe_controller import Careful
+from lampyris.sim.traffic.motion_sources import Roster
+
+
+class Wheel(NamedTuple):
+    """A law at the wheel: its name, its controller, what makes its ceiling, whether it counts cells."""
+
+    name: str
+    controller: Controller
+    ceiling: Ceiling
+    cells: bool
+
+
+def wheel(scene: Scene, law: laws.SpeedLaw, know: str, roster: Roster) -> Wheel:
+    """Who drives by a law, given by name or by settings.
+
+    Parameters
+    ----------
+    know : what our law uses of the obstacles; with ``tracks`` the roster's recorded ones are known.
+
+    Raises
+    ------
+    UsageError : ``LAW``: no such law.
+    """
+    settings: Any = laws.named(law).settings if isinstance(law, str) else law
+    laws.settings_of(settings)  # refuses what is no law
+
+    foresight = None
+    if know != "positions":
+        foresight = Foresight(roster if know == "tracks" else None)
+
+    def ceiling(course: Course) -> Profile | None:
+        return laws.profile(course, scene, law=settings)
+
+    def limits(course: Course) -> Profile | None:
+        return None
+
+    table: dict[type, tuple[Callable[[Any], Controller], Ceiling]] = {
+        PhysicalLaw: (lambda one: Careful(scene, one, know, foresight), ceiling),
+        Constant: (lambda one: Follow(), ceiling),
+        Optimum: (lambda one: Follow(), limits),
+        DissertationLaw: (lambda one: ByRings(scene, one), limits),
+        Rpp: (lambda one: Regulated(scene, one), limits),
+    }
+    make, static = table[type(settings)]
+    name = getattr(settings, "name", "") or next(
+        row.name for row in laws.LAWS.values() if type(row.settings) is type(settings)
+    )
+    return Wheel(name, make(settings), static, isinstance(settings, DissertationLaw))

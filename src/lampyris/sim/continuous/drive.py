@@ -1,0 +1,454 @@
+"""Driving in continuous time: the robot between cells, obstacles as discs, decisions period by period.
+
+In every period, in this order:
+
+1. **The robot is told** where the obstacles are now (:mod:`lampyris.sim.sensor`), and its watch judges that.
+2. **The law decides** how hard to push until the next decision (:mod:`lampyris.sim.continuous.controllers`). Without
+   data that can be trusted the robot brakes.
+3. **The robot drives** (:mod:`lampyris.sim.continuous.tracking`): stretches of constant acceleration.
+4. **The obstacles move**, seeing what the robot really does (:mod:`lampyris.sim.traffic.motion_sources`).
+5. **Contacts** are looked for in continuous time. One while the robot moves is a ``collision`` and the end;
+   one while it stands is a ``hit``.
+
+A robot that has stood for ``patience`` seconds because of obstacles asks its planner again from where it
+stands, with the cells that obstacles cover.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from lampyris._core.exclusive import Exclusive, one_call
+from lampyris._core.limits import DECISIONS, NODES
+from lampyris._core.predicates import MOST_WHOLE, is_whole
+from lampyris.errors import SettingError, shown
+from lampyris.kernels import loading
+from lampyris.model.curve import Curve
+from lampyris.model.drive import AT_GOAL, Drive
+from lampyris.model.plan import Status
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome
+from lampyris.motion.laws.registry import SpeedLaw
+from lampyris.planning.base import Budget, Planner
+from lampyris.planning.least_steps import least_metres
+from lampyris.sim.continuous.control import Decision, State, node_at
+from lampyris.sim.continuous.controllers import wheel
+from lampyris.sim.continuous.leg import Leg, covered_cells
+from lampyris.sim.continuous.log import Log
+from lampyris.sim.continuous.replanner import Guide, spacing_of
+from lampyris.sim.continuous.settings import Settings
+from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
+from lampyris.sim.sensor import FaultyFeed, Feed, PerfectFeed, Watch
+from lampyris.sim.traffic.motion_sources import Source
+from lampyris.sim.traffic.obstacle_set import Others
+from lampyris.sim.world.trajectory import Going
+from lampyris.sim.world.waiting import WAITS, Waiting
+
+_LONGER = "choose a longer period"
+_NEVER = {
+    Status.NO_PATH: Outcome.NO_PATH,
+    Status.START_OCCUPIED: Outcome.START_OCCUPIED,
+    Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
+}
+
+
+def drive(
+    scene: Scene,
+    planner: Planner,
+    *,
+    law: SpeedLaw = "physical",
+    seed: int = 0,
+    sources: Sequence[Source] = (),
+    feed: Feed | None = None,
+    budget: Budget | None = None,
+    progress: Callable[[float], None] | None = None,
+    **settings: object,
+) -> Drive:
+    """Drive from start to goal through the scene's traffic, in continuous time; the whole story as a Drive.
+
+    Parameters
+    ----------
+    scene : where, with its traffic.
+    planner : who plans.
+    law : a speed law's name, or its settings.
+    seed : root of every draw, >= 0. The planner has the stream ``SeedSequence((seed, 0))``, specification k
+        of the traffic ``(seed, 1 + k)``, then come ``sources``, then the noise.
+    sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Cutter`.
+    feed : what lies between the obstacles and the robot; None: nothing does.
+    budget : of every single call of the planner; None: no limit.
+    progress : called after each period with the seconds that are over.
+    settings : those of :class:`lampyris.sim.continuous.settings.Settings`.
+
+    Raises
+    ------
+    SceneError : obstacles that do not fit the map.
+    SettingError : a setting it does not have, or out of range; ``OBSTACLE_SPEED`` (traffic too quick for
+        the period); ``EDITS`` (a scene whose walls change).
+    UsageError : no such law.
+    """
+    simulation = DriveSimulation(
+        scene, planner, law=law, seed=seed, sources=sources, feed=feed, budget=budget, **settings
+    )
+    while simulation.outcome is None:
+        simulation.step()
+        if progress is not None:
+            progress(simulation.t)
+    return simulation.drive()
+
+
+class DriveSimulation(Exclusive):
+    """A drive that can be stopped between two periods and looked at. For one thread at a time.
+
+    Attributes
+    ----------
+    t, s, v : now: seconds, metres along the present leg, m/s.
+    outcome : how it ended; None while it has not.
+    others : all obstacles.
+    leg : the present way.
+    decision : the last one.
+    """
+
+    def __init__(
+        self,
+        scene: Scene, planner: Planner, *, law: SpeedLaw = "physical", seed: int = 0,
+        sources: Sequence[Source] = (), feed: Feed | None = None, budget: Budget | None = None,
+        **settings: object,
+    ) -> None:  # fmt: skip
+        began, loaded = time.perf_counter(), loading.seconds()
+        if scene.edits:
+            allowed = "a map that stays as it is; simulations in ticks know edits"
+            raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
+        self.settings = one = Settings.of(settings)
+        one.check_traffic(scene)
+        self.scene = scene
+        self._demand_room()
+        self.seed = _seed(seed)
+        self.feed: Feed = feed.fresh() if isinstance(feed, FaultyFeed) else feed or PerfectFeed()
+        self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
+        self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
+        self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
+        self.wheel = wheel(scene, law, one.know, self.others.roster)
+        self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing, budget)
+        self.log = Log()
+        self.t = self.s = self.v = 0.0
+        self.outcome: Outcome | None = None
+        self.detail = ""
+        self.decision = Decision(0.0, "start")
+        self.curves: list[Curve] = []
+        self.leg: Leg = self.guide.nowhere(self.wheel.ceiling)
+        self._steps = 0
+        cell = scene.grid.resolution
+        self.waiting = Waiting(0.1 * min(cell, scene.robot.v_max * one.patience), cell)
+        self._fault, self._fault_since = "", -1.0
+        self._news = False
+        self._begin()
+        self.others.open(sources, None if self.leg.nowhere else self.leg.route)
+        self.optimum = self.leg.seconds if not self.leg.nowhere else None
+        self._cut: tuple[str, ...] = ()
+        limit = 60.0 + 10.0 * self.leg.seconds if one.time_limit is None else one.time_limit
+        self.time_limit = self._within_decisions(limit)
+        self._total = time.perf_counter() - began
+        self._loading = loading.seconds() - loaded
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """Where the robot is, cells."""
+        return self.leg.route.at(self.s)
+
+    # ---- ways --------------------
+
+    def _begin(self) -> None:
+        """The first plan, and whether there is anything to drive at all."""
+        told = self.others.truth(0.0)
+        plan = self.guide.first(told)
+        if not plan:
+            verdict = self.guide.without_traffic() if self.others.roster.bodies else plan
+            if verdict.status in _NEVER:
+                self._end(_NEVER[verdict.status], verdict.sentence)
+                return
+        curve = self.guide.curve(plan, self.xy, told) if plan else None
+        if curve is None:
+            self.curves.append(self.leg.route.curve)
+            self.train.begin(self.leg)
+        else:
+            self._take(curve)
+        if self.scene.start == self.scene.goal:
+            self._arrive()
+
+    def _take(self, curve: Curve) -> None:
+        """Follow a way from its beginning."""
+        self.leg = self.guide.leg(curve, self.wheel.ceiling)
+        self.s = self.v = 0.0
+        self.waiting.begin()
+        self.train.begin(self.leg)
+        self.curves.append(curve)
+
+    def _replan(self, why: str) -> None:
+        """Ask again from where the robot stands; the old way stays if there is no new one."""
+        xy, told = self.xy, self.watch.last
+        self.log.tell(self.t, "replan", xy, why)
+        self._news = False
+        self.waiting.asked()
+        plan, curve = self.guide.again(xy, told, self._reaction(self.settings.decision_period))
+        if not plan and self.guide.blocked and plan.status in _NEVER:
+            self._end(Outcome.STOPPED, f"The map was updated while the robot drove. {plan.sentence}")
+        if curve is not None and len(curve.lengths):
+            self._take(curve)
+
+    def _demand_room(self) -> None:
+        """Refuse, before anything is planned, what the straight line to the goal alone makes too much.
+
+        Raises
+        ------
+        LimitError : it takes more nodes or decisions than are allowed.
+        """
+        one, metres = self.settings, least_metres(self.scene)
+        nodes = metres / spacing_of(one.spacing, self.scene)
+        NODES.demand(int(min(nodes, 1e15)), "even a straight path", instead="choose a larger spacing")
+        seconds = metres / self.scene.robot.v_max
+        if one.time_limit is not None:
+            seconds = min(seconds, one.time_limit)
+        needed = seconds / one.decision_period
+        DECISIONS.demand(int(min(needed, 1e15)), "even a straight drive", instead=_LONGER)
+
+    def _within_decisions(self, limit: float) -> float:
+        """A time limit, at most that of the decisions that are allowed.
+
+        Raises
+        ------
+        LimitError : the way alone takes more of them.
+        """
+        period = self.settings.decision_period
+        needed = 0.0 if self.leg.nowhere else min(limit, self.leg.seconds) / period
+        DECISIONS.demand(int(min(needed, 1e15)), "the drive", instead=_LONGER)
+        most = DECISIONS.allowed * period
+        if limit > most:
+            why = f"{DECISIONS.variable} allows {DECISIONS.allowed:,} {DECISIONS.unit}"
+            self._cut = (f"the time limit of {limit:.15g} s was cut to {most:.15g} s: {why}",)
+        return min(limit, most)
+
+    # ---- one period --------------------
+
+    @one_call
+    def step(self) -> None:
+        """One period. Does nothing once there is an outcome.
+
+        Raises
+        ------
+        BusyError : another call is at work on this drive.
+        """
+        if self.outcome is not None:
+            return
+        began, loaded = time.perf_counter(), loading.seconds()
+        self._steps += 1
+        end = self._steps * self.settings.decision_period
+        self._listen()
+        if self.outcome is None:
+            self.decision = self._decide(end - self.t)
+            stretches = self.train.drive(self.t, end, self.s, self.v, self.decision)
+            going = Going(self.leg.route, stretches)
+            self._cut_at_goal(going)
+            for body in self.others.move(self.t, end, going):
+                at, x, y = self.others.roster.corners[body][0]
+                self.log.tell(max(at, self.t), "appear", (x, y), "An obstacle appeared.", body)
+            self._contacts(going)
+            self._go(going)
+        self._total += time.perf_counter() - began
+        self._loading += loading.seconds() - loaded
+
+    def _listen(self) -> None:
+        """Hear what the robot is told, and what a fault of that leads to."""
+        t, xy = self.t, self.xy
+        messages = self.feed.tell(t, self.others.truth(t), xy)
+        fault = self.watch.hear(t, messages, xy, self.v > 0.0)
+        if self.guide.update(self.watch.blocked):
+            self._news = True
+            self.log.tell(t, "fault", xy, "An update of the map blocks cells; the way is asked for anew.")
+        if fault and self._fault_since < 0.0:
+            self._fault, self._fault_since = f"{fault[0].upper()}{fault[1:]}", t
+            self.log.tell(t, "fault", xy, f"{self._fault}.")
+        elif not fault and self._fault_since >= 0.0:
+            self._fault_since = -1.0
+            self.log.tell(t, "fault", xy, "The data can be trusted again.")
+        elif fault and self.v == 0.0 and t - self._fault_since >= self.settings.hold - 1e-9:
+            self._end(Outcome.STOPPED, f"{self._fault}, from {self._fault_since:.4g} s on.")
+
+    def _decide(self, period: float) -> Decision:
+        brake = -self.scene.robot.d_max
+        if self._fault_since >= 0.0:
+            return Decision(brake, "no data")
+        if self._news:
+            return Decision(brake, "obstacle")
+        if self.others.touching:
+            return Decision(brake, "moving obstacle", min(self.others.touching))
+        if self.leg.nowhere or self.waiting.stood >= self.settings.patience:
+            return Decision(brake, "wait")
+        made = self.wheel.controller.decide(self._state(period))
+        # A message may list more obstacles than there are: nobody whom the drive could name.
+        named = made.cause not in WAITS or made.about < len(self.others.roster.bodies)
+        return made if named else made._replace(about=-1)
+
+    def _state(self, period: float) -> State:
+        one, last = self.settings, self.watch.last
+        assert last is not None
+        s, v = self.train.commanded(self.s, self.v)
+        return State(
+            t=self.t,
+            s=s,
+            v=v,
+            at=node_at(self.leg, s),
+            leg=self.leg,
+            robot=self.scene.robot,
+            told=last,
+            still=last.stamp - self.watch.since,
+            cells=covered_cells(self.scene, last) if self.wheel.cells else [],
+            period=period,
+            reaction=self._reaction(period),
+            real=(self.s, self.train.quickest(self.s, self.v)),
+            late=not isinstance(self.train, Perfect),
+            haste=CATCH_UP if one.tracking == "position" else 1.0,
+            noise=one.noise,
+            tries=self.waiting.tries,
+        )
+
+    def _reaction(self, period: float) -> float:
+        """Seconds until the next decision has an effect."""
+        return period if isinstance(self.train, Perfect) else period + self.settings.delay + STEP
+
+    def _cut_at_goal(self, going: Going) -> None:
+        """A robot that comes to rest at the goal has arrived there and then."""
+        for k, one in enumerate(going.stretches):
+            if k and one.v == 0.0 and self._at_goal(one.s):
+                one.end = one.t
+                del going.stretches[k + 1 :]
+                return
+
+    def _at_goal(self, s: float) -> bool:
+        """Whether a robot that stands there has arrived; the referee says the same."""
+        (x, y), (gx, gy) = self.leg.route.at(s), self.scene.goal
+        return not self.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
+
+    def _contacts(self, going: Going) -> None:
+        """The first contact that ends the drive, and every hit before it."""
+        while (met := self.others.contact(going)) is not None:
+            t, body = met
+            one = next((k for k in going.stretches if t < k.end), going.stretches[-1])
+            xy = going.route.at(one.after(t)[0])
+            moves = one.v > 0.0 or one.a > 0.0
+            if moves:
+                self.log.tell(t, "contact", xy, Outcome.COLLISION.sentence, body)
+                self._end(Outcome.COLLISION, f"The robot drove into obstacle {body} at {t:.3f} s.")
+                if (
+                    t <= one.t and one.v == 0.0
+                ):  # it sets off with somebody on it: a millisecond of that is seen
+                    t = min(t + 1e-3, one.end)
+            else:
+                self.log.tell(t, "hit", xy, "An obstacle ran into the standing robot.", body)
+                self.others.touching.add(body)
+                if self.settings.on_hit == "go-on":
+                    continue
+                where = f"obstacle {body} ran into the robot, which stood still"
+                self._end(Outcome.HIT, f"At {t:.3f} s {where}.")
+            going.cut(t)
+            return
+
+    def _go(self, going: Going) -> None:
+        """Write down what was driven and go to its end."""
+        leg, decision = max(len(self.curves) - 1, 0), self.decision
+        for one in going.stretches:
+            cause = decision.cause
+            if one.v == 0.0 and one.a == 0.0 and cause in ("acceleration", "limit", "braking"):
+                cause = "turn"
+            self.log.add(one, leg, cause, decision.about)
+        last, before = going.stretches[-1], self.t
+        self.t = last.end
+        self.s, self.v = last.after(self.t)
+        self.others.arrive(self.t)
+        self.others.let_go(self.xy)
+        if self.outcome is not None:
+            return
+        if self.v == 0.0 and self._at_goal(self.s):
+            self._arrive()
+        elif self.t >= self.time_limit:
+            self._end(Outcome.TIMEOUT, f"The robot had not arrived after {self.t:.6g} s, the limit.")
+        else:
+            self._wait(self.t - before)
+
+    def _wait(self, seconds: float) -> None:
+        """Ask again, or give up, when obstacles have kept the robot from getting on for long."""
+        one, waiting = self.settings, self.waiting
+        kept = waiting.count(self.s, self.decision.cause, seconds)
+        if self.v > 0.0:
+            return
+        if self._news:
+            self._replan("An update of the map blocks cells.")
+        elif kept:
+            if not waiting.told:
+                waiting.told = True
+                self.log.tell(self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.about)
+            if waiting.waited > one.give_up:
+                where = f"at {self._here()}; the limit is {one.give_up:g} s"
+                self._end(Outcome.BLOCKED, f"Waited {waiting.waited:.4g} s {where}.")
+            elif waiting.stood >= one.patience - 1e-9:
+                self._replan(f"Asked again after {waiting.stood:.4g} s without getting on.")
+
+    def _here(self) -> str:
+        x, y = self.xy
+        return f"({x:.4g}, {y:.4g})"
+
+    # ---- the story --------------------
+
+    def _arrive(self) -> None:
+        self.log.tell(self.t, "arrive", self.xy, Outcome.ARRIVED.sentence)
+        self._end(Outcome.ARRIVED, "")
+
+    def _end(self, outcome: Outcome, detail: str) -> None:
+        self.outcome, self.detail = outcome, detail
+
+    @one_call
+    def drive(self) -> Drive:
+        """What has happened so far; before the end its outcome is ``timeout``.
+
+        Raises
+        ------
+        BusyError : another call is at work on this drive.
+        """
+        log, guide = self.log.copy(), self.guide
+        cause = "goal" if self.outcome is Outcome.ARRIVED else self.decision.cause
+        about = -1 if self.outcome is Outcome.ARRIVED else self.decision.about
+        log.close(self.t, self.s, self.v, max(len(self.curves) - 1, 0), cause, about)
+        return Drive(
+            scene=self.scene,
+            planner=guide.planner.name,
+            law=self.wheel.name,
+            seed=self.seed,
+            outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
+            curves=tuple(self.curves),
+            t=np.array(log.t),
+            s=np.array(log.s),
+            v=np.array(log.v),
+            a=np.array(log.a),
+            leg=np.array(log.leg, dtype=np.int64),
+            cause=tuple(log.cause),
+            about=np.array(log.about, dtype=np.int64),
+            tracks=self.others.tracks(self.t),
+            bodies=tuple(self.others.roster.bodies),
+            moments=tuple(sorted((m for m in log.moments if m.t <= self.t), key=lambda m: m.t)),
+            period=self.settings.decision_period,
+            optimum=self.optimum,
+            replans=guide.replans,
+            expansions=guide.expansions,
+            error=self.train.error,
+            detail=self.detail,
+            timing={"total_s": self._total, "planning_s": guide.seconds, "loading_s": self._loading},
+            notes=(*guide.notes.all(), *self._cut),
+        )
+
+
+def _seed(seed: int) -> int:
+    if not is_whole(seed, 0):
+        raise SettingError.of("SEED", "seed", shown(seed), allowed=f"a whole number, 0 to {MOST_WHOLE}")
+    return int(seed)

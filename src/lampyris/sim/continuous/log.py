@@ -1,0 +1,57 @@
+"""The log of a drive: stretches as they were driven, and what is worth telling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+from lampyris.model.drive import Moment
+from lampyris.sim.world.trajectory import Stretch
+
+
+@dataclass
+class Log:
+    """What a :class:`lampyris.model.drive.Drive` is made from.
+
+    A robot that goes on standing for the same reason is told once, so that a long wait is one line.
+    """
+
+    t: list[float] = field(default_factory=list)
+    s: list[float] = field(default_factory=list)
+    v: list[float] = field(default_factory=list)
+    a: list[float] = field(default_factory=list)
+    leg: list[int] = field(default_factory=list)
+    cause: list[str] = field(default_factory=list)
+    about: list[int] = field(default_factory=list)
+    moments: list[Moment] = field(default_factory=list)
+
+    def add(self, one: Stretch, leg: int, cause: str, about: int) -> None:
+        """A stretch, because of something."""
+        still = one.v == 0.0 and one.a == 0.0
+        goes_on = still and bool(self.t) and self.v[-1] == 0.0 and self.a[-1] == 0.0
+        if goes_on and (self.leg[-1], self.cause[-1], self.about[-1]) == (leg, cause, about):
+            return
+        if one.end > one.t:
+            self._put(one.t, one.s, one.v, one.a, leg, cause, about)
+
+    def close(self, t: float, s: float, v: float, leg: int, cause: str, about: int) -> None:
+        """The end."""
+        if self.t and t <= self.t[-1]:
+            return
+        self._put(t, s, v, 0.0, leg, cause, about)
+
+    def _put(self, t: float, s: float, v: float, a: float, leg: int, cause: str, about: int) -> None:
+        self.t.append(t)
+        self.s.append(s)
+        self.v.append(v)
+        self.a.append(a)
+        self.leg.append(leg)
+        self.cause.append(cause)
+        self.about.append(about)
+
+    def copy(self) -> Log:
+        """The same, apart."""
+        return Log(*(list(getattr(self, f.name)) for f in fields(self)))
+
+    def tell(self, t: float, word: str, xy: tuple[float, float], sentence: str, body: int = -1) -> None:
+        """A moment."""
+        self.moments.append(Moment(t, word, xy, sentence, body))

@@ -1,0 +1,140 @@
+"""The guide: asks the planner, and turns its answers into ways to drive."""
+
+from __future__ import annotations
+
+from lampyris._core.defaults import DRIVE_SPACING
+from lampyris.errors import SettingError
+from lampyris.kernels import loading
+from lampyris.model.change import Change
+from lampyris.model.curve import Curve
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+from lampyris.motion.geometry.curve import Smooth
+from lampyris.motion.geometry.smoothing import rounded_alone
+from lampyris.planning.base import Budget, Planner
+from lampyris.planning.field.layers import free_space
+from lampyris.sim.continuous.leg import (
+    Ceiling,
+    Leg,
+    closed_cells,
+    comfort,
+    curve_from,
+    leg_of,
+    nearest_cell,
+    standing,
+)
+from lampyris.sim.sensor import Told
+from lampyris.sim.traffic.motion_sources import stream
+from lampyris.sim.world.notes import Notes
+from lampyris.typing import Cell, Floats
+
+
+def spacing_of(spacing: float | None, scene: Scene) -> float:
+    """Metres between two nodes, as asked for or by default."""
+    return DRIVE_SPACING * scene.grid.resolution if spacing is None else spacing
+
+
+class Guide:
+    """A planner's session with what it has cost.
+
+    Attributes
+    ----------
+    replans, expansions : of the planner.
+    seconds : spent by it.
+    blocked : cells that the map's updates have blocked, in order.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        planner: Planner,
+        seed: int,
+        smooth: Smooth,
+        spacing: float | None,
+        budget: Budget | None = None,
+    ) -> None:
+        self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
+        self.spacing = spacing_of(spacing, scene)
+        self.budget = budget
+        self.session = planner.open(scene, stream(seed, 0))
+        self.replans = self.expansions = 0
+        self.seconds = 0.0
+        self.blocked: list[Cell] = []
+        self._free = free_space(scene)
+        self._untold: list[Cell] = []
+        self.notes = Notes()
+
+    def first(self, told: Told) -> Plan:
+        """The first plan, with the obstacles where they are."""
+        return self._ask(self.scene.start, closed_cells(self.scene, told))
+
+    def without_traffic(self) -> Plan:
+        """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
+        began = loading.cpu()
+        session = self.planner.open(self.scene, stream(self.seed, 0))
+        plan = session.plan(Change(robot=self.scene.start), self.budget)
+        self._count(plan, began)
+        return plan
+
+    def again(self, xy: tuple[float, float], told: Told | None, reaction: float) -> tuple[Plan, Curve | None]:
+        """A plan from where the robot stands, and its way; None if there is none that can be driven.
+
+        First one that passes the obstacles around it at a distance at which it need not crawl; if there is
+        none, at half of that; or else one that only misses them.
+        """
+        self.replans += 1
+        wide = comfort(self.scene, told, xy, reaction)
+        for more in (wide, 0.5 * wide, None) if wide is not None else (None,):
+            shut = closed_cells(self.scene, told, more)
+            cell = nearest_cell(self.scene, self._free, xy, shut)
+            plan = self._ask(cell, shut)
+            curve = self.curve(plan, xy, told, more) if plan else None
+            if curve is not None:
+                break
+        return plan, curve
+
+    def update(self, cells: list[Cell]) -> bool:
+        """Take in blocked cells of the map; whether any is new."""
+        fresh = [c for c in cells if c not in self.blocked and self.scene.grid.contains(c)]
+        self.blocked += fresh
+        self._untold += fresh
+        if fresh:
+            self._free = self._free.copy()
+            for x, y in fresh:
+                self._free[y, x] = False
+        return bool(fresh)
+
+    def curve(
+        self, plan: Plan, xy: tuple[float, float], told: Told | None, more: Floats | None = None
+    ) -> Curve | None:
+        """The way of a plan from where the robot stands; None if it cannot be driven from there."""
+        try:
+            curve = curve_from(plan, self.scene, xy, told, self.smooth, self.blocked, more)
+        except SettingError:
+            return None
+        if self.smooth != "none" and (why := rounded_alone(plan)):
+            self.notes.add((f"the way is not drawn taut: {why}",))
+        return curve
+
+    def leg(self, curve: Curve, ceiling: Ceiling) -> Leg:
+        """The way with its ceiling of speeds."""
+        return leg_of(curve, self.scene, ceiling, self.spacing)
+
+    def nowhere(self, ceiling: Ceiling) -> Leg:
+        """Standing on the start."""
+        x, y = self.scene.start
+        return self.leg(standing(self.scene, (float(x), float(y))), ceiling)
+
+    def _ask(self, robot: Cell, shut: frozenset[Cell]) -> Plan:
+        began = loading.cpu()
+        shut -= {robot}
+        change = Change(robot=robot, obstacles=shut, blocked=tuple(self._untold))
+        plan = self.session.plan(change, self.budget)
+        self.notes.add(plan.notes)
+        self._untold.clear()
+        self._count(plan, began)
+        return plan
+
+    def _count(self, plan: Plan, began: float) -> None:
+        self.seconds += loading.cpu() - began
+        self.expansions += plan.expansions

@@ -1,0 +1,222 @@
+"""Our controller: as fast as the ceiling allows, and never so that it could not stand before any contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lampyris.kernels.motion.curve_motion import travelled
+from lampyris.model.scene import Scene
+from lampyris.motion.cap import Around
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.safety.danger_cloud import cloud_cap
+from lampyris.motion.safety.passive_acceleration import Near, Rails, push, rails_of
+from lampyris.motion.safety.three_speed import ThreeSpeedControl
+from lampyris.sim.continuous.control import Decision, State, towards, under_ceiling
+from lampyris.sim.continuous.leg import Leg
+from lampyris.sim.continuous.lookahead import Foresight
+from lampyris.typing import Floats
+
+MARGIN = 1e-6
+"""Metres kept from every contact, so that rounding is none."""
+
+PARKED = 2.0
+"""Seconds after which an obstacle that has not moved is taken to go on standing."""
+
+_CANDIDATES = 8
+"""Pushes that are tried between the wish and full braking where commands are late."""
+
+
+def swept_gaps(state: State, s0: float, s1: float) -> Floats:
+    """Least distance from each obstacle's rim to the robot's, wherever it is between two distances; (m,).
+
+    On an arc the way is at most ``kappa ds^2 / 8`` from the chord between two nodes.
+    """
+    leg, told = state.leg, state.told
+    course, resolution = leg.course, leg.course.resolution
+    inside = np.flatnonzero((course.s > s0) & (course.s < s1))
+    ends = np.array([leg.route.at(s0), leg.route.at(s1)])
+    points = np.concatenate((ends[:1], course.xy[inside], ends[1:])) * resolution
+    a, d = points[:-1], np.diff(points, axis=0)
+    length = np.maximum((d * d).sum(axis=1), 1e-300)
+    q = told.xy[:, None, :] * resolution - a
+    along = np.clip((q * d).sum(axis=2) / length, 0.0, 1.0)
+    e = q - along[:, :, None] * d
+    last = min(int(inside[-1]) + 1 if len(inside) else state.at + 1, len(course) - 1)
+    bend = 0.125 * float(course.curvature[state.at : last + 1].max(initial=0.0)) * float(length.max())
+    nearest: Floats = np.sqrt((e * e).sum(axis=2).min(axis=1))
+    return nearest - (told.radius + state.robot.radius + state.noise + bend)
+
+
+def room_to_stand(state: State, s: float, quick: float, push: float) -> tuple[float, int]:
+    """What is left, at worst, when the robot has pushed for its reaction time and braked: metres, and whose.
+
+    The robot is taken to be anywhere on the way it covers, at any time until it stands, and the obstacles to
+    come from anywhere at their top speeds. That is more than is needed where the motion is known exactly, and
+    just right where commands come late and what the robot does meanwhile is known as a range.
+    """
+    told, robot = state.told, state.robot
+    if not len(told.xy):
+        return math.inf, -1
+    fast = max(quick + push * state.reaction, 0.0)
+    ahead = float(travelled.linked()(quick, push, state.reaction)) + 0.5 * fast * fast / robot.d_max
+    seconds = state.reaction + fast / robot.d_max + max(state.t - told.stamp, 0.0)
+    near = swept_gaps(state, s, s + ahead)
+    apart = np.minimum(berth(state), gaps(state) - 2.0 * MARGIN)
+    left = np.minimum(near - told.top_speed * seconds, near - apart)
+    worst = int(left.argmin())
+    return float(left[worst]) - MARGIN, worst
+
+
+def late_push(state: State, wish: Decision) -> Decision:
+    """The push under late commands: the hardest of a few from which full braking is still safe.
+
+    Until a command given now takes effect, and until the next one does, the robot may be as fast as any
+    command on its way says; so braking less than fully is no promise, and pushes below 0 are only made where
+    going on at that speed would be safe too.
+    """
+    s, quick = state.real
+    who = -1
+    for k in range(_CANDIDATES):
+        push = wish.a - (wish.a + state.robot.d_max) * k / _CANDIDATES
+        fast = max(quick, state.haste * max(state.v, state.v + push * state.period))
+        left, who = room_to_stand(state, s, fast, 0.0)
+        if left >= 0.0:
+            return wish if k == 0 else Decision(push, "moving obstacle", who)
+        if fast == quick:
+            break  # nothing slower would make it slower until then
+    return Decision(-state.robot.d_max, "moving obstacle", who)
+
+
+def safe_push(state: State, wish: Decision, rails: Rails, above: Floats) -> Decision:
+    """The hardest push up to the wish from which full braking stays safe, under perfect tracking.
+
+    Parameters
+    ----------
+    rails : the course.
+    above : a ceiling over all speeds: the wish has been held against the real one.
+    """
+    told, robot = state.told, state.robot
+    m = len(told.xy)
+    if not m:
+        return wish
+    age = max(state.t - told.stamp, 0.0)
+    places = told.xy * rails.resolution
+    reach = told.radius + (robot.radius + state.noise + rails.slack + MARGIN)
+    apart = np.minimum(berth(state), gaps(state) - MARGIN - rails.slack)
+    near = Near(
+        np.concatenate((places[:, 0], places[:, 0])),
+        np.concatenate((places[:, 1], places[:, 1])),
+        np.concatenate((reach + told.top_speed * age, reach + apart)),
+        np.concatenate((told.top_speed, np.zeros(m))),
+    )
+    made = push(rails, above, state.s, state.v, near, state.period, wish.a, robot.d_max)
+    return wish if made.about < 0 else Decision(made.a, made.cause, made.about % m)
+
+
+def berth(state: State) -> Floats:
+    """Metres that the robot leaves to an obstacle as it stands, so that it could set off again; (m,).
+
+    Standing nearer than ``V T`` it could not move at all as long as the obstacle stayed: it may come at V
+    for a whole period before the robot can change its mind. Safe, and stuck for ever before an obstacle that
+    only stands there. So it keeps what a first push and the braking after it take, and a quarter more. One
+    that has come nearer by itself is not neared further. With every new way that does not lead anywhere it
+    is a fifth less: at the very border a way round that begins a little towards the obstacle is none.
+
+    An obstacle that has stood on the way for two seconds is kept farther off: the robot will have to go
+    round it. Not any that is there at the moment: that made drives among ten walkers up to a tenth longer.
+    """
+    robot, told = state.robot, state.told
+    share = 1.25
+    for _ in range(min(state.tries, 10)):
+        share *= 0.8
+    wide: Floats = share * state.reaction * (1.0 + robot.a_max / robot.d_max) * told.top_speed
+    parked = state.still >= PARKED
+    if not parked.any():
+        return wide
+    # Far enough to drive round at a fair speed, and to begin with it.
+    fair = share * told.top_speed * (state.reaction + 0.6 * robot.v_max / robot.d_max)
+    look = 0.5 * state.v * state.v / robot.d_max + robot.v_max * state.reaction
+    if not (parked & (gaps(state) < look + fair)).any():
+        return wide
+    stands = swept_gaps(state, state.real[0], state.real[0] + look + float(fair.max())) <= 0.0
+    return np.where(parked & stands, np.maximum(wide, fair), wide)
+
+
+def gaps(state: State) -> Floats:
+    """Distance between the robot's rim and each obstacle's, as they stand; metres, (m,)."""
+    away = (state.told.xy - state.leg.route.at(state.real[0])) * state.leg.course.resolution
+    distance: Floats = np.sqrt((away * away).sum(axis=1))
+    return distance - (state.told.radius + state.robot.radius + state.noise)
+
+
+@dataclass
+class Careful:
+    """``physical`` and its variants.
+
+    Parameters
+    ----------
+    scene, law : what is driven and by which settings.
+    know : what is used of the obstacles: ``positions``, ``velocities`` or ``tracks``.
+    foresight : what is wished where more than positions is known.
+    """
+
+    scene: Scene
+    law: PhysicalLaw
+    know: str = "positions"
+    foresight: Foresight | None = None
+    _speeds: ThreeSpeedControl | None = field(default=None, init=False)
+    _last: float = field(default=0.0, init=False)
+    _chosen: tuple[float, float] = field(default=(-math.inf, math.inf), init=False)
+    _leg: Leg | None = field(default=None, init=False)
+    _rails: Rails = field(init=False)
+    _above: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.law.three_speed is not None:
+            self._speeds = ThreeSpeedControl(self.law.three_speed)
+
+    def decide(self, state: State) -> Decision:
+        """The least of: the ceiling, what the variant's rule says here and now, room to stand."""
+        if state.leg is not self._leg:
+            self._leg, self._rails = state.leg, rails_of(state.leg.course)
+            self._above = np.full(len(self._rails.s), 1e30)
+        wish = under_ceiling(state)
+        for cause, v in self._now(state):
+            slower = towards(state, v, cause)
+            if slower.a < wish.a:
+                wish = slower
+        if self.foresight is not None:
+            wish = self.foresight.wish(state, wish)
+        if state.late:
+            return late_push(state, wish)
+        return safe_push(state, wish, self._rails, self._above)
+
+    def _now(self, state: State) -> list[tuple[str, float]]:
+        """The caps at the present place of rules that look at what moves."""
+        law = self.law
+        found = []
+        if law.cloud is not None and len(state.told.xy):
+            near = state.movers(self.know, (2.0 * law.cloud.horizon, law.cloud.near))
+            here = state.ahead(0.0)
+            caps = cloud_cap(here, self.scene, law.cloud, Around(movers=near))
+            found += [(c.cause, float(c.v[0])) for c in caps]
+        if self._speeds is not None:
+            found.append(("three speeds", self._choice(state, self._speeds)))
+        return found
+
+    def _choice(self, state: State, speeds: ThreeSpeedControl) -> float:
+        """The speed chosen; chosen anew when the time of one decision is over."""
+        until, v = self._chosen
+        if state.t < until - 1e-9:
+            return v
+        settings = speeds.settings
+        here = state.ahead(self.scene.robot.v_max * settings.ahead)
+        movers = state.movers(self.know)
+        speeds.update(movers, state.t - self._last, here)
+        caps = speeds.cap(here, self.scene, Around(movers=movers))
+        v = float(caps[0].v[0]) if caps else math.inf
+        self._last, self._chosen = state.t, (state.t + settings.step, v)
+        return v

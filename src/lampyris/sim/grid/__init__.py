@@ -1,0 +1,1 @@
+"""Simulation tick by tick on the grid."""

@@ -1,0 +1,197 @@
+"""Editing: walls that come and go while a simulation runs, and all that follows from the map with them.
+
+At the beginning of tick t, before obstacles move, the cells of that tick's edit turn. A cell that somebody
+covers, the robot or a body where it stood at t - 1, stays free, and so does the goal; it is not tried again.
+What is a wall already, or free already, does not turn. So the same edits give the same walls as long as the
+run before them is the same, and nobody is ever walled in where he stands.
+
+Everybody steps by the new map from that tick on. A patrol or a crossing obstacle takes a wall on its route
+for the route's end: it turns round there, and drives on when the wall has gone. (A new way around the wall
+would have to be drawn anew with every edit, and would hide what was painted.) No lane of a recorded track may
+be walled: a replay asks nobody.
+
+The planner hears of what turned when it is asked next. It is asked in the same tick if a step of its way is
+no longer allowed, or if anything turned free. Terrain is that of the map as given, wherever a cell is free.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lampyris.errors import SceneError
+from lampyris.model.change import Change
+from lampyris.model.edit import Edit, applied
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Event
+from lampyris.model.traffic import Recorded
+from lampyris.planning.field.layers import free_cells
+from lampyris.sim.traffic.traffic import Crowd
+from lampyris.sim.world.cell_index import Shape
+from lampyris.sim.world.world import World
+from lampyris.typing import BoolGrid, Cell
+
+_CUT = "Walls have come into the way; planned anew."
+_OPENED = "Walls have gone; planned anew."
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """What an edit did.
+
+    Parameters
+    ----------
+    events : told in the trace.
+    why : why the planner has to be asked in this tick; empty: it need not be.
+    """
+
+    events: tuple[Event, ...]
+    why: str
+
+
+class Walls:
+    """The map of a simulation as it stands, and the edits that are still to come.
+
+    Parameters
+    ----------
+    scene : as given.
+    world, crowd : whose shapes follow the map; the crowd is at tick 0.
+
+    Attributes
+    ----------
+    scene : the scene as it stands, as far as walls go: without its traffic, and terrain lost under walls.
+    known : the scene as planners are given it: nobody can look at what is still to come.
+    done : what has turned.
+
+    Raises
+    ------
+    SceneError : ``EDIT_TRACK``: a wall in the lane of a recorded obstacle.
+    """
+
+    def __init__(self, scene: Scene, world: World, crowd: Crowd) -> None:
+        self.known = replace(scene, edits=()) if scene.edits else scene
+        self.scene = replace(self.known, traffic=()) if scene.edits else scene
+        self.done: list[Edit] = []
+        self._given, self._world = scene, world
+        self._left = deque(scene.edits)
+        self._news: dict[Cell, bool] = {}
+        shapes = [(world.robot_shape, scene.robot.radius)]
+        shapes += [(s, body.radius) for body, s in zip(crowd.bodies, world.shapes, strict=True)]
+        shapes += [(walkers.shape, walkers.spec.radius) for walkers in crowd.walkers]
+        # Each shape once, in the order in which they are met.
+        once = {id(shape): (shape, radius) for shape, radius in shapes}  # bits: only tells them apart
+        self._shapes: list[tuple[Shape, float]] = list(once.values())
+        if scene.edits:
+            self._keep_lanes(crowd)
+
+    @property
+    def may_open(self) -> bool:
+        """Whether an edit that is still to come frees a cell."""
+        return any(edit.freed for edit in self._left)
+
+    def _keep_lanes(self, crowd: Crowd) -> None:
+        """Refuse walls in the lanes of recorded tracks."""
+        if crowd.recording is None:
+            return
+        specs = [k for k, one in enumerate(self._given.traffic) if isinstance(one, Recorded)]
+        lanes: dict[int, int] = {}
+        number = self._world.space.number
+        for (body, track), k in zip(crowd.recording.tracks, specs, strict=True):
+            for cell in dict.fromkeys(track.track):
+                lanes |= dict.fromkeys(self._world.shapes[body].cover(number(cell)), k)
+        for edit in self._given.edits:
+            for cell in edit.blocked:
+                if (met := lanes.get(number(cell))) is not None:
+                    raise SceneError(
+                        "EDIT_TRACK",
+                        f"a wall at {cell} from tick {edit.tick} on is in the lane of obstacle {met}",
+                        allowed="walls off the cells that recorded obstacles ever cover",
+                    )
+
+    # ---- one tick --------------------
+
+    def turn(self, tick: int, way: Sequence[Cell]) -> Turned | None:
+        """Do the edit of a tick, before anybody moves; None if there is none.
+
+        Parameters
+        ----------
+        way : the robot's cell and those that it means to enter.
+        """
+        if not self._left or self._left[0].tick != tick:
+            return None
+        edit = self._left.popleft()
+        blocked, number = self.scene.grid.blocked, self._world.space.number
+        taken, own = self._world.taken, self._world.robot_cover
+        walls: list[Cell] = []
+        held: list[Cell] = []
+        for cell in edit.blocked:
+            if not blocked[cell[1], cell[0]]:
+                c = number(cell)
+                stays = c in taken or c in own or cell == self._given.goal
+                (held if stays else walls).append(cell)
+        freed = [cell for cell in edit.freed if blocked[cell[1], cell[0]]]
+        if walls or freed:
+            self._build(Edit(tick, tuple(walls), tuple(freed)))
+        cut = bool(walls) and self._cuts(way, walls)
+        return Turned(_story(tick, walls, held, freed), _CUT if cut else _OPENED if freed else "")
+
+    def _build(self, done: Edit) -> None:
+        """The map, and the shapes by which everybody steps."""
+        self.done.append(done)
+        grid = applied(self.scene.grid, (done,))
+        if self._given.grid.terrain is not None:  # a cell that was a wall for a while has its terrain again
+            grid = replace(grid, terrain=self._given.grid.terrain)
+        self.scene = replace(self.scene, grid=grid)
+        free: dict[float, BoolGrid] = {}
+        for shape, radius in self._shapes:
+            if radius not in free:
+                free[radius] = free_cells(grid, radius)
+            shape.renew(free[radius])
+        self._news |= dict.fromkeys(done.freed, False) | dict.fromkeys(done.blocked, True)
+
+    def _cuts(self, way: Sequence[Cell], walls: Sequence[Cell]) -> bool:
+        """Whether new walls forbid a step of a way. Only steps near them are looked at."""
+        if len(way) < 2:
+            return False
+        shape, number = self._world.robot_shape, self._world.space.number
+        # A footprint, and two cells for what a knight's step passes.
+        reach = 2 + max(max(abs(dx), abs(dy)) for dx, dy in shape.offsets)
+        cells, new = np.array(way, dtype=np.int64), np.array(walls, dtype=np.int64)
+        near = (cells >= new.min(axis=0) - reach) & (cells <= new.max(axis=0) + reach)
+        for k in np.flatnonzero(near.all(axis=1)[:-1]).tolist():
+            to = number(way[k + 1])
+            if all(step[0] != to for step in shape.steps(number(way[k]))):
+                return True
+        return False
+
+    def told(self, change: Change) -> Change:
+        """The change with what has turned since the planner was last asked."""
+        if not self._news:
+            return change
+        blocked = tuple(cell for cell, wall in self._news.items() if wall)
+        freed = tuple(cell for cell, wall in self._news.items() if not wall)
+        terrain = self._given.grid.terrain
+        ground = () if terrain is None else tuple(((x, y), int(terrain[y, x])) for x, y in freed)
+        self._news = {}
+        return replace(change, blocked=blocked, freed=freed, terrain=ground)
+
+
+def _story(
+    tick: int, walls: Sequence[Cell], held: Sequence[Cell], freed: Sequence[Cell]
+) -> tuple[Event, ...]:
+    events = []
+    if walls or held:
+        told = f"{_cells(len(walls))} turned into {'a wall' if len(walls) == 1 else 'walls'}."
+        if held:
+            told += f" {_cells(len(held))} stayed free: somebody is there, or it is the goal."
+        events.append(Event(tick, "wall", (*walls, *held)[0], told))
+    if freed:
+        events.append(Event(tick, "opened", freed[0], f"{_cells(len(freed))} turned free."))
+    return tuple(events)
+
+
+def _cells(count: int) -> str:
+    return f"{count:,} cell" + "s" * (count != 1)

@@ -1,0 +1,429 @@
+"""The loop: sense, plan, step, record. One tick at a time, and every tick can be looked at.
+
+From tick t to t + 1, in this order:
+
+0. **Walls come and go**, where the scene has an edit of tick t + 1 (:mod:`lampyris.sim.grid.editing`).
+1. **Obstacles move**: recorded ones (whatever anybody does), crossing ones, patrols, random walkers; within
+   a kind in order of index. Each sees the new places of those that have moved and the old places of the
+   rest.
+2. **The robot senses** all places, and each obstacle's last step.
+3. **The robot steps** to the next cell of its plan if that is legal now; otherwise it asks its planner
+   again from where it stands and takes the new plan's first step if that is legal; otherwise it waits, and
+   asks again in the next tick. A plan with a schedule says itself when to step, and when to wait.
+4. **The tick is recorded**, with the robot's speed and what bound it.
+
+Legal, for every two bodies: never two in one cell, never a swap, never both diagonals of one 2x2 block in
+one tick; for footprints alike (:mod:`lampyris.sim.world.world`). A step of the robot is legal only if walls allow
+it too. One step takes one tick, a knight's step as well.
+
+The planner is asked at tick 0, whenever the steps that its plan commits to have been driven (not a replan),
+and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
+plan reports as met is a replan too, and so is to be asked because walls have come into the way, or gone.
+Where the old plan's next step was legal and the new plan goes another way, the robot changed its mind, a
+*flip*: many of them are what people call dithering.
+
+Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
+obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
+planned or re-chosen step. There the planner is asked twice if need be: once to choose anew, and once more in
+place of the step it has no time to wait (AD-GSO then mends its field; without it, one run in eight among
+twenty crossing obstacles was a hit instead of one in forty). If the robot cannot leave, it was hit while it
+stood still: the outcome ``hit``, and the end. ``collision`` cannot come about.
+
+Draws: the planner has the stream ``SeedSequence((seed, 0))``, specification k of the traffic
+``SeedSequence((seed, 1 + k))``.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from lampyris._core.defaults import SIMULATION_PATIENCE
+from lampyris._core.exclusive import Exclusive, one_call
+from lampyris._core.limits import TICKS
+from lampyris._core.predicates import MOST_WHOLE, is_whole
+from lampyris.errors import SettingError, shown
+from lampyris.kernels import loading
+from lampyris.model.change import Change
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Event, Outcome, Trace
+from lampyris.planning.base import Budget, Planner
+from lampyris.planning.field.layers import moves_on
+from lampyris.sim.grid.editing import Walls
+from lampyris.sim.grid.following import Following, follow
+from lampyris.sim.grid.sensing import seen_bodies, seen_cells, sense
+from lampyris.sim.grid.tick_speed import Pace, SpeedLaw
+from lampyris.sim.traffic.traffic import open_traffic
+from lampyris.sim.world.cell_index import Space, Step, robot_shape
+from lampyris.sim.world.endings import gave_up, too_late
+from lampyris.sim.world.notes import Notes
+from lampyris.sim.world.world import World
+from lampyris.typing import Cell
+
+PATIENCE = SIMULATION_PATIENCE
+"""Ticks in a row the robot waits before it gives up.
+
+The dissertation's own would be 1: wait one step, mend, then fail.
+"""
+
+HOLD: Step = (-1, 0, 0)
+"""In place of a step: stay, because the plan says so."""
+
+_NEVER = {
+    Status.NO_PATH: Outcome.NO_PATH,
+    Status.START_OCCUPIED: Outcome.START_OCCUPIED,
+    Status.GOAL_OCCUPIED: Outcome.GOAL_OCCUPIED,
+}
+
+
+def run(
+    scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None, law: SpeedLaw = "physical",
+    patience: int | None = None, budget: Budget | None = None, progress: Callable[[int], None] | None = None,
+) -> Trace:  # fmt: skip
+    """Drive from start to goal through the scene's traffic; the whole story as a Trace.
+
+    Parameters
+    ----------
+    scene : where, with its traffic.
+    planner : who plans.
+    seed : root of every draw, >= 0. Every planner meets the same obstacle draws as far as its own deeds
+        allow.
+    ticks : the last tick; None: ten times (height + width), and four times the steps of the first plan on
+        top, but not above :data:`lampyris._core.limits.TICKS`.
+    law : the speed law: ``physical``, ``dissertation``, or settings of one of them.
+    patience : the robot gives up after more than so many ticks of waiting in a row; None: 50.
+    budget : of every single call of the planner; None: no limit.
+    progress : called with each tick that is over.
+
+    Raises
+    ------
+    SceneError : obstacles that do not fit the map: see :func:`lampyris.sim.traffic.traffic.open_traffic`.
+    SettingError : a setting out of its range.
+    UsageError : no such speed law.
+    LimitError : too many obstacles.
+    InternalFault : a plan that does not begin where the robot stands: a bug of the planner.
+    """
+    simulation = Simulation(scene, planner, seed=seed, ticks=ticks, law=law, patience=patience, budget=budget)
+    while simulation.outcome is None:
+        simulation.tick()
+        if progress is not None:
+            progress(simulation.now)
+    return simulation.trace()
+
+
+class Simulation(Exclusive):
+    """A simulation that can be stopped between two ticks and looked at. For one thread at a time.
+
+    Attributes
+    ----------
+    now : ticks over.
+    outcome : how it ended; None while it has not.
+    world : where everybody is.
+    plan : what the planner said last.
+    """
+
+    def __init__(
+        self, scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None,
+        law: SpeedLaw = "physical", patience: int | None = None, budget: Budget | None = None,
+    ) -> None:  # fmt: skip
+        began, loaded = time.perf_counter(), loading.seconds()
+        self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
+        self.last_tick = None if ticks is None else _whole("ticks", ticks, 1)
+        self.patience = PATIENCE if patience is None else _whole("patience", patience, 0)
+        self.budget = budget
+        self.now = 0
+        self.outcome: Outcome | None = None
+        self.detail = ""
+        self.pace = Pace(scene, law)
+        space = Space(scene.grid)
+        self.world = World(space, robot_shape(scene, space), space.number(scene.start))
+        self.crowd = open_traffic(scene, self.world, self.seed)
+        self.walls = Walls(scene, self.world, self.crowd)
+        self._news = ""
+        self.session = planner.open(self.walls.known, self._stream())
+        self.plan: Plan
+        self.notes = Notes()
+        self._on = Following(counted=True)
+        self._patient = self._held = 0
+        self._robot: list[Cell] = [scene.start]
+        self._tracks: list[list[int]] = [[n] for n in self.world.where]
+        self._speed, self._cause = [0.0], ["start"]
+        self._events: list[Event] = []
+        self._gates: set[Cell] = set()
+        self._mended = False
+        self._replans = self._waits = self._flips = self._iterations = self._expansions = 0
+        self._planning_s = self._total_s = self._loading_s = 0.0
+        self._begin()
+        self._total_s += time.perf_counter() - began
+        self._loading_s += loading.seconds() - loaded
+
+    def _stream(self) -> np.random.Generator:
+        return np.random.Generator(np.random.PCG64(np.random.SeedSequence((self.seed, 0))))
+
+    # ---- planning --------------------
+
+    def _begin(self) -> None:
+        """The first plan, and whether there is anything to drive at all."""
+        scene = self.scene
+        self._ask(self._sense())
+        self._started = True
+        if self.last_tick is None:
+            steps = max(len(self._on.way) - 1, 0)
+            TICKS.demand(steps, "the path", instead="say how many ticks there are")
+            most = 10 * (scene.grid.height + scene.grid.width) + 4 * steps
+            self.last_tick = min(most, TICKS.allowed)
+        if not self.plan:
+            verdict = self._without_traffic() if self.crowd.bodies else self.plan
+            closed = verdict.status is Status.NO_PATH and self.walls.may_open
+            if verdict.status in _NEVER and not closed:
+                self._started = False
+                self._end(_NEVER[verdict.status], verdict.sentence)
+                return
+        if scene.start == scene.goal:
+            self._arrive()
+
+    def _without_traffic(self) -> Plan:
+        """What a fresh session says of the bare map: walls in the way are an ending, obstacles are not."""
+        began = loading.cpu()
+        session = self.planner.open(self.walls.known, self._stream())
+        plan = session.plan(Change(robot=self.scene.start), self.budget)
+        self._planning_s += loading.cpu() - began
+        self._expansions += plan.expansions
+        return plan
+
+    def _sense(self) -> Change:
+        tick = max(self.now - 1, 0)  # obstacles have made the step of this tick, the robot has not
+        told = seen_bodies(self.crowd, self.now) if self.planner.traits.sees_traffic else None
+        return sense(self.world, tick=tick, bodies=told)
+
+    def _ask(self, change: Change) -> None:
+        began = loading.cpu()
+        mended = self._mended
+        ahead = self._ahead()
+        plan = self.plan = self.session.plan(self.walls.told(change), self.budget)
+        self.notes.add(plan.notes)
+        self._mended = plan.mended
+        if plan.mended and not mended:
+            self._tell("mend", self._robot[-1], "Obstacles in the way count as walls until they leave.")
+        self._planning_s += loading.cpu() - began
+        self._expansions += plan.expansions
+        for gate in plan.gates_met:
+            x, y = self._robot[-1]
+            if max(abs(gate[0] - x), abs(gate[1] - y)) > 1:
+                continue  # foreseen in the preview; it is found on arrival
+            if gate in self._gates:
+                continue  # a planner that looks ahead tells of the same gate in every plan until it is passed
+            self._gates.add(gate)
+            self._replans += 1
+            self._tell("gate", gate, "A gate on the way proved too narrow; planned anew.")
+        self._on = follow(plan, self._robot[-1])
+        if ahead is not None and self._on.ahead not in (None, ahead):
+            self._flips += 1
+
+    def _ahead(self) -> Cell | None:
+        """The next cell of the present plan if it can be entered now, committed to or not."""
+        cell = self._on.ahead
+        return cell if cell is not None and self._step_to(cell) is not None else None
+
+    def _planned(self) -> Step | None:
+        """The next step of the plan if it is legal now; HOLD if the plan says to wait and that is safe."""
+        if self._on.waits(self.now):
+            return None if self.world.robot_is_met() else HOLD
+        cell = self._on.ahead
+        return self._step_to(cell) if self._on.to_be_driven and cell is not None else None
+
+    def _step_to(self, cell: Cell) -> Step | None:
+        """The step into a neighbour, if it is legal now."""
+        number = self.world.space.number(cell)
+        for step in self.world.robot_shape.steps(self.world.robot):
+            if step[0] == number:
+                return step if self.world.robot_may(step) else None
+        return None
+
+    # ---- one tick --------------------
+
+    @one_call
+    def tick(self) -> None:
+        """One tick. Does nothing once there is an outcome.
+
+        Raises
+        ------
+        BusyError : another call is at work on this simulation.
+        """
+        if self.outcome is not None:
+            return
+        began, loaded = time.perf_counter(), loading.seconds()
+        self.now += 1
+        self._turn()
+        for body in self.crowd.advance(self.now):
+            self._tracks.append([])
+            self._tell("appear", self.world.space.cell(self.world.where[body]), "An obstacle appeared.")
+        for track, number in zip(self._tracks, self.world.where, strict=True):
+            track.append(number)
+        step = self._choose()
+        if step is None:
+            self._stay()
+        elif step is HOLD:
+            self._hold()
+        else:
+            self._drive(step)
+        if self.outcome is None and self.now == self.last_tick:
+            self._end(Outcome.TIMEOUT, too_late(self.now))
+        self._total_s += time.perf_counter() - began
+        self._loading_s += loading.seconds() - loaded
+
+    def _turn(self) -> None:
+        """Walls come and go."""
+        turned = self.walls.turn(self.now, self._on.way[self._on.at :])
+        if turned is not None:
+            self._events += turned.events
+            self._news, self.pace.scene = turned.why, self.walls.scene
+
+    def _choose(self) -> Step | None:
+        step = None if self._news else self._planned()
+        if step is not None:
+            return step
+        if self._news or self._on.to_be_driven or self._patient or not self._on.way:
+            self._replans += 1
+            self._tell("replan", self._robot[-1], self._why())
+            self._news = ""
+        change = self._sense()
+        self._ask(change)
+        step = self._planned()
+        if step is None and self.world.robot_is_met():
+            # No time to wait a step and ask again: a planner that would mend its field then must do so now.
+            self._replans += 1
+            self._tell("replan", self._robot[-1], "An obstacle came onto the robot; asked once more.")
+            self._ask(change)
+            step = self._planned()
+        return step
+
+    def _why(self) -> str:
+        if self._news:
+            return self._news
+        if self._patient or not self._on.way:
+            return "Asked again after waiting."
+        return f"The next cell, {self._on.ahead}, cannot be entered now; chose anew."
+
+    def _drive(self, step: Step) -> None:
+        came = self._robot[-1]
+        self.world.put_robot(step[0])
+        on = self._on
+        on.at += 1
+        here = on.way[on.at]
+        self._robot.append(here)
+        self._patient = self._held = 0
+        if not on.counted:
+            self._iterations += self.plan.iterations if self.plan.commit is None else 1
+            on.counted = True
+        if here == self.scene.goal:
+            self._speed.append(0.0)
+            self._cause.append("goal")
+            self._arrive()
+            return
+        speed, cause = self.pace.drive([came, *on.way[on.at :]], seen_cells(self.world))
+        self._speed.append(speed)
+        self._cause.append(cause)
+
+    def _hold(self) -> None:
+        """Wait because the plan says so."""
+        self._stay_here()
+        self._tell("wait", self._robot[-1], "The plan waits here for the way to be clear.")
+        if self.plan.commit is None:
+            return
+        self._held += 1
+        if self._held > self.patience:
+            self._give_up(self._held)
+
+    def _stay_here(self) -> None:
+        self._robot.append(self._robot[-1])
+        self.pace.stop()
+        self._speed.append(0.0)
+        self._cause.append("waiting")
+        self._waits += 1
+
+    def _stay(self) -> None:
+        here = self._robot[-1]
+        self._stay_here()
+        self._patient += 1
+        if self.world.robot_is_met():
+            self._tell("hit", here, Outcome.HIT.sentence)
+            self._end(
+                Outcome.HIT,
+                f"An obstacle that does not yield ran into the robot, which stood still at {here}.",
+            )
+            return
+        self._tell(
+            "wait", here, self.plan.sentence if not self.plan else "The next cell cannot be entered now."
+        )
+        if self._patient > self.patience:
+            self._give_up(self._patient)
+
+    def _give_up(self, ticks: int) -> None:
+        word = "" if self.plan else self.plan.sentence
+        self._end(Outcome.BLOCKED, gave_up(ticks, self._robot[-1], self.patience, word))
+
+    # ---- the story --------------------
+
+    def _tell(self, word: str, cell: Cell, sentence: str) -> None:
+        self._events.append(Event(self.now, word, cell, sentence))
+
+    def _arrive(self) -> None:
+        self._tell("arrive", self.scene.goal, Outcome.ARRIVED.sentence)
+        self._end(Outcome.ARRIVED, "")
+
+    def _end(self, outcome: Outcome, detail: str) -> None:
+        self.outcome, self.detail = outcome, detail
+
+    @one_call
+    def trace(self) -> Trace:
+        """What has happened so far; before the end its outcome is ``timeout``.
+
+        Raises
+        ------
+        BusyError : another call is at work on this simulation.
+        """
+        driven = [b for a, b in zip(self._robot, self._robot[1:], strict=False) if a != b]
+        way = np.array([self._robot[0], *driven])
+        grid = self.scene.grid
+        return Trace(
+            scene=self.scene,
+            planner=self.planner.name,
+            seed=self.seed,
+            outcome=Outcome.TIMEOUT if self.outcome is None else self.outcome,
+            robot=np.array(self._robot, dtype=np.int32),
+            tracks=tuple(map(self.world.space.cells, self._tracks)),
+            appears=tuple(self.crowd.appears),
+            bodies=tuple(self.crowd.bodies),
+            speed=np.array(self._speed),
+            cause=tuple(self._cause),
+            law=self.pace.name,
+            units=self.pace.units,
+            events=tuple(self._events),
+            replans=self._replans,
+            waits=self._waits,
+            flips=self._flips,
+            iterations=self._iterations,
+            expansions=self._expansions,
+            path=path_of(way, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,
+            detail=self.detail,
+            timing={
+                "total_s": self._total_s,
+                "planning_s": self._planning_s,
+                "loading_s": self._loading_s,
+            },
+            last_tick=self.last_tick,
+            edits=tuple(self.walls.done),
+            notes=self.notes.all(),
+        )
+
+
+def _whole(what: str, value: int, least: int) -> int:
+    if not is_whole(value, least):
+        allowed = f"a whole number, {least} to {MOST_WHOLE}"
+        raise SettingError(what.upper(), shown(value), where=what, allowed=allowed)
+    return int(value)

@@ -1,0 +1,79 @@
+"""Sense: from the world to the Change that a planner is told."""
+
+from __future__ import annotations
+
+from lampyris.model.change import Change, Seen
+from lampyris.sim.traffic.traffic import Crowd
+from lampyris.sim.world.world import World
+from lampyris.typing import Cell
+
+
+def seen_cells(world: World) -> list[Cell]:
+    """Every cell that a moving obstacle covers now, in the order in which they came to cover it."""
+    cell = world.space.cell
+    return [cell(c) for c in world.taken]
+
+
+def closed_cells(world: World) -> set[Cell]:
+    """Every cell on which the robot, with its size, would now meet a moving obstacle; its own cell never
+    among them.
+
+    The own cell is left out because a planner asked to start from an obstacle has no answer; when an
+    obstacle that does not yield has come onto the robot, what is wanted is a way out of there.
+    """
+    shape, space = world.robot_shape, world.space
+    cell = space.cell
+    if shape.small:
+        cells = {cell(c) for c in world.taken}
+    else:
+        width, height = space.width, space.height
+        around = [(x + dx, y + dy) for x, y in map(cell, world.taken) for dx, dy in shape.offsets]
+        cells = {(x, y) for x, y in around if 0 <= x < width and 0 <= y < height}
+    cells.discard(cell(world.robot))
+    return cells
+
+
+def seen_bodies(crowd: Crowd, now: int) -> tuple[Seen, ...]:
+    """Every moving obstacle with what is known of it: its last step and place; a recorded track whole.
+
+    Parameters
+    ----------
+    crowd : all bodies, at tick ``now``.
+    now : the tick of their places.
+    """
+    world = crowd.world
+    recorded = {} if crowd.recording is None else dict(crowd.recording.tracks)
+    seen = []
+    for body, number in enumerate(world.where):
+        cells = crowd.bodies[body].footprint
+        if body in recorded:
+            seen.append(Seen(body, recorded[body].track, 0, 1, cells))
+            continue
+        x, y = world.space.cell(number)
+        dx, dy = world.step[body]
+        # One that has just appeared was nowhere a tick ago.
+        new = crowd.appears[body] == now
+        track = ((x, y),) if new else ((x - dx, y - dy), (x, y))
+        seen.append(Seen(body, track, now if new else now - 1, None, cells))
+    return tuple(seen)
+
+
+def sense(world: World, *, tick: int = 0, bodies: tuple[Seen, ...] | None = None) -> Change:
+    """What the robot tells its planner: where it stands, and every cell that is closed to its next step.
+
+    Parameters
+    ----------
+    tick : when the robot stands there.
+    bodies : for planners that see traffic.
+
+    To the closed cells come those neighbours which nobody covers but which the robot could not enter in
+    this tick without swapping places or crossing (an obstacle has just come from there). A planner that is
+    told of them once chooses another step at once; one that is not would choose the same step again and
+    wait, or be hit.
+    """
+    cells = closed_cells(world)
+    for step in world.robot_steps():
+        if not world.robot_may(step):
+            cells.add(world.space.cell(step[0]))
+    robot = world.space.cell(world.robot)
+    return Change(robot=robot, obstacles=frozenset(cells), tick=tick, bodies=bodies)

@@ -1,0 +1,113 @@
+"""Pace: the robot's speed at each tick, by the profile of the way it means to drive from there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from lampyris.model.path import path_of
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.dissertation import DEFAULT, DissertationLaw, dissertation_profile, ring_caps
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.motion.laws.rings import ring_counts
+from lampyris.typing import Cell, Cells
+
+SpeedLaw: TypeAlias = str | DissertationLaw | PhysicalLaw
+
+
+class Pace:
+    """The speed of a robot that drives on, tick after tick.
+
+    Parameters
+    ----------
+    scene : whose robot and map.
+    law : ``physical``, ``dissertation``, or settings of one of them.
+
+    Attributes
+    ----------
+    v : the present speed; what the next profile starts from.
+    name, units : of the law.
+    horizon : steps ahead that can be felt.
+
+    Raises
+    ------
+    UsageError : no such law.
+    """
+
+    def __init__(self, scene: Scene, law: SpeedLaw) -> None:
+        self.scene = scene
+        self.v = 0.0
+        self._last: Profile | tuple[Cells, Any, Any] | None = None
+        standing = laws.profile(path_of(np.array([scene.start]), scene.moves), scene, law=law)
+        self.name, self.units = standing.law, standing.units
+        self._law = law
+        self._ours = law if isinstance(law, DissertationLaw) else DEFAULT
+        # What lies farther ahead than the robot needs to brake from its top speed cannot bind it now. The
+        # way is cut there, and the speed comes out the same to the last bit: each node's bound is a minimum
+        # of two numbers, and the one that the cut changes is then the greater.
+        if self.name == "dissertation":
+            braking = self._ours.v_max / self._ours.braking
+        else:
+            robot = scene.robot
+            braking = robot.v_max * robot.v_max / (2.0 * robot.d_max) / scene.grid.resolution
+        self.horizon = math.ceil(min(braking, 1e6)) + 2
+
+    def drive(self, way: Sequence[Cell], seen: Sequence[Cell]) -> tuple[float, str]:
+        """Speed and binding cause at the second cell of ``way``, the one just entered.
+
+        Parameters
+        ----------
+        way : the cell the robot came from, the one it stands on, and the rest of its plan.
+        seen : cells that moving obstacles cover now.
+        """
+        near = np.array(way[: self.horizon + 2], dtype=np.int32)
+        if self.name == "dissertation":
+            n1, n2 = ring_counts(
+                near,
+                self.scene.grid.blocked,
+                seen,
+                ring1=self._ours.ring1,
+                ring2=self._ours.ring2,
+                outside1=self._ours.outside1,
+                outside2=self._ours.outside2,
+            )
+            # The first node lies behind: its speed has been driven, whatever stands around it by now.
+            n1[0] = n2[0] = 0
+            v, cause = dissertation_profile(near, n1.tolist(), n2.tolist(), law=self._ours, v0=self.v)
+            self._last = (near, n1, n2)
+        else:
+            profile = laws.profile(
+                path_of(near, self.scene.moves),
+                self.scene,
+                law=self._law,
+                obstacles=seen,
+                v0=self.v,
+                on_infeasible="brake",
+            )
+            v, cause = profile.v, profile.cause
+            self._last = profile
+        self.v = float(v[1])
+        return self.v, cause[1]
+
+    def stop(self) -> None:
+        """Stand still."""
+        self.v = 0.0
+        self._last = None
+
+    def caps(self) -> tuple[tuple[str, float], ...]:
+        """What each rule alone allows at the cell entered last, by its cause, those that say something; none
+        while the robot stands. Asked by who watches; a run that nobody watches does not pay for it."""
+        last = self._last
+        if last is None:
+            return ()
+        if isinstance(last, Profile):
+            found = last.caps
+        else:
+            near, n1, n2 = last
+            found = ring_caps(near, n1.tolist(), n2.tolist(), law=self._ours)
+        return tuple((cause, float(v[1])) for cause, v in found if np.isfinite(v[1]))

@@ -1,0 +1,1 @@
+"""Moving obstacles of a simulation: placed, driven and kept apart."""

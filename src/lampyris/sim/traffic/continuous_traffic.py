@@ -1,0 +1,398 @@
+"""Crowd motion: the traffic of the tick model (:mod:`lampyris.sim.traffic.traffic`) in continuous time.
+
+A tick lasts ``resolution / obstacle_speed`` seconds, and during it every body moves straight from cell to
+cell. A diagonal is the square root of two longer in the same time, so the top speed of a body is so much
+above ``obstacle_speed``; only a robot that reckons with that is safe. What the tick model calls radius 0 is
+a disc that fills its cell, half a cell in radius.
+
+Those that yield look where the robot's disc is and where its present speed takes it within the tick, and do
+not begin a step that would take them nearer to it than the two radii allow; a step away is allowed. One that
+is already on a step halts as soon as the robot is so near that they might touch within the period; in the
+next tick it goes on if the robot has gone, or else back. So none of them runs into a robot that stands, and
+nobody stands in its way only because it stands there too. Those that do not yield step as if there were no
+robot.
+
+No two obstacles meet between ticks either (:mod:`lampyris.sim.traffic.separation`): a step is made only if the whole of
+it is clear of what the others do in the same tick, and whoever would meet one that has halted halts, too.
+Recorded obstacles wait for nobody; all others keep off everything that their discs ever pass over. Only two
+recorded ones may come nearer to each other than their radii: their tracks are given, cell by cell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lampyris._core.predicates import in_range
+from lampyris.errors import SettingError, shown
+from lampyris.model.obstacles import Track
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Recorded
+from lampyris.sim.traffic.motion_sources import NO_LEGS, Roster
+from lampyris.sim.traffic.separation import Motions, beside_lanes
+from lampyris.sim.traffic.traffic import Crowd, Shuttle, open_traffic
+from lampyris.sim.world.cell_index import Shape, Space, Step, robot_shape
+from lampyris.sim.world.trajectory import Going
+from lampyris.sim.world.world import World
+from lampyris.typing import BoolGrid, Floats, Points
+
+DIAGONAL = math.sqrt(2.0) * (1.0 + 1e-12)
+"""How much faster than a straight step a diagonal one is; and a rounding, so that no leg is above it."""
+
+
+class RoadWorld(World):
+    """A world in which the robot is anywhere on its road, not on a cell.
+
+    Attributes
+    ----------
+    road : where the robot may come to before the tick is over and it has braked, whatever it does (cells).
+    soon : as many of these points as its present speed takes it to within the tick.
+    late : bodies that have not finished their last step.
+    motions : where every body is and where it goes in this tick.
+
+    Parameters
+    ----------
+    radius : of the robot, cells.
+    resolution : metres a cell.
+    """
+
+    def __init__(
+        self, space: Space, robot_shape: Shape, robot: int, radius: float, resolution: float
+    ) -> None:
+        self.motions = Motions()
+        super().__init__(space, robot_shape, robot)
+        self._radius = radius  # of the robot, cells
+        self._resolution = resolution
+        self._apart = 0.0
+        self.road: list[tuple[float, float]] = []
+        self.soon: list[tuple[float, float]] = []
+        self.late: set[int] = set()
+
+    def put_on_road(self, road: list[tuple[float, float]], soon: int, apart: float) -> None:
+        """The robot may come to any of these points, each no farther than ``apart`` cells from the next."""
+        self.road, self.soon, self._apart = road, road[:soon], apart
+
+    def disc(self, radius: float) -> float:
+        """The radius of a body's disc, cells. A small body of the tick model fills its cell."""
+        return max(radius / self._resolution, 0.5)
+
+    def add(self, shape: Shape, number: int) -> int:
+        """A new body on a cell; its index."""
+        x, y = self.space.cell(number)
+        self.motions.add(float(x), float(y), self.disc(shape.radius))
+        return super().add(shape, number)
+
+    def move(self, body: int, step: Step) -> None:
+        """Make a legal step."""
+        super().move(body, step)
+        self.motions.to[body] = self._centre(step[0])
+
+    def _centre(self, number: int) -> tuple[float, float]:
+        x, y = self.space.cell(number)
+        return float(x), float(y)
+
+    def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
+        """Where bodies of that radius (metres) would meet a recorded one; None: there is none."""
+        if not tracks:
+            return None
+        return beside_lanes(self.space, tracks, self.disc(radius), self._resolution)
+
+    def may_step(self, body: int, step: Step, yields: bool) -> bool:
+        """As in the tick model; clear of all other bodies on the whole of it; off the road, if it yields."""
+        if body in self.late or (yields and self.meets(body, step)):
+            return False
+        return super().may_step(body, step, yields) and self.motions.clear(body, self._centre(step[0]))
+
+    def options(self, body: int) -> list[Step]:
+        """Every step a yielding obstacle may make now, staying left out."""
+        if body in self.late:
+            return []
+        found = super().options(body)
+        if not self.shapes[body].small:
+            return found  # a large one has been asked by may_step
+        clear, centre = self.motions.clear, self._centre
+        return [s for s in found if clear(body, centre(s[0])) and not self.meets(body, s)]
+
+    def room(self, shape: Shape) -> BoolGrid:
+        """Where a body of that shape could be put now without meeting anybody, the robot on its road too."""
+        self.robot_cover = self._cover()
+        mask = super().room(shape)
+        self.robot_cover = frozenset()
+        self.motions.room(mask, self.disc(shape.radius))  # it is there from the beginning of the tick on
+        return mask
+
+    def meets(self, body: int, step: Step) -> bool:
+        """Whether it would come nearer to where the robot soon is than the two radii allow.
+
+        Going away is always allowed: the distance to a robot that stands does not shrink then.
+        """
+        if not self.soon:
+            return False
+        x, y = self.space.cell(self.where[body])
+        dx, dy = step[1], step[2]
+        length = dx * dx + dy * dy
+        far = self._radius + self.motions.radii[body] + 0.5 * self._apart
+        squared = far * far
+        for qx, qy in self.soon:
+            ax, ay = qx - x, qy - y
+            along = ax * dx + ay * dy
+            if along <= 0.0:
+                continue
+            share = min(along / length, 1.0)
+            ex, ey = ax - share * dx, ay - share * dy
+            if ex * ex + ey * ey < squared:
+                return True
+        return False
+
+    def _cover(self) -> frozenset[int]:
+        """Numbers of the cells that the robot's disc touches anywhere on its road."""
+        far = self._radius + 0.5 * self._apart
+        number, width, height = self.space.number, self.space.width, self.space.height
+        cells = set()
+        for px, py in self.road:
+            for y in range(
+                max(math.ceil(py - far - 0.5), 0), min(math.floor(py + far + 0.5), height - 1) + 1
+            ):
+                gy = max(abs(y - py) - 0.5, 0.0)
+                for x in range(
+                    max(math.ceil(px - far - 0.5), 0), min(math.floor(px + far + 0.5), width - 1) + 1
+                ):
+                    gx = max(abs(x - px) - 0.5, 0.0)
+                    if gx * gx + gy * gy <= far * far:
+                        cells.add(number((x, y)))
+        return frozenset(cells)
+
+
+@dataclass(frozen=True)
+class CrowdMotion:
+    """The scene's own traffic.
+
+    Parameters
+    ----------
+    obstacle_speed : m/s of a straight step; None: the robot's top speed, so that, as in the tick model, a
+        step of anybody's takes one tick.
+    seed : root of the draws; specification k has the same stream as in the tick model.
+    """
+
+    obstacle_speed: float | None
+    seed: int
+
+    def open(self, scene: Scene, roster: Roster) -> RunningCrowd:
+        """Place everybody.
+
+        Raises
+        ------
+        SceneError : see :func:`lampyris.sim.traffic.traffic.open_traffic`.
+        SettingError : ``OBSTACLE_SPEED``.
+        """
+        speed = scene.robot.v_max if self.obstacle_speed is None else self.obstacle_speed
+        if not in_range(speed, 1e-6, 1e6):
+            raise SettingError(
+                "OBSTACLE_SPEED", shown(speed), where="obstacle_speed", allowed="1e-6 to 1e6 m/s"
+            )
+        space = Space(scene.grid)
+        radius = scene.robot.radius / scene.grid.resolution
+        world = RoadWorld(
+            space, robot_shape(scene, space), space.number(scene.start), radius, scene.grid.resolution
+        )
+        crowd = open_traffic(scene, world, self.seed)
+        world.robot_cover = frozenset()  # from here on it is on its road
+        return RunningCrowd(scene, roster, crowd, world, float(speed))
+
+
+class RunningCrowd:
+    """The crowd at work.
+
+    Attributes
+    ----------
+    crowd : the tick model's bodies and drivers.
+    tick : seconds a tick lasts.
+    """
+
+    def __init__(self, scene: Scene, roster: Roster, crowd: Crowd, world: RoadWorld, speed: float) -> None:
+        self.scene, self.roster, self.crowd, self.world = scene, roster, crowd, world
+        self.resolution = scene.grid.resolution
+        self.tick = self.resolution / speed
+        self.top_speed = DIAGONAL * speed
+        self._now = 0
+        self._numbers = np.zeros(0, dtype=np.int64)
+        self._at, self._go = np.zeros((0, 2)), np.zeros((0, 2))  # cells, and cells a second
+        self._came: list[int] = []  # the cell before the last step
+        self._reach = np.zeros(0)  # of both discs, cells
+        self._yields = np.zeros(0, dtype=np.bool_)
+        self._halted: set[int] = set()
+        self._admit(0.0)
+        for body, spec in [] if crowd.recording is None else crowd.recording.tracks:
+            self.roster.whole[int(self._numbers[body])] = self._whole(spec)
+
+    def _admit(self, t: float) -> None:
+        """Take in the bodies that are new in the crowd."""
+        known = len(self._numbers)
+        for one, number in zip(self.crowd.bodies[known:], self.world.where[known:], strict=True):
+            radius = max(one.radius, 0.5 * self.resolution)
+            x, y = self.world.space.cell(number)
+            added = self.roster.add(one, radius, self.top_speed, t, float(x), float(y))
+            self._numbers = np.append(self._numbers, added)
+            self._at = np.concatenate((self._at, np.array([[x, y]], dtype=np.float64)))
+            self._go = np.concatenate((self._go, np.zeros((1, 2))))
+            self._came.append(number)
+            reach = (radius + self.scene.robot.radius) / self.resolution
+            self._reach = np.append(self._reach, reach)
+            self._yields = np.append(self._yields, one.yields)
+            if one.kind == "recorded":
+                self.world.motions.fixed.add(len(self._came) - 1)
+
+    def _whole(self, spec: Recorded) -> Track:
+        t = np.arange(len(spec.track), dtype=np.float64) * self.tick
+        radius = max(spec.radius, 0.5 * self.resolution)
+        return Track(t, np.array(spec.track, dtype=np.float64), radius, self.top_speed)
+
+    def advance(self, t0: float, t1: float, going: Going) -> Floats:
+        """The legs from ``t0`` to ``t1``, tick by tick; a tick that begins before ``t1`` is decided now."""
+        if not self.crowd.bodies and not self.crowd.walkers:
+            return NO_LEGS
+        tables = []
+        t = t0
+        while t < t1:
+            if self._now * self.tick <= t:
+                self._decide(self._now * self.tick, going)
+            end = min(self._now * self.tick, t1)
+            if end > t and len(self._numbers):
+                tables.append(self._walk(t, end, going))
+            t = end
+        return tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
+
+    def _walk(self, t: float, end: float, going: Going) -> Floats:
+        """Everybody goes on from ``t`` to ``end``, which is no later than the tick's end."""
+        speed = self._go
+        halting = self._halting(t, end, going)
+        if halting or self.world.late:
+            halting = self._settle(halting, end - t)
+            speed = speed.copy()
+            speed[halting] = 0.0
+        for body in sorted(self._halted.symmetric_difference(halting)):
+            self.roster.go(int(self._numbers[body]), t, *self._at[body].tolist())
+        self._halted = set(halting)
+        self.world.late |= self._halted
+        legs = np.empty((len(self._numbers), 7))
+        legs[:, 0], legs[:, 1], legs[:, 2] = self._numbers, t, end
+        legs[:, 3:5], legs[:, 5:7] = self._at, speed
+        self._at = self._at + speed * (end - t)
+        if end >= self._now * self.tick:
+            self._arrive(end)
+        return legs
+
+    def _settle(self, halting: list[int], seconds: float) -> list[int]:
+        """Those that halt for the robot, and those that halt because they would meet one who is late."""
+        motions = self.world.motions
+        motions.begin(_pairs(self._at))
+        motions.to = _pairs(self._at + self._go * seconds)
+        for body in halting:
+            motions.to[body] = motions.at[body]
+        return sorted(motions.settle(self.world.late.union(halting)).union(halting))
+
+    def _arrive(self, t: float) -> None:
+        """The tick is over: who was not halted is in the middle of its cell."""
+        cell, late = self.world.space.cell, self.world.late
+        for body, number in enumerate(self.world.where):
+            if body not in late:
+                self._at[body] = cell(number)
+        for number, (x, y) in zip(self._numbers.tolist(), self._at.tolist(), strict=True):
+            self.roster.go(number, t, x, y)
+
+    def _halting(self, t: float, end: float, going: Going) -> list[int]:
+        """Bodies that yield and might come to touch the robot before ``end``, if they go on towards it."""
+        (s0, v0), (s1, v1) = going.at(t), going.at(end)
+        q0 = np.array(going.route.at(s0))
+        away = q0 - self._at
+        # Nobody is nearer in the end than this allows.
+        both = self.top_speed + max(v0, v1) + self.scene.robot.a_max * (end - t)
+        near = self._reach + both * (end - t) / self.resolution
+        close = self._yields & ((away * away).sum(axis=1) < near * near)
+        if not close.any():
+            return []
+        towards = (away * self._go).sum(axis=1) > 0.0
+        towards |= ((np.array(going.route.at(s1)) - self._at) * self._go).sum(axis=1) > 0.0
+        found: list[int] = np.flatnonzero(close & towards).tolist()
+        return found
+
+    def _decide(self, t: float, going: Going) -> None:
+        """A tick begins: who is late goes on or back, everybody else chooses a step."""
+        self._now += 1
+        self._see(t, going)
+        self.world.motions.begin(_pairs(self._at))
+        still = self._bring_back(t, going)
+        where = self.world.where
+        before = list(where)
+        self.crowd.advance(self._now)
+        self.world.late = still
+        for body, number in enumerate(before):
+            if where[body] != number:
+                self._came[body] = number
+        # One that appears is there from the beginning of the tick on: that is when its place was free.
+        self._admit(t)
+        to = np.array(self.world.motions.to).reshape(-1, 2)
+        for body in self.world.motions.fixed:  # bits: each sets its own row
+            to[body] = self.world.space.cell(where[body])
+        self._go = (to - self._at) / self.tick
+
+    def _bring_back(self, t: float, going: Going) -> set[int]:
+        """Those that are late finish their step, or go back if that is towards a robot that is near.
+
+        Whoever can do neither without meeting somebody stays where it is: these are returned.
+        """
+        world, cell = self.world, self.world.space.cell
+        qx, qy = going.route.at(going.at(t)[0])
+        still: set[int] = set()
+        for body in sorted(world.late):
+            number, came = world.where[body], self._came[body]
+            (x1, y1), (x0, y0) = cell(number), cell(came)
+            ax, ay = self._at[body].tolist()
+            near = self._reach[body] + 1.5
+            towards = (qx - ax) * (x1 - ax) + (qy - ay) * (y1 - ay) > 0.0
+            met = towards and (qx - ax) * (qx - ax) + (qy - ay) * (qy - ay) <= near * near
+            met = met and bool(self._yields[body])
+            ahead, home = (float(x1), float(y1)), (float(x0), float(y0))
+            on = world.motions.clear(body, ahead)
+            back: Step = (came, x0 - x1, y0 - y1)
+            may = (met or not on) and came != number and World.may_step(world, body, back, False)
+            if not (may and world.motions.clear(body, home)):
+                if on:
+                    world.motions.to[body] = ahead
+                else:
+                    still.add(body)
+                continue
+            world.move(body, back)
+            self._came[body] = number
+            for driver in self.crowd.drivers:
+                if isinstance(driver, Shuttle) and driver.body == body:
+                    # It may have turned round at the end of its route meanwhile: asked is where it came from.
+                    before = driver.at - 1
+                    driver.at = before if before >= 0 and driver.route[before] == came else driver.at + 1
+        return still
+
+    def _see(self, t: float, going: Going) -> None:
+        """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
+        s, v = going.at(t)
+        robot, route = self.scene.robot, going.route
+        quick = min(v + robot.a_max * self.tick, robot.v_max)
+        ahead = min(quick * self.tick + 0.5 * quick * quick / robot.d_max, route.length - s)
+        x, y = route.at(s)
+        far = ahead / self.resolution + 3.0
+        appears = any(w.spec.rate is not None for w in self.crowd.walkers)
+        d = np.abs(self._at - (x, y)).max(axis=1) - far
+        if not (appears or (self._yields & (d < self._reach)).any()):
+            self.world.put_on_road([], 0, 0.0)
+            return
+        steps = max(math.ceil(ahead / (0.25 * self.resolution)), 1)
+        points = [(x, y)] + [route.at(s + ahead * k / steps) for k in range(1, steps + 1)]
+        soon = 1 if ahead <= 0.0 else 1 + min(math.ceil(steps * v * self.tick / ahead), steps)
+        self.world.put_on_road(points, soon, ahead / steps / self.resolution)
+
+
+def _pairs(places: Points) -> list[tuple[float, float]]:
+    """Rows of an array (n, 2) as pairs."""
+    return [(x, y) for x, y in places.tolist()]

@@ -1,0 +1,113 @@
+"""Sources: who moves obstacles in continuous time, and the roster of all of them.
+
+A source is asked period by period where its obstacles go. It may look at what the robot really does in that
+period, and answers with *legs*: rows of body, from when, to when, where (cells) and velocity (cells a
+second). Legs of a body follow one another without a gap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from lampyris.model.obstacles import Track
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Body
+from lampyris.sim.world.trajectory import Going, Route
+from lampyris.typing import Floats, Points
+
+BODY, FROM, TO, X, Y, VX, VY = range(7)
+"""Columns of a table of legs."""
+
+NO_LEGS: Floats = np.zeros((0, 7))
+
+
+@dataclass
+class Roster:
+    """All obstacles in order of appearance.
+
+    Attributes
+    ----------
+    bodies : what each is; its radius there is that of the tick model.
+    radius, top_speed : metres and m/s, one a body.
+    corners : for each body the points (t, x, y) between which it moves straight.
+    whole : for a body whose way is known from beginning to end, that way.
+    """
+
+    bodies: list[Body] = field(default_factory=list)
+    radius: list[float] = field(default_factory=list)
+    top_speed: list[float] = field(default_factory=list)
+    corners: list[list[tuple[float, float, float]]] = field(default_factory=list)
+    whole: dict[int, Track] = field(default_factory=dict)
+
+    def add(self, body: Body, radius: float, top_speed: float, t: float, x: float, y: float) -> int:
+        """A new body; its number."""
+        self.bodies.append(body)
+        self.radius.append(radius)
+        self.top_speed.append(top_speed)
+        self.corners.append([(t, x, y)])
+        return len(self.bodies) - 1
+
+    def go(self, body: int, t: float, x: float, y: float) -> None:
+        """It moves straight to (x, y), where it is at ``t``."""
+        corners = self.corners[body]
+        last = corners[-1]
+        if len(corners) > 1 and (last[1], last[2]) == (x, y) == (corners[-2][1], corners[-2][2]):
+            corners[-1] = (t, x, y)  # still standing
+        elif t > last[0]:
+            corners.append((t, x, y))
+
+    def tracks(self, end: float, xy: Points) -> tuple[Track, ...]:
+        """Where everybody was until ``end``, seconds; ``xy`` (m, 2), cells, is where they are then."""
+        made = []
+        for body, (corners, (x, y)) in enumerate(zip(self.corners, xy.tolist(), strict=True)):
+            kept = [c for c in corners if c[0] <= end] or corners[:1]
+            if kept[-1][0] < end:
+                kept.append((end, x, y))
+            table = np.array(kept)
+            made.append(Track(table[:, 0], table[:, 1:], self.radius[body], self.top_speed[body]))
+        return tuple(made)
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What a source may look at before the first second.
+
+    Parameters
+    ----------
+    scene : where.
+    roster : to put obstacles into.
+    rng : its own stream of draws.
+    route : the robot's first way; None: not planned yet.
+    """
+
+    scene: Scene
+    roster: Roster
+    rng: np.random.Generator
+    route: Route | None = None
+
+
+class Source(Protocol):
+    """Who moves some of the obstacles. Settings are frozen; ``open`` gives what remembers."""
+
+    def open(self, opening: Opening) -> Running: ...
+
+
+class Running(Protocol):
+    """A source at work."""
+
+    def advance(self, t0: float, t1: float, going: Going) -> Floats:
+        """The legs of its obstacles that cover the time from ``t0`` to ``t1``, in order of time; (k, 7).
+
+        Parameters
+        ----------
+        going : what the robot does meanwhile.
+        """
+        ...
+
+
+def stream(seed: int, k: int) -> np.random.Generator:
+    """The draws of source ``k``: 0 is the planner, then the scene's traffic, then the sources beside it."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, k))))

@@ -1,0 +1,133 @@
+"""Draws that belong to one obstacle: numbers by obstacle and count, not by their turn in one stream.
+
+What an obstacle draws depends on the seed, on its kind and on its own number, and on nothing that others do.
+So another obstacle, or a cell of the map that turns into a wall, changes the draws of nobody; it moves only
+those whose place or way it takes. The numbers are those of SplitMix64 (Steele, Lea, Flood 2014), each
+obstacle with a sequence of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.typing import Floats
+
+WALKERS, CROSSING, PATROLS = 1, 2, 3
+"""Kinds of obstacles, in the keys of their streams."""
+PLACE, STEPS, APPEAR, ROUTE = 0, 1, 2, 3
+"""What is drawn."""
+
+TRIES = 64
+"""Cells drawn at random before all cells that are left are looked at."""
+
+Ints = NDArray[np.int64]
+Words = NDArray[np.uint64]
+
+_GOLDEN = 0x9E3779B97F4A7C15
+_STREAM = 0x51AB1E
+_LOW = 0x7FFFFFFF
+_UNIT = 1.0 / (1 << 53)
+
+
+def key_of(seed: int, kind: int, number: int) -> int:
+    """The key of the ``number``-th specification of a kind; 64 bits."""
+    words = np.random.SeedSequence((seed, _STREAM, kind, number + 1)).generate_state(1, np.uint64)
+    return int(words[0])
+
+
+def _mixed(z: Words) -> Words:
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+def uniforms(key: int, what: int, own: Ints, count: Ints) -> Floats:
+    """Numbers in [0, 1) by obstacle and count; the shape is that of ``own`` and ``count`` broadcast.
+
+    Parameters
+    ----------
+    key : see :func:`key_of`.
+    what : :data:`PLACE`, :data:`STEPS`, :data:`APPEAR` or :data:`ROUTE`.
+    own, count : int64: numbers of obstacles within the specification, and of draws; 0 or more.
+    """
+    golden = np.uint64(_GOLDEN)
+    base = np.array([key], dtype=np.uint64)
+    begin = _mixed(base + (4 * np.atleast_1d(own) + what).astype(np.uint64) * golden)
+    words = _mixed(begin + (np.atleast_1d(count) + 1).astype(np.uint64) * golden)
+    return (words >> np.uint64(11)).astype(np.float64) * _UNIT
+
+
+def steps(key: int, count: int, first: int, ticks: int) -> Floats:
+    """What walkers draw in some ticks: a number for each of ``count``, and two for appearing.
+
+    Parameters
+    ----------
+    first, ticks : the first tick, and how many.
+
+    Returns
+    -------
+    float64, (ticks, count + 2).
+    """
+    out = np.empty((ticks, count + 2))
+    tick = np.arange(first, first + ticks, dtype=np.int64)[:, None]
+    out[:, :count] = uniforms(key, STEPS, np.arange(count, dtype=np.int64)[None, :], tick)
+    out[:, count:] = uniforms(key, APPEAR, np.arange(2, dtype=np.int64)[None, :], tick)
+    return out
+
+
+def ranks(cells: Ints, draw: float) -> Ints:
+    """A random order of cells that a draw decides: the least is a cell drawn uniformly from them.
+
+    A cell's rank does not depend on the other cells, so that taking one away moves nobody who was not on it.
+    The kernel :func:`lampyris.kernels.adgso.simulate.rank` has the same numbers.
+    """
+    x = (cells * 0x9E3779B1 + int(draw * 2147483648.0)) & _LOW
+    x = ((x ^ (x >> 16)) * 0x45D9F3B) & _LOW
+    x = ((x ^ (x >> 15)) * 0x45D9F3B) & _LOW
+    return x ^ (x >> 16)
+
+
+def first_of(cells: Ints, draw: float) -> int:
+    """The cell of least rank."""
+    return int(cells[int(np.argmin(ranks(cells, draw)))])
+
+
+def places(
+    key: int,
+    first: int,
+    count: int,
+    size: tuple[int, int],
+    fits: Callable[[int], bool],
+    left: Callable[[], Ints],
+) -> Iterator[int]:
+    """A cell for each of some walkers, drawn uniformly among those that fit when it is its turn.
+
+    Parameters
+    ----------
+    first, count : the number of the first, and how many.
+    size : width and height of the map. Cells are numbers of :class:`lampyris.sim.world.cell_index.Space`.
+    fits : whether a cell will do now; what is handed out counts as taken.
+    left : all cells that will do now, for when chance does not find one.
+    """
+    width, height = size
+    own = np.arange(first, first + count, dtype=np.int64)[:, None]
+    some = 8
+
+    def drawn(who: Ints, begin: int, end: int) -> Ints:
+        u = uniforms(key, PLACE, who, np.arange(begin, end, dtype=np.int64)[None, :])
+        y, x = np.divmod((u * (width * height)).astype(np.int64), width)
+        return (y + 1) * (width + 2) + x + 1
+
+    for k, row in enumerate(drawn(own, 0, some).tolist() if count else []):
+        found = next(filter(fits, row), None)
+        if found is None:
+            found = next(filter(fits, drawn(own[k : k + 1], some, TRIES)[0].tolist()), None)
+        if found is None:
+            cells = left()
+            if not len(cells):
+                return
+            found = first_of(cells, float(uniforms(key, PLACE, own[k], np.array([TRIES]))[0]))
+        yield found

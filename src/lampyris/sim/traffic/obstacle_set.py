@@ -1,0 +1,128 @@
+"""The others: everybody but the robot, where they are, and whom they touch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from lampyris.kernels.motion.curve_motion import first_contact
+from lampyris.model.obstacles import Track
+from lampyris.model.scene import Scene
+from lampyris.sim.sensor import Told
+from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.motion_sources import FROM, NO_LEGS, Opening, Roster, Running, Source, stream
+from lampyris.sim.world.trajectory import Going, Route
+from lampyris.typing import Floats
+
+
+class Others:
+    """All moving obstacles of one drive.
+
+    Attributes
+    ----------
+    roster : each with its corners.
+    crowd : the scene's own traffic.
+    touching : those that overlap the standing robot and have been told of.
+    """
+
+    def __init__(self, scene: Scene, seed: int, obstacle_speed: float | None, noise: float) -> None:
+        self.scene, self.seed, self.noise = scene, seed, noise
+        self.roster = Roster()
+        self.crowd = CrowdMotion(obstacle_speed, seed).open(scene, self.roster)
+        self.touching: set[int] = set()
+        self._running: list[Running] = [self.crowd]
+        self._legs: Floats = NO_LEGS
+        self._draws = stream(seed, 0)
+        self._xy = self._velocity = np.zeros((0, 2))
+        self._meet()
+
+    def open(self, sources: Sequence[Source], route: Route | None) -> None:
+        """Let in the sources beside the traffic, now that the robot's first way is known."""
+        first = 1 + len(self.scene.traffic)
+        for k, source in enumerate(sources):
+            self._running.append(
+                source.open(Opening(self.scene, self.roster, stream(self.seed, first + k), route))
+            )
+        self._draws = stream(self.seed, first + len(sources))
+        self._meet()
+
+    def _meet(self) -> None:
+        """Take in those that are new in the roster."""
+        roster, known = self.roster, len(self._xy)
+        fresh = [corners[-1][1:] if known == 0 else corners[0][1:] for corners in roster.corners[known:]]
+        self._xy = np.concatenate((self._xy, np.array(fresh).reshape(-1, 2)))
+        self._velocity = np.concatenate((self._velocity, np.zeros((len(fresh), 2))))
+        self._radius, self._top_speed = np.array(roster.radius), np.array(roster.top_speed)
+
+    def tracks(self, t: float) -> tuple[Track, ...]:
+        """Where everybody was until ``t``, the end of the last move."""
+        return self.roster.tracks(t, self._xy)
+
+    def truth(self, t: float) -> Told:
+        """Where everybody is; with noise, as sensors of that noise see it."""
+        xy = self._xy
+        if self.noise and len(xy):
+            # A square within the circle of the noise.
+            reach = self.noise / math.sqrt(2.0) / self.scene.grid.resolution
+            xy = xy + (2.0 * reach * self._draws.random(xy.shape) - reach)
+        return Told(t, xy, self._radius, self._top_speed, self._velocity)
+
+    def move(self, t: float, end: float, going: Going) -> list[int]:
+        """Everybody moves from ``t`` to ``end``, seeing the robot; those that have appeared."""
+        before = len(self.roster.bodies)
+        tables = [legs for one in self._running if len(legs := one.advance(t, end, going))]
+        self._legs = tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
+        if len(self.roster.bodies) > before:
+            self._meet()
+        return list(range(before, len(self.roster.bodies)))
+
+    def arrive(self, t: float) -> None:
+        """Put everybody where he is at ``t``, within the last move."""
+        legs = self._legs
+        if not len(legs):
+            return
+        legs = legs[legs[:, FROM] <= t]
+        bodies = legs[:, 0].astype(np.int64)
+        d = np.minimum(t, legs[:, 2]) - legs[:, 1]
+        self._xy, self._velocity = self._xy.copy(), self._velocity.copy()
+        # Rows are in order of time: the last of a body stays.
+        self._xy[bodies] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
+        self._velocity[bodies] = legs[:, 5:7] * self.scene.grid.resolution
+
+    def contact(self, going: Going) -> tuple[float, int] | None:
+        """The first contact within the last move that has not been told of: when, and with whom."""
+        legs, route = self._legs, going.route
+        if not len(legs):
+            return None
+        bodies = legs[:, 0].astype(np.int64)
+        old = np.zeros(len(bodies), dtype=np.int64)
+        for body in self.touching:  # bits: each sets its own entries
+            old[bodies == body] = 1
+        made = np.array([(one.t, one.s, one.v, one.a, one.end) for one in going.stretches])
+        columns = np.ascontiguousarray(legs[:, 1:].T)
+        found = np.zeros(1)
+        t = first_contact(
+            *route.lines,
+            len(route.lines.px),
+            self.scene.grid.resolution,
+            np.append(made[:, 0], made[-1, 4]),
+            made[:, 1].copy(),
+            made[:, 2].copy(),
+            made[:, 3].copy(),
+            route.piece(float(made[0, 1])),
+            *columns,
+            self._radius[bodies] + self.scene.robot.radius,
+            old,
+            found,
+        )
+        return None if found[0] < 0.0 else (float(t), int(bodies[int(found[0])]))
+
+    def let_go(self, xy: tuple[float, float]) -> None:
+        """Forget those that no longer touch the robot, which is at ``xy``."""
+        for body in sorted(self.touching):
+            dx, dy = self._xy[body] - xy
+            gap = math.sqrt(dx * dx + dy * dy) * self.scene.grid.resolution
+            if gap >= self._radius[body] + self.scene.robot.radius:
+                self.touching.discard(body)

@@ -1,0 +1,1 @@
+"""The state of a simulation: cells, obstacles, trajectories, endings."""

@@ -1,0 +1,202 @@
+"""Space: the map as the simulator walks it. Flat cell numbers, footprints, and the steps that walls allow.
+
+A cell (x, y) is the number ``(y + 1) * stride + x + 1`` with ``stride = width + 2``: a border one cell wide
+keeps neighbours of border cells from wrapping round to the other side. Dictionaries keyed by one small
+integer are what makes a tick of sixty obstacles cost half a millisecond; keyed by pairs it takes twice as
+long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.model.grid import Grid
+from lampyris.model.scene import Scene
+from lampyris.planning.field.footprint import footprint
+from lampyris.planning.field.layers import free_cells, moves_for
+from lampyris.typing import BoolGrid, Cell, Cells
+
+Step: TypeAlias = tuple[int, int, int]
+"""One step: the cell number it ends in, dx, dy."""
+
+EIGHT: tuple[Cell, ...] = ((-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1))
+"""Steps of an obstacle, row by row. The order decides which option a draw means, so it must never change."""
+
+
+def dilated(mask: BoolGrid, offsets: tuple[Cell, ...]) -> BoolGrid:
+    """Every cell from which ``offsets`` reach a True cell; bool, (height, width)."""
+    if offsets == ((0, 0),):
+        return mask.copy()
+    height, width = mask.shape
+    ys, xs = np.nonzero(mask)
+    out = np.zeros_like(mask)
+    for dx, dy in offsets:
+        x, y = xs - dx, ys - dy
+        inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        out[y[inside], x[inside]] = True
+    return out
+
+
+class Space:
+    """Cell numbers of a map."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.width = grid.width
+        self.height = grid.height
+        self.stride = grid.width + 2
+
+    def number(self, cell: Cell) -> int:
+        """The number of cell (x, y)."""
+        return (cell[1] + 1) * self.stride + cell[0] + 1
+
+    def cell(self, number: int) -> Cell:
+        """The (x, y) of a cell number."""
+        y, x = divmod(number, self.stride)
+        return x - 1, y - 1
+
+    def cells(self, numbers: Sequence[int]) -> Cells:
+        """The (x, y) of each cell number; int32, (n, 2)."""
+        y, x = np.divmod(np.array(numbers, dtype=np.int64), self.stride)
+        return np.stack((x - 1, y - 1), axis=1).astype(np.int32)
+
+    def numbers(self, mask: BoolGrid) -> NDArray[np.int64]:
+        """Numbers of all True cells, rising; int64, (n,)."""
+        ys, xs = np.nonzero(mask)
+        return (ys + 1) * self.stride + xs + 1
+
+
+class Shape:
+    """Bodies of one size: what they cover, where they may stand, and how they may step. Filled in as they
+    ask.
+
+    Parameters
+    ----------
+    free : bool, (height, width): no wall under the footprint.
+    barred : where the body may not stand for other reasons; None: nowhere.
+    offsets : its footprint.
+    steps : the steps it knows.
+    corner_cutting : whether a diagonal may pass a cell that is not free.
+    radius : metres.
+    bars_are_walls : whether a diagonal may not pass a cell that is barred either.
+    """
+
+    def __init__(
+        self,
+        space: Space,
+        free: BoolGrid,
+        barred: BoolGrid | None,
+        offsets: tuple[Cell, ...],
+        steps: tuple[Cell, ...],
+        corner_cutting: bool,
+        radius: float = 0.0,
+        bars_are_walls: bool = False,
+    ) -> None:
+        self.space = space
+        self.offsets = offsets
+        self.corner_cutting = corner_cutting
+        self.radius = radius
+        self._bars_are_walls = bars_are_walls
+        self.small = offsets == ((0, 0),)
+        self._known, self._barred = steps, barred
+        self._cover: dict[int, tuple[int, ...]] = {}
+        self.renew(free)
+
+    def renew(self, free: BoolGrid) -> None:
+        """Take a new map: where there is no wall under the footprint now."""
+        self.free = free
+        self.open: BoolGrid = free if self._barred is None else free & ~self._barred
+        self._opened, self._freed = _bordered(self.open), _bordered(self.free)
+        self._steps: dict[int, tuple[Step, ...]] = {}
+
+    def is_open(self, number: int) -> bool:
+        """Whether the body may stand on a cell, by its number."""
+        return self._opened[number] != 0
+
+    def cover(self, number: int) -> tuple[int, ...]:
+        """Numbers of the cells covered by a body that stands on this one; cells off the map are left out."""
+        if self.small:
+            return (number,)
+        cover = self._cover.get(number)
+        if cover is None:
+            s = self.space
+            x0, y0 = s.cell(number)
+            cells = ((x0 + dx, y0 + dy) for dx, dy in self.offsets)
+            cover = tuple(s.number(c) for c in cells if 0 <= c[0] < s.width and 0 <= c[1] < s.height)
+            self._cover[number] = cover
+        return cover
+
+    def steps(self, number: int) -> tuple[Step, ...]:
+        """Every step that walls and bars allow from this cell."""
+        steps = self._steps.get(number)
+        if steps is None:
+            stride, opened = self.space.stride, self._opened
+            found = []
+            for dx, dy in self._known:
+                to = number + dy * stride + dx
+                if opened[to] and self._clear(number, dx, dy):
+                    found.append((to, dx, dy))
+            steps = self._steps[number] = tuple(found)
+        return steps
+
+    def _clear(self, number: int, dx: int, dy: int) -> bool:
+        stride, freed = self.space.stride, self._opened if self._bars_are_walls else self._freed
+        if dx * dy in (2, -2):
+            return all(freed[number + sy * stride + sx] for sx, sy in passed(dx, dy))
+        if dx and dy and not self.corner_cutting:
+            return bool(freed[number + dx] and freed[number + dy * stride])
+        return True
+
+
+def _bordered(mask: BoolGrid) -> bytes:
+    """A mask by cell number. The border is False, and deep enough that a knight's step cannot leave it."""
+    # Indexing bytes is five times quicker than indexing an array, and a third of the time went there.
+    return np.pad(mask, ((1, 2), (1, 1))).tobytes()
+
+
+def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
+    """The two cells that a knight's step passes between its ends, as offsets from its beginning."""
+    if abs(dx) == 2:
+        return (dx // 2, 0), (dx // 2, dy)
+    return (0, dy // 2), (dx, dy // 2)
+
+
+def robot_shape(scene: Scene, space: Space) -> Shape:
+    """The robot's own shape, with the moves that are safe for its size."""
+    moves = moves_for(scene)
+    radius = scene.robot.radius
+    return Shape(
+        space,
+        free_cells(scene.grid, radius),
+        None,
+        footprint(radius, scene.grid.resolution),
+        moves.offsets,
+        moves.corner_cutting,
+    )
+
+
+def body_shape(
+    scene: Scene,
+    space: Space,
+    radius: float,
+    kept_clear: BoolGrid | None,
+    lane_bars: BoolGrid | None = None,
+) -> Shape:
+    """The shape of obstacles of that radius: eight neighbours, the scene's corner rule (a disc never cuts a
+    corner).
+
+    Parameters
+    ----------
+    kept_clear : cells that its footprint must never cover.
+    lane_bars : cells where its centre must never be; it cuts no corners at them. None: nowhere.
+    """
+    offsets = footprint(radius, scene.grid.resolution)
+    barred = None if kept_clear is None else dilated(kept_clear, offsets)
+    cutting = scene.moves.corner_cutting and radius <= 0
+    strict = lane_bars is not None
+    if lane_bars is not None:
+        barred, cutting = lane_bars if barred is None else barred | lane_bars, False
+    return Shape(space, free_cells(scene.grid, radius), barred, offsets, EIGHT, cutting, radius, strict)

@@ -1,0 +1,184 @@
+"""World: where every body is and what it did in this tick, and which steps are legal.
+
+For every two bodies, always: never two in one cell, never a swap, never both diagonals of one 2x2 block in
+one tick. For bodies with a size the same is asked of their footprints: they never meet; not both does A now
+meet B's last place and B A's; and no cell of A's footprint crosses one of B's.
+
+Bodies move one after the other. One that has moved is met at its new place and remembered at its old; one
+that has yet to move is met where it is, so that staying is always legal for it. A swap of two obstacles
+therefore cannot come about (the first would have to enter a cell that the second still covers), and only
+crossing needs its own test among them. The robot moves last and is tested for all three.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from lampyris.model.traffic import Recorded
+from lampyris.sim.world.cell_index import Shape, Space, Step, passed
+from lampyris.typing import BoolGrid
+
+
+class World:
+    """Positions of the bodies and of the robot within one tick.
+
+    Attributes
+    ----------
+    taken : cell number -> the body that covers it now.
+    left : cell number -> the body that covered it before its step of this tick.
+    where, step, shapes : by body: its cell number, its last step (dx, dy), its shape.
+    robot : the robot's cell number; ``robot_cover`` its footprint there.
+    """
+
+    def __init__(self, space: Space, robot_shape: Shape, robot: int) -> None:
+        self.space = space
+        self.robot_shape = robot_shape
+        self.taken: dict[int, int] = {}
+        self.left: dict[int, int] = {}
+        self.where: list[int] = []
+        self.step: list[tuple[int, int]] = []
+        self.shapes: list[Shape] = []
+        self._moved: list[int] = []
+        self.put_robot(robot)
+
+    def put_robot(self, number: int) -> None:
+        """Stand the robot on a cell."""
+        self.robot = number
+        self.robot_cover = frozenset(self.robot_shape.cover(number))
+
+    def begin(self) -> None:
+        """Begin a tick: nobody has moved."""
+        self.left.clear()
+        for body in self._moved:
+            self.step[body] = (0, 0)
+        self._moved.clear()
+
+    def add(self, shape: Shape, number: int) -> int:
+        """A new body on a cell; its index."""
+        body = len(self.where)
+        self.where.append(number)
+        self.step.append((0, 0))
+        self.shapes.append(shape)
+        for c in shape.cover(number):
+            self.taken[c] = body
+        return body
+
+    def lane_bars(self, tracks: Sequence[Recorded], radius: float) -> BoolGrid | None:
+        """Where bodies of that radius (metres) may not be beside recorded tracks, besides on them; bool,
+        (height, width), or None. In ticks: nowhere.
+        """
+        return None
+
+    # ---- obstacles --------------------
+
+    def may_step(self, body: int, step: Step, yields: bool) -> bool:
+        """Whether an obstacle may make this step now, as far as others (with the robot, if it yields) go."""
+        to, dx, dy = step
+        shape = self.shapes[body]
+        taken = self.taken
+        for c in shape.cover(to):
+            if taken.get(c, body) != body or (yields and c in self.robot_cover):
+                return False
+        return not (dx and dy and self.left and self._crosses(shape.cover(self.where[body]), dx, dy))
+
+    def options(self, body: int) -> list[Step]:
+        """Every step a yielding obstacle may make now, staying left out."""
+        at = self.where[body]
+        shape = self.shapes[body]
+        if not shape.small:
+            return [s for s in shape.steps(at) if self.may_step(body, s, True)]
+        # The same for a body of one cell, without the calls: this is the inner loop of a crowd.
+        taken, robot, cover = self.taken, self.robot_cover, (at,)
+        return [
+            s
+            for s in shape.steps(at)
+            if s[0] not in taken
+            and s[0] not in robot
+            and not (s[1] and s[2] and self._crosses(cover, s[1], s[2]))
+        ]
+
+    def move(self, body: int, step: Step) -> None:
+        """Make a legal step."""
+        to, dx, dy = step
+        shape = self.shapes[body]
+        for c in shape.cover(self.where[body]):
+            del self.taken[c]
+            self.left[c] = body
+        for c in shape.cover(to):
+            self.taken[c] = body
+        self.where[body] = to
+        self.step[body] = (dx, dy)
+        self._moved.append(body)
+
+    def move_together(self, moves: Iterable[tuple[int, Step]]) -> None:
+        """Make steps of several bodies at one instant: each may enter what another leaves."""
+        moves = list(moves)
+        for body, _ in moves:
+            for c in self.shapes[body].cover(self.where[body]):
+                del self.taken[c]
+                self.left[c] = body
+        for body, (to, dx, dy) in moves:
+            for c in self.shapes[body].cover(to):
+                self.taken[c] = body
+            self.where[body] = to
+            self.step[body] = (dx, dy)
+            self._moved.append(body)
+
+    def room(self, shape: Shape) -> BoolGrid:
+        """Where a body of that shape could be put now without meeting anybody; bool, (height, width)."""
+        mask = shape.open.copy()
+        height, width = mask.shape
+        taken = (*self.taken, *self.robot_cover)  # bits: each takes its own cell away
+        xy = np.array([self.space.cell(c) for c in taken], dtype=np.int64)
+        for dx, dy in shape.offsets:
+            x, y = xy[:, 0] - dx, xy[:, 1] - dy
+            inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+            mask[y[inside], x[inside]] = False
+        return mask
+
+    def fits(self, shape: Shape, number: int) -> bool:
+        """Whether a body of that shape could be put on this cell now without meeting anybody."""
+        return not any(c in self.taken or c in self.robot_cover for c in shape.cover(number))
+
+    # ---- the robot --------------------
+
+    def robot_is_met(self) -> bool:
+        """Whether an obstacle has come to cover a cell of the robot's."""
+        return any(c in self.taken for c in self.robot_cover)
+
+    def robot_steps(self) -> list[Step]:
+        """Every step that walls allow the robot from where it stands."""
+        return list(self.robot_shape.steps(self.robot))
+
+    def robot_may(self, step: Step) -> bool:
+        """Whether the robot may make this step now: nobody there, no swap, no crossing."""
+        to, dx, dy = step
+        taken, left = self.taken, self.left
+        new = self.robot_shape.cover(to)
+        if any(c in taken for c in new):
+            return False
+        for c in new:
+            body = left.get(c)
+            if body is not None and any(taken.get(o) == body for o in self.robot_cover):
+                return False
+        if abs(dx) == 2 or abs(dy) == 2:
+            # A knight's step sweeps over two more cells within the tick: nobody may be there or have been
+            # there.
+            beside = [self.robot + sy * self.space.stride + sx for sx, sy in passed(dx, dy)]
+            return not any(c in taken or c in left for b in beside for c in self.robot_shape.cover(b))
+        return not (dx and dy and left and self._crosses(self.robot_cover, dx, dy))
+
+    def _crosses(self, cover: Iterable[int], dx: int, dy: int) -> bool:
+        """Whether a diagonal step of these cells crosses a diagonal that somebody has driven in this tick."""
+        left, step = self.left, self.step
+        row = dy * self.space.stride
+        for c in cover:
+            body = left.get(c + dx)
+            if body is not None and step[body] == (-dx, dy):
+                return True
+            body = left.get(c + row)
+            if body is not None and step[body] == (dx, -dy):
+                return True
+        return False

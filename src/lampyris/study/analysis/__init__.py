@@ -1,0 +1,1 @@
+"""The analysis of a study: summaries, intervals, comparisons, exports."""

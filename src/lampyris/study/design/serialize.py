@@ -1,0 +1,241 @@
+"""Plain: a study as JSON holds it, to be kept beside its results and compared with what a later call asks.
+
+Maps stand in it by the hash of their cells; the cells themselves are packed by :mod:`lampyris.study.design.study_map`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NoReturn, get_args
+
+from lampyris import __version__
+from lampyris.errors import FileError, SettingError
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.text.strict_yaml import shown
+from lampyris.model.grid import Grid
+from lampyris.study.design.study import RESULTS, Crowd, Ground, Kind, Study, Who, World, canonical
+from lampyris.typing import Cell
+
+FORMAT = 1
+CALLED = "called"
+"""Where the words stand that decide nothing: names, labels, what the study is about."""
+_NONE = type(None)
+_SAME: Mapping[str, tuple[type, ...]] = {
+    "kind": (str,), "moves": (str,), "robot": (dict,), "expansions": (int, _NONE),
+    "seconds": (float, int, _NONE), "ticks": (int, _NONE), "patience": (int, _NONE), "drive": (dict,),
+    "root": (int,), "memory": (bool,),
+}  # fmt: skip
+"""Fields of a study that are plain data already, with their types."""
+_CROWD: Mapping[str, tuple[type, ...]] = {
+    "kind": (str,), "count": (int,), "rate": (float, int, _NONE), "radius": (float, int), "tracks": (str,),
+}  # fmt: skip
+
+
+def study_plain(study: Study) -> dict[str, Any]:
+    """All of a study but the cells of its maps; what JSON makes of it and back is the same."""
+    grounds = list(study.grounds.values())
+    number = {ground.hash: k for k, ground in enumerate(grounds)}
+    return {
+        "format": FORMAT,
+        "version": [__version__, RESULTS],
+        **{key: _copied(getattr(study, key)) for key in _SAME},
+        "maps": [{"hash": g.hash, "resolution": g.grid.resolution} for g in grounds],
+        "worlds": [
+            {
+                "map": number[w.ground.hash], "start": list(w.start), "goal": list(w.goal),
+                "published": w.published,
+            }
+            for w in study.worlds
+        ],
+        "planners": [_who(w) for w in study.planners],
+        "laws": [_who(w) for w in study.laws],
+        "crowds": [c.plain for c in study.crowds],
+        "seeds": list(study.seeds),
+        CALLED: {
+            "name": study.name,
+            "about": study.about,
+            "maps": [g.name for g in grounds],
+            "planners": [w.label for w in study.planners],
+            "laws": [w.label for w in study.laws],
+        },
+    }  # fmt: skip
+
+
+def study_of(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
+    """The study that :func:`study_plain` made plain: the same jobs, with the same keys and labels.
+
+    Parameters
+    ----------
+    plain : plain data.
+    grounds : the maps by hash.
+
+    Raises
+    ------
+    FileError : STUDY_VERSION: written by another release, in which the same jobs have other keys;
+        STUDY_PLAIN: not such data; STUDY_MAP: a map is missing, or is another one.
+    """
+    try:
+        version = [plain["version"][0], plain["version"][1]]
+        if plain["format"] != FORMAT or version != [__version__, RESULTS]:
+            raise FileError(
+                "STUDY_VERSION",
+                f"made by lampyris {version[0]}, results {version[1]}",
+                where="study",
+                allowed=f"lampyris {__version__}, results {RESULTS}",
+                todo="read it with that release, or run the study again",
+            )
+        return _study(plain, grounds)
+    except SettingError:
+        raise
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as problem:
+        what = f"{type(problem).__name__} ({str(problem)[:60]})"
+        raise FileError("STUDY_PLAIN", what, where="study", allowed="a study made plain") from None
+
+
+def demand_same(there: Mapping[str, Any], study: Study, where: str) -> None:
+    """Refuse a store of another study.
+
+    Parameters
+    ----------
+    there : the store's study as plain data. where : the store.
+
+    Raises
+    ------
+    FileError : STORE_OTHER, with the first field that differs.
+    """
+    found = differing(there, study_plain(study))
+    if found:
+        what = f"made for another study, which differs in {found}"
+        raise FileError("STORE_OTHER", what, where=where, todo="give another one: store=FILE")
+
+
+def differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """Dotted name and both values of the first field in which two plain studies differ; empty if in none.
+
+    Names and labels do not count (see :data:`CALLED`): they decide nothing. A whole number and a fraction of
+    the same value differ, as keys of jobs do.
+    """
+    return _differing(
+        {k: v for k, v in old.items() if k != CALLED}, {k: v for k, v in new.items() if k != CALLED}, ""
+    )
+
+
+def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
+    called = plain[CALLED]
+    maps = [_ground(one, name, grounds) for one, name in zip(plain["maps"], called["maps"], strict=True)]
+    planners, laws = (
+        tuple(_who_of(one, label) for one, label in zip(plain[key], called[key], strict=True))
+        for key in ("planners", "laws")
+    )
+    for key in ("worlds", "planners", "laws", "crowds", "seeds"):
+        if not plain[key]:  # a study of no runs: nothing of ours writes it, and nothing can be said of it
+            raise ValueError(f"no {key}")
+    same = {key: _typed(plain[key], *kinds) for key, kinds in _SAME.items()}
+    if same["kind"] not in get_args(Kind):
+        raise ValueError(same["kind"])
+    study = Study(
+        name=_typed(called["name"], str),
+        about=_typed(called["about"], str),
+        worlds=tuple(_world(one, maps) for one in plain["worlds"]),
+        planners=planners,
+        laws=laws,
+        crowds=tuple(
+            Crowd(**{key: _typed(one[key], *kinds) for key, kinds in _CROWD.items()})
+            for one in plain["crowds"]
+        ),
+        seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),
+        **same,
+    )
+    _each_once(study)
+    return study
+
+
+def _each_once(study: Study) -> None:
+    """Refuse a study that has something twice: jobs would have the same key."""
+    whats: dict[str, list[Any]] = {
+        "world": [(w.ground.hash, w.start, w.goal) for w in study.worlds],
+        "planner": [canonical([w.name, dict(w.settings), w.origin]) for w in study.planners],
+        "law": [canonical([w.name, dict(w.settings)]) for w in study.laws],
+        "crowd": [canonical(c.plain) for c in study.crowds],
+        "seed": list(study.seeds),
+    }
+    for name, keys in whats.items():
+        if len(set(keys)) < len(keys):
+            raise ValueError(f"a {name} twice")
+
+
+def _typed(value: Any, *kinds: type) -> Any:
+    """The value, if it is of one of these types; true and false are no numbers."""
+    if type(value) not in kinds:
+        raise TypeError(f"a {type(value).__name__}")
+    return value
+
+
+def _who_of(said: Mapping[str, Any], label: str) -> Who:
+    name, settings, origin = said["name"], said["settings"], said["origin"]
+    return Who(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
+
+
+def _world(said: Mapping[str, Any], maps: list[Ground]) -> World:
+    number = _typed(said["map"], int)
+    if not 0 <= number < len(maps):
+        raise IndexError(f"map {number}")
+    ground = maps[number]
+    start, goal = _cell(said["start"], ground), _cell(said["goal"], ground)
+    return World(ground, start, goal, _typed(said["published"], float, int, _NONE))
+
+
+def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> Ground:
+    _typed(name, str)
+    hash_, grid = said["hash"], grounds.get(said["hash"])
+    if grid is None:
+        _refuse_map(name, "is missing")
+    if map_hash(grid) != hash_:
+        _refuse_map(name, "has other cells")
+    if grid.resolution != said["resolution"]:
+        _refuse_map(name, f"has {grid.resolution!r} metres a cell, not {said['resolution']!r}")
+    return Ground(name, grid, hash_)
+
+
+def _refuse_map(name: str, why: str) -> NoReturn:
+    raise FileError("STUDY_MAP", f"map {shown(name)} {why}", where="study", allowed="the study's own map")
+
+
+def _cell(pair: Any, ground: Ground) -> Cell:
+    x, y = pair
+    cell: Cell = (_typed(x, int), _typed(y, int))
+    if not ground.grid.contains(cell):
+        raise ValueError(f"{cell} is not on the map")
+    return cell
+
+
+def _who(who: Who) -> dict[str, Any]:
+    return {"name": who.name, "settings": dict(who.settings), "origin": who.origin}
+
+
+def _copied(value: Any) -> Any:
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def _differing(old: Any, new: Any, name: str) -> str:
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        for key in (*old, *(k for k in new if k not in old)):
+            inner = f"{name}.{key}" if name else str(key)
+            if key not in old or key not in new:
+                return f"{inner}: {_brief(old.get(key))} and {_brief(new.get(key))}"
+            if found := _differing(old[key], new[key], inner):
+                return found
+        return ""
+    if isinstance(old, list | tuple) and isinstance(new, list | tuple):
+        if len(old) != len(new):
+            return f"{name}: {_brief(old)} and {_brief(new)}"
+        pairs = enumerate(zip(old, new, strict=True))
+        return next((f for k, (a, b) in pairs if (f := _differing(a, b, f"{name}.{k}"))), "")
+    return "" if canonical(old) == canonical(new) else f"{name}: {_brief(old)} and {_brief(new)}"
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        short = shown(list(value))
+        return short if len(value) <= 8 and not short.endswith("...") else f"{len(value):,} values"
+    return "a table" if isinstance(value, Mapping) else shown(value)

@@ -1,0 +1,259 @@
+"""Design: what a study runs. It unfolds into jobs, each with a key that says all that decides its result.
+
+Every planner and every speed law meets the same worlds: the seed of a world comes from the map, the query,
+the traffic and the number of the seed, never from who plans. A job is plain data: it can cross to another
+process, or another machine, as JSON.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Literal, TypeAlias
+
+from lampyris import __version__
+from lampyris.model.grid import Grid
+from lampyris.typing import Cell
+
+RESULTS = 1
+"""Raised whenever the same job would give another result than before: part of every key."""
+
+Kind: TypeAlias = Literal["plan", "simulate", "drive"]
+"""What a run is: a plan with its speeds, a simulation in ticks, or a drive in continuous time."""
+
+Tracks: TypeAlias = Literal["replayed", "live"]
+"""``replayed``: where obstacles are is drawn once, without the robot, and is the same for everybody whatever
+anybody does. ``live``: the draws are the same, but obstacles yield to the robot (the dissertation's rule), so
+that from the first time that one waits for it their tracks are its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Who:
+    """A planner or a speed law with all its settings, none left to a default, and what a table calls it.
+
+    ``origin`` is the distribution and version that a planner of a guest comes from; empty for our own.
+    """
+
+    name: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    label: str = ""
+    origin: str = ""
+
+    @property
+    def called(self) -> str:
+        """What a table calls it."""
+        return self.label or self.name
+
+    @property
+    def starts_exact(self) -> bool:
+        """Whether it is a swarm planner of ours that starts from the exact shortest path."""
+        return not self.origin and self.settings.get("seeded") is True
+
+
+@dataclass(frozen=True, slots=True)
+class Crowd:
+    """What moves in a world.
+
+    Parameters
+    ----------
+    kind : ``none``, ``random-walk``, ``patrol``, ``crossing`` or ``mixed``.
+    count : how many.
+    rate : chance a tick that a random walker appears; None: all from the start.
+    radius : metres.
+    tracks : see :data:`Tracks`.
+    """
+
+    kind: str = "none"
+    count: int = 0
+    rate: float | None = None
+    radius: float = 0.0
+    tracks: Tracks = "replayed"
+
+    @property
+    def label(self) -> str:
+        """What a table calls it."""
+        if self.kind == "none" or not self.count:
+            return "none"
+        more = "" if self.rate is None else f", rate {self.rate:g}"
+        more += "" if not self.radius else f", radius {self.radius:g} m"
+        return f"{self.count} {self.kind}{more}{' (live)' if self.tracks == 'live' else ''}"
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return {
+            "kind": self.kind, "count": self.count, "rate": self.rate, "radius": self.radius,
+            "tracks": self.tracks,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """A map of a study.
+
+    Parameters
+    ----------
+    name : what tables call it; one name, one map within a study.
+    grid : its cells.
+    hash : of its cells (:func:`lampyris.io.maps.map_hash.map_hash`).
+    """
+
+    name: str
+    grid: Grid
+    hash: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """A query on a map; ``published`` is the optimal length that a benchmark states, if one does."""
+
+    ground: Ground
+    start: Cell
+    goal: Cell
+    published: float | None = None
+
+    @property
+    def query(self) -> str:
+        """What a table calls the query."""
+        return f"({self.start[0]}, {self.start[1]}) to ({self.goal[0]}, {self.goal[1]})"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Study:
+    """A whole study: ``worlds x crowds x seeds x planners x laws`` jobs, in that order.
+
+    Parameters
+    ----------
+    name, about : what it is called and what it asks, for people.
+    kind : of its runs.
+    worlds, planners, laws, crowds : see there; at least one of each.
+    seeds : numbers of the seeds, each once.
+    moves : the step set's name.
+    robot : every setting of :class:`lampyris.model.robot.Robot`.
+    expansions : budget of one call of a planner; None: no limit.
+    seconds : budget of one run (CPU). A study with it is marked: its results depend on the machine.
+    ticks, patience : of simulations; None: their defaults.
+    drive : settings of drives (:class:`lampyris.sim.continuous.settings.Settings`), complete; empty otherwise.
+    root : seed of the study.
+    memory : whether the peak of memory is measured, in a second run of each job.
+    notes : sentences for a person on what of its maps is left out; not kept in a store.
+    """
+
+    name: str
+    kind: Kind
+    worlds: tuple[World, ...]
+    planners: tuple[Who, ...]
+    laws: tuple[Who, ...]
+    crowds: tuple[Crowd, ...] = (Crowd(),)
+    seeds: tuple[int, ...] = (0,)
+    moves: str = "octile"
+    robot: Mapping[str, Any] = field(default_factory=dict)
+    expansions: int | None = None
+    seconds: float | None = None
+    ticks: int | None = None
+    patience: int | None = None
+    drive: Mapping[str, Any] = field(default_factory=dict)
+    root: int = 0
+    memory: bool = False
+    about: str = ""
+    notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def __len__(self) -> int:
+        return len(self.worlds) * len(self.crowds) * len(self.seeds) * len(self.planners) * len(self.laws)
+
+    @property
+    def grounds(self) -> Mapping[str, Ground]:
+        """Its maps by hash."""
+        return {world.ground.hash: world.ground for world in self.worlds}
+
+    def jobs(self) -> Iterator[Job]:
+        """Every job, in the order that its index says."""
+        index = 0
+        for world in self.worlds:
+            for crowd in self.crowds:
+                for number in self.seeds:
+                    seed = world_seed(self.root, world, crowd, number)
+                    for planner in self.planners:
+                        for law in self.laws:
+                            yield _job(self, index, world, crowd, number, seed, planner, law)
+                            index += 1
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One run.
+
+    Parameters
+    ----------
+    index : its place in the study.
+    key : SHA-256 of the canonical JSON of ``plain``, in hex: equal keys, equal results.
+    plain : all that decides the result, as JSON holds it. ``map`` is the hash of the map's cells.
+    labels : what tables group by, and the published length. Decides nothing.
+    """
+
+    index: int
+    key: str
+    plain: Mapping[str, Any]
+    labels: Mapping[str, Any]
+
+
+def world_seed(root: int, world: World, crowd: Crowd, number: int) -> int:
+    """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for whoever plans in it.
+
+    Live and replayed crowds are drawn alike: they begin in the same places.
+    """
+    drawn = {**crowd.plain, "tracks": "live"}
+    said = canonical([root, world.ground.hash, world.start, world.goal, drawn, number])
+    return int.from_bytes(hashlib.sha256(said).digest()[:8], "big") >> 1
+
+
+def canonical(value: Any) -> bytes:
+    """JSON with one spelling: keys sorted, no spaces, every digit of a number, nothing that is not finite."""
+    return json.dumps(
+        value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=True, default=_plain
+    ).encode("ascii")
+
+
+def _plain(value: Any) -> Any:
+    """A mapping that is not a dict; nothing else is guessed."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} is not plain data")
+
+
+def _job(
+    study: Study, index: int, world: World, crowd: Crowd, number: int, seed: int, planner: Who, law: Who
+) -> Job:
+    """One job of a study."""
+    plain = {
+        "version": [__version__, RESULTS],
+        "kind": study.kind,
+        "map": world.ground.hash,
+        "resolution": world.ground.grid.resolution,
+        "start": list(world.start),
+        "goal": list(world.goal),
+        "moves": study.moves,
+        "robot": dict(study.robot),
+        "crowd": crowd.plain,
+        "seed": seed,
+        "planner": {"name": planner.name, "settings": dict(planner.settings), "origin": planner.origin},
+        "law": {"name": law.name, "settings": dict(law.settings)},
+        "budget": {"expansions": study.expansions, "seconds": study.seconds},
+        "ticks": study.ticks,
+        "patience": study.patience,
+        "drive": dict(study.drive),
+    }
+    labels = {
+        "map": world.ground.name,
+        "query": world.query,
+        "crowd": crowd.label,
+        "seed": number,
+        "planner": planner.called,
+        "law": law.called,
+        "published": world.published,
+    }
+    key = hashlib.sha256(canonical(plain)).hexdigest()
+    return Job(index, key, MappingProxyType(plain), MappingProxyType(labels))

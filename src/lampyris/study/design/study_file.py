@@ -1,0 +1,242 @@
+"""Study files: read, checked, and unfolded into a study, every mistake told of at its place.
+
+YAML, or JSON where the name ends in ``.json``, read by the same machinery as scenario files.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lampyris._core.limits import MAX_CELLS
+from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
+from lampyris.io.scenario.scenario import PRESETS, read_document
+from lampyris.model.robot import Robot
+from lampyris.study.design import bundled
+from lampyris.study.design.study import Crowd, Kind, Study, World
+
+if TYPE_CHECKING:
+    from lampyris.io.maps.formats.document import MapDocument
+    from lampyris.io.scenario.validation_errors import Document
+    from lampyris.study.design.config import Made, Tried
+    from lampyris.study.design.schema import StudyFile
+
+MAX_JOBS = 10_000_000
+
+
+def load_study(
+    path: str | os.PathLike[str],
+    *,
+    data: str | os.PathLike[str] | None = None,
+    allow_outside: bool = False,
+    max_cells: int = MAX_CELLS,
+) -> Study:
+    """Read a study file, and the maps and queries that it names.
+
+    Parameters
+    ----------
+    path : the file, or the name of a ready study (:mod:`lampyris.study.design.bundled`) where no such file exists.
+    data : the folder that files are looked up in by their relative names; None: the study file's own. A ready
+        study has none of its own.
+    allow_outside : whether it may name files outside that folder; only for studies you trust.
+    max_cells : maps of more cells are refused.
+
+    Raises
+    ------
+    LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
+        LimitError: more than 10,000,000 jobs, told before anything is unfolded.
+    """
+    from lampyris.io.maps.formats.document import check_limit
+    from lampyris.io.scenario.map_source import Files
+
+    check_limit(max_cells)
+    of_kind("allow_outside", allow_outside, bool)
+    folder = None if data is None else file_name("data", data)
+    said, is_ready = _said(file_name("path", path))
+    file = _checked(said)
+    files = Files(said, allow_outside, max_cells, "study", folder)
+    return _study(said, file, files, folder is not None or not is_ready)
+
+
+def study_from(data: dict[str, Any], given: MapDocument, *, where: str = "study") -> Study:
+    """A study from plain data that is in no file; nothing that it names is opened.
+
+    Parameters
+    ----------
+    data : what a study file holds.
+    given : the map that all its entries of maps mean, whatever they say.
+    where : what to call it in messages, before the JSON pointer.
+
+    Raises
+    ------
+    LampyrisError : the first mistake; the others are its notes.
+    """
+    from lampyris.io.scenario.map_source import NoFiles
+    from lampyris.io.scenario.validation_errors import PlainDocument
+
+    said = PlainDocument(data, where)
+    return _study(said, _checked(said), NoFiles(said, MAX_CELLS, given, None), False)
+
+
+def _checked(said: Document) -> StudyFile:
+    """The file's tables, checked by their models."""
+    from pydantic import ValidationError
+
+    from lampyris.io.scenario.validation_errors import faults_of, raise_all
+    from lampyris.study.design.schema import StudyFile
+
+    try:
+        return StudyFile.model_validate(said.data)
+    except ValidationError as problem:
+        raise_all(faults_of(said, problem, StudyFile), problem.error_count())
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of study files."""
+    from lampyris.study.design import schema as form
+
+    return form.json_schema()
+
+
+def _said(name: str) -> tuple[Document, bool]:
+    """The file, and whether it is a ready one."""
+    from lampyris.io.text.strict_yaml import read_yaml
+    from lampyris.study.design.schema import VERSION
+
+    if name in bundled.names() and not os.path.isfile(name):
+        return read_yaml(bundled.text(name), f"{name}.yaml (ready)"), True
+    try:
+        return read_document(name, VERSION), False
+    except FileError as fault:
+        if fault.code == "FILE_MISSING":
+            fault.allowed = "a file, or a ready study: " + ", ".join(bundled.names())
+            fault.todo = did_you_mean(name, bundled.names())
+        raise
+
+
+def _study(said: Document, file: StudyFile, files: Any, has_folder: bool) -> Study:
+    from lampyris.study.design.config import Tried, crowds_of, laws_of, planners_of
+    from lampyris.study.design.worlds import Worlds
+
+    tried = Tried(said)
+    moves, law = PRESETS[file.preset]
+    moves = file.moves or moves
+    planners = planners_of(file.planners, tried)
+    laws = laws_of(file.laws, law, tried)
+    crowds = crowds_of(file.traffic, tried)
+    many = file.seeds if isinstance(file.seeds, int) else len(file.seeds)
+    if isinstance(file.seeds, list):
+        numbered: Made[int] = [(seed, ("seeds", k)) for k, seed in enumerate(file.seeds)]
+        tried.each_once(numbered, lambda seed: seed, "DUPLICATE", "the same seed a second time")
+    if tried.faults:
+        tried.faults.give()
+    sizes = {"seeds": many, "planners": len(planners), "laws": len(laws), "crowds": len(crowds)}
+    _check_size(said, {"queries": _least_queries(file), **sizes})
+    robot = Robot(**file.robot.model_dump())
+    kind = file.kind or ("simulate" if any(c.count for c, _ in crowds) else "plan")
+    _check_kind(file, kind, crowds, tried)
+    reader = Worlds(files, tried, robot, moves, file.seed, has_folder)
+    worlds = reader.of(file.maps)
+    _check_crowds(worlds, crowds, tried)
+    if tried.faults:
+        tried.faults.give()
+    _check_size(said, {"queries": len(worlds), **sizes})
+    return Study(
+        name=file.name or Path(said.where.removesuffix(" (ready)")).stem[:64],
+        kind=kind,
+        worlds=tuple(w for w, _ in worlds),
+        planners=tuple(w for w, _ in planners),
+        laws=tuple(w for w, _ in laws),
+        crowds=tuple(c for c, _ in crowds),
+        seeds=tuple(range(many)) if isinstance(file.seeds, int) else tuple(file.seeds),
+        moves=moves,
+        robot=asdict(robot),
+        expansions=None if file.budget is None else file.budget.expansions,
+        seconds=None if file.budget is None else file.budget.seconds,
+        ticks=file.ticks,
+        patience=file.patience,
+        drive=_drive(file) if kind == "drive" else {},
+        root=file.seed,
+        memory=file.memory,
+        about=" ".join(file.about.split()),
+        notes=tuple(reader.notes),
+    )
+
+
+def _least_queries(file: StudyFile) -> int:
+    """How many queries there will be at least, as far as that can be said before a map is read."""
+    from lampyris.study.design.schema import RandomTable
+
+    least = 0
+    for one in file.maps:
+        asked: Any = getattr(one, "queries", None)
+        many = (
+            asked.random if isinstance(asked, RandomTable) else len(asked) if isinstance(asked, list) else 1
+        )
+        limit = getattr(one, "limit", None)
+        least += many if limit is None else min(many, limit)
+    return least
+
+
+def _check_size(said: Document, sizes: dict[str, int]) -> None:
+    """Refuse a study of more jobs than anybody runs.
+
+    Raises
+    ------
+    LimitError : LIMIT, with what is multiplied.
+    """
+    jobs = 1
+    for many in sizes.values():
+        jobs *= many
+    if jobs > MAX_JOBS:
+        parts = " x ".join(f"{many:,} {what}" for what, many in sizes.items())
+        raise LimitError(
+            "LIMIT",
+            f"{jobs:,} runs or more: {parts}",
+            where=said.at(),
+            allowed=f"at most {MAX_JOBS:,}",
+            todo="take fewer seeds, values of grids or queries (`limit`)",
+        )
+
+
+def _check_kind(file: StudyFile, kind: Kind, crowds: Made[Crowd], tried: Tried) -> None:
+    """Settings of another kind of run would be left aside without a word."""
+    others = {"ticks": "simulate", "patience": "simulate", "drive": "drive"}
+    for key, its in others.items():
+        if getattr(file, key) is not None and kind != its:
+            tried.refuse((key,), FileError("KEY", f"`{key}` with kind {kind}", allowed=f"with kind {its}"))
+    if file.budget is not None and not file.budget.model_fields_set:
+        fault = FileError("BUDGET", "an empty table", allowed="expansions, seconds or both; null: no limit")
+        tried.refuse(("budget",), fault)
+    if kind == "plan":
+        for crowd, way in crowds:
+            if crowd.count and crowd.tracks == "live":
+                fault = FileError("TRACKS", "live tracks with kind plan", allowed="replayed")
+                tried.refuse((*way, "tracks"), fault)
+    if kind == "drive":
+        from lampyris.sim.continuous.settings import Settings
+
+        tried(("drive",), Settings.of, {} if file.drive is None else file.drive.model_dump())
+
+
+def _check_crowds(worlds: Made[World], crowds: Made[Crowd], tried: Tried) -> None:
+    """Obstacles that are too wide for a map."""
+    from lampyris.model.scene import check_obstacle
+    from lampyris.model.traffic import RandomWalk
+
+    grounds = {world.ground.hash: world.ground for world, _ in worlds}.values()
+    for crowd, way in crowds:
+        for ground in grounds:
+            wide, before = RandomWalk(crowd.count, None, crowd.radius), len(tried.faults)
+            tried(way, check_obstacle, ground.grid, 0, wide)
+            if len(tried.faults) > before:
+                break
+
+
+def _drive(file: StudyFile) -> dict[str, Any]:
+    """Every setting of a drive."""
+    from lampyris.sim.continuous.settings import Settings
+
+    return asdict(Settings.of({} if file.drive is None else file.drive.model_dump()))

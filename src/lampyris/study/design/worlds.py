@@ -1,0 +1,318 @@
+"""Worlds: maps of a study file with their queries, stored, listed, drawn, or of MovingAI benchmarks."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris import scen
+from lampyris._core import elementary
+from lampyris._core.cancellation import uninterrupted
+from lampyris.errors import FileError, LimitError, SceneError, plural
+from lampyris.io.maps.formats.document import MapDocument
+from lampyris.io.maps.formats.movingai import grid_for, read_scen
+from lampyris.io.maps.map_hash import map_hash
+from lampyris.io.scenario.map_source import Files
+from lampyris.io.scenario.schema import Point
+from lampyris.io.scenario.validation_errors import spot
+from lampyris.io.text.strict_yaml import Where, shown
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.planning.field.layers import free_cells
+from lampyris.study.design import schema as form
+from lampyris.study.design.config import Made, Tried
+from lampyris.study.design.study import Ground, World, canonical
+from lampyris.typing import BoolGrid, Cell
+
+T = TypeVar("T")
+_Read: TypeAlias = tuple[MapDocument, Ground, BoolGrid]
+MAX_ALL_CELLS = 2**27
+"""Cells of all maps of a study together: 128 MiB."""
+MAX_WORLDS = 1_000_000
+_FILES = 10_000
+"""Most ``.scen`` files of a folder."""
+_BATCH = 4096
+_BATCHES = 500
+
+
+class Worlds:
+    """Makes the worlds of a study file; what is wrong is kept by ``tried``.
+
+    Parameters
+    ----------
+    files : where the files are that it names.
+    tried : keeps what is wrong.
+    robot, moves : of the study.
+    root : its seed.
+    has_folder : whether there is a folder that names of files are relative to.
+    """
+
+    def __init__(
+        self, files: Files, tried: Tried, robot: Robot, moves: str, root: int, has_folder: bool
+    ) -> None:
+        self.notes: list[str] = []
+        self.files, self.tried, self.robot, self.moves, self.root = files, tried, robot, moves, root
+        self.has_folder = has_folder
+        self.made: Made[World] = []
+        self._names: dict[str, tuple[Ground, Where]] = {}
+        self._hashes: dict[str, str] = {}
+        self._read_maps: dict[bytes, _Read] = {}
+        self._cells = 0
+
+    def of(self, given: list[Any]) -> Made[World]:
+        """The worlds of all maps, in the order of the file, each once."""
+        for k, one in enumerate(given):
+            way: Where = ("maps", k)
+            if isinstance(one, form.ScenTable):
+                self.tried(way, self._benchmarks, one, way)
+            else:
+                self.tried(way, self._map, one, way)
+        same = "the same query a second time"
+        self.tried.each_once(self.made, lambda w: (w.ground.hash, w.start, w.goal), "DUPLICATE", same)
+        return self.made
+
+    # ---- one map --------------------
+
+    def _map(self, spec: Any, way: Where) -> None:
+        if isinstance(spec, form.StudyFileMap):
+            self._need_folder()
+        queries: Any = "stored" if isinstance(spec, str) else spec.queries
+        found, ground, free = self._read(spec, way)
+        pairs: list[tuple[Cell, Cell, Where]]
+        if isinstance(queries, form.RandomTable):
+            drawn = self._drawn(ground, free, queries)
+            pairs = [(start, goal, (*way, "queries")) for start, goal in drawn]
+        elif queries == "stored":
+            pairs = [(start, goal, way) for start, goal in _stored(found)]
+        else:
+            pairs = list(_listed(queries, ground.grid, (*way, "queries")))
+        for start, goal, at in spread(pairs, None if isinstance(spec, str) else spec.limit):
+            if self.tried(at, self._check, ground.grid, free, start, goal) is not None:
+                self._add(World(ground, start, goal), at)
+
+    def _read(self, spec: Any, way: Where) -> _Read:
+        """A map, its ground, and where the robot fits; maps that are said alike are read once.
+
+        A small file can name one large map a thousand times.
+        """
+        plain = spec if isinstance(spec, str) else spec.model_dump(mode="json", exclude={"queries", "limit"})
+        key = canonical(plain)
+        if key not in self._read_maps:
+            found, _ = self.files.map_of(spec, way)
+            name = (None if isinstance(spec, str) else spec.name) or found.grid.name
+            ground = self._ground(name, found.grid, way)
+            if found.bodies:
+                drawn = plural(len(found.bodies), "moving obstacle")
+                why = "the obstacles of a study are those under `traffic`"
+                self.notes.append(f"map {ground.name}: {drawn} drawn in it left out; {why}")
+            kept = MapDocument(ground.grid, found.start, found.goal, queries=found.queries)
+            self._read_maps[key] = (kept, ground, free_cells(ground.grid, self.robot.radius))
+        return self._read_maps[key]
+
+    def _check(self, grid: Grid, free: BoolGrid, start: Cell, goal: Cell) -> Scene:
+        """Whether a robot can stand on both ends."""
+        scene = Scene(grid, start, goal, self.moves, self.robot)  # type: ignore[arg-type]
+        for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):
+            if not free[y, x]:
+                why = "is blocked" if grid.blocked[y, x] else "is too near to a wall for the robot"
+                raise SceneError(
+                    f"{what.upper()}_OCCUPIED", f"{what} ({x}, {y}) {why}", allowed="a free cell"
+                )
+        return scene
+
+    def _add(self, world: World, way: Where) -> None:
+        if len(self.made) >= MAX_WORLDS:
+            raise LimitError("LIMIT", "too many queries", allowed=f"at most {MAX_WORLDS:,} in a study")
+        self.made.append((world, way))
+
+    def _ground(self, name: str, grid: Grid, way: Where) -> Ground:
+        """The map under its name; one that is known already, if it is the same."""
+        cells = map_hash(grid)
+        if name in self._names:
+            known, first = self._names[name]
+            if (known.hash, known.grid.resolution) == (cells, grid.resolution):
+                return known
+            raise FileError(
+                "MAP_NAME",
+                f"another map is called {shown(name)}, at {spot(self.tried.said, first)}",
+                allowed="one map of a name",
+                todo="give this one a `name`",
+            )
+        if cells in self._hashes:
+            other = self._hashes[cells]
+            first = self._names[other][1]
+            raise FileError(
+                "MAP_TWICE",
+                f"map {shown(name)} has the cells of {shown(other)}, at {spot(self.tried.said, first)}",
+                allowed="one name and one resolution for the same cells",
+                todo="give both the same `name` and resolution",
+            )
+        self._cells += grid.width * grid.height
+        if self._cells > MAX_ALL_CELLS:
+            what = f"{self._cells:,} cells up to this map"
+            raise LimitError("LIMIT", what, allowed=f"at most {MAX_ALL_CELLS:,} in all maps of a study")
+        ground = Ground(name, grid, cells)
+        self._names[name], self._hashes[cells] = (ground, way), name
+        return ground
+
+    def _need_folder(self) -> None:
+        if not self.has_folder:
+            raise FileError(
+                "FILE_MISSING",
+                "a ready study that needs files of yours",
+                todo="say in which folder they are with data=FOLDER",
+            )
+
+    def _drawn(self, ground: Ground, free: BoolGrid, asked: form.RandomTable) -> list[tuple[Cell, Cell]]:
+        """Different pairs of free cells with a way between them, by straight steps alone and so by any moves.
+
+        Evenly over all such pairs that are far enough from each other. More of them begin with the same ones.
+        """
+        with uninterrupted():
+            from scipy.ndimage import label  # bits: whole numbers in, whole numbers out
+
+        region, _ = label(free)
+        cells = np.flatnonzero(region)
+        cells = cells[np.argsort(region.ravel()[cells], kind="stable")]  # each region in one piece
+        # A start is drawn with the share of goals that its region has, so that every pair is as likely.
+        sizes = np.bincount(region.ravel())[1:]
+        if asked.random > (most := _most_pairs(region, sizes, asked.least)):
+            raise _too_few(ground, most, asked.random)
+        begins = np.cumsum(sizes) - sizes
+        shares = np.cumsum(np.square(sizes.astype(np.float64)))
+        seed = hashlib.sha256(canonical([self.root, "queries", ground.hash])).digest()
+        rng = np.random.Generator(np.random.PCG64(int.from_bytes(seed[:16], "big")))
+        # Pairs as one number each: most draws on a small map are of pairs that are there already.
+        found: dict[int, None] = {}
+        width, all_ = ground.grid.width, ground.grid.width * ground.grid.height
+        for _ in range(_BATCHES if cells.size else 0):
+            three = rng.random((_BATCH, 3))
+            which = np.searchsorted(shares, three[:, 0] * shares[-1], side="right").clip(max=len(sizes) - 1)
+            ends = cells[begins[which, None] + np.floor(three[:, 1:] * sizes[which, None]).astype(np.int64)]
+            y, x = np.divmod(ends, width)
+            apart = elementary.hypot(x[:, 0] - x[:, 1], y[:, 0] - y[:, 1])
+            good = ends[(apart >= asked.least) & (apart > 0)]
+            found.update(dict.fromkeys((good[:, 0] * all_ + good[:, 1]).tolist()))
+            if len(found) >= asked.random:
+                drawn = (divmod(pair, all_) for pair in islice(found, asked.random))
+                return [((a % width, a // width), (b % width, b // width)) for a, b in drawn]
+        raise _too_few(ground, len(found), asked.random)
+
+    # ---- MovingAI --------------------
+
+    def _benchmarks(self, spec: form.ScenTable, way: Where) -> None:
+        self._need_folder()
+        path = self.files.path(spec.scen, (*way, "scen"))
+        chosen = None if spec.map is None else self.files.path(spec.map, (*way, "map"))
+        seen: set[tuple[str, Cell, Cell]] = set()
+        for one in _scens(path):
+            found = scen.load(one, self._map_for(one, chosen, way), max_cells=self.files.max_cells)
+            # Published lengths are of octile moves, of a robot that fits wherever a cell is free.
+            compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
+            grounds: dict[bool, Ground] = {}
+            for query in spread(found.queries, spec.limit):
+                grid = grid_for(found.document, query.start)
+                wet = grid is not found.document.grid
+                if wet not in grounds:
+                    grounds[wet] = self._ground(f"{grid.name} (water)" if wet else grid.name, grid, way)
+                ground = grounds[wet]
+                # A few published files have a query twice: it is asked once.
+                key = (ground.hash, query.start, query.goal)
+                if key not in seen:
+                    seen.add(key)
+                    length = query.length if compared else None
+                    self._add(World(ground, query.start, query.goal, length), way)
+
+    def _map_for(self, one: str, chosen: str | None, way: Where) -> Path:
+        """The map of a ``.scen``: the one given, or of the folder given, or beside it; no link leads out."""
+        queries = read_scen(one)
+        if chosen is None or not queries:
+            found = scen.beside(one, queries) if queries else Path(one)
+        elif os.path.isdir(chosen):
+            stem = Path(chosen, re.sub(r"\.scen$", "", Path(one).name, flags=re.IGNORECASE))
+            found = stem if stem.is_file() else Path(chosen, re.split(r"[/\\]", queries[0].map)[-1])
+        else:
+            found = Path(chosen)
+        # Its name is known only now; what is named in the file itself was looked at before.
+        inside = Path(os.path.realpath(found)).is_relative_to(os.path.realpath(self.files.folder or "."))
+        if not (inside or self.files.allow_outside):
+            raise FileError(
+                "PATH_OUTSIDE",
+                f"map {shown(found.name)} is outside the study's folder",
+                where=spot(self.tried.said, way),
+                todo="put the file there, or give allow_outside=True if you trust the study",
+            )
+        return found
+
+
+def spread(items: Sequence[T], limit: int | None) -> list[T]:
+    """At most ``limit`` items: the first, the last, and evenly between."""
+    n = len(items)
+    if limit is None or n <= limit:
+        return list(items)
+    return [items[0]] if limit == 1 else [items[k * (n - 1) // (limit - 1)] for k in range(limit)]
+
+
+def _most_pairs(region: NDArray[np.integer[Any]], sizes: NDArray[np.integer[Any]], least: float) -> int:
+    """No more pairs than so many can be drawn: those of cells of one region, if it reaches far enough."""
+    with uninterrupted():
+        from scipy.ndimage import find_objects  # bits: whole numbers in, whole numbers out
+
+    most = 0
+    for (rows, columns), size in zip(find_objects(region), sizes.tolist(), strict=True):
+        reach = elementary.hypot(columns.stop - columns.start - 1, rows.stop - rows.start - 1)
+        most += size * (size - 1) if reach >= least else 0
+    return most
+
+
+def _too_few(ground: Ground, there: int, asked: int) -> FileError:
+    return FileError(
+        "QUERIES",
+        f"{there:,} of {asked:,} queries found on {shown(ground.name)}",
+        allowed="as many as the map has, not too far apart",
+    )
+
+
+def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:
+    if found.queries:
+        return [(q.start, q.goal) for q in found.queries]
+    if found.start is None or found.goal is None:
+        raise FileError(
+            "QUERIES",
+            f"map {shown(found.grid.name)} has no queries of its own",
+            allowed="queries: {random: N}, or a list of {start: [x, y], goal: [x, y]}",
+        )
+    return [(found.start, found.goal)]
+
+
+def _listed(queries: list[form.QueryTable], grid: Grid, way: Where) -> Iterator[tuple[Cell, Cell, Where]]:
+    for k, query in enumerate(queries):
+        start, goal = (
+            grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1])
+            for end in (query.start, query.goal)
+        )
+        yield start, goal, (*way, k)
+
+
+def _scens(path: str) -> list[str]:
+    """The files: one, or all of a folder, by name."""
+    if not os.path.isdir(path):
+        return [path]
+    try:
+        names = sorted(name for name in os.listdir(path) if name.lower().endswith(".scen"))
+    except OSError as problem:
+        raise FileError("FILE_READ", problem.strerror or "cannot be read", where=repr(path[:200])) from None
+    if not names:
+        raise FileError("FILE_MISSING", "no .scen file is in the folder", where=repr(path[:200]))
+    if len(names) > _FILES:
+        raise LimitError("LIMIT", f"{len(names):,} .scen files", where=path, allowed=f"at most {_FILES:,}")
+    return [os.path.join(path, name) for name in names]

@@ -1,0 +1,139 @@
+"""Evidence of drives: see :mod:`lampyris.study.execution.evidence`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.model.curve import Curve
+from lampyris.model.drive import Drive, Moment
+from lampyris.model.obstacles import Track
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome
+from lampyris.model.traffic import Body
+from lampyris.study.execution import evidence as e
+
+_FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
+    "leg": ("<i4", 1), "about": ("<i4", 1), "cause": ("<i2", 1), "pieces": ("<f8", 2), "ends": ("<f8", 2),
+    "piece_counts": ("<i4", 1), "stops": ("<i4", 1), "stop_counts": ("<i4", 1), "corners": ("<f8", 2),
+    "corner_counts": ("<i4", 1), "discs": ("<f8", 2), "kinds": ("<i2", 1), "moments": ("<f8", 2),
+    "moment_bodies": ("<i4", 1), "moment_words": ("<i2", 1),
+}  # fmt: skip
+
+
+def drive_evidence(drive: Drive) -> dict[str, Any]:
+    """A drive as plain data."""
+    words, cause = e.words(drive.cause)
+    told, moment_words = e.words([m.word for m in drive.moments])
+    kinds, kind = e.words([body.kind for body in drive.bodies])
+    curves, tracks = drive.curves, drive.tracks
+    pieces = [np.column_stack((c.xy, c.heading, c.lengths, c.curvature)) for c in curves]
+    corners = [np.column_stack((one.t, one.xy)) for one in tracks]
+    discs = [(t.radius, t.top_speed, b.radius) for t, b in zip(tracks, drive.bodies, strict=True)]
+    arrays: dict[str, NDArray[Any]] = {name: getattr(drive, name) for name in ("t", "s", "v", "a", "leg")}
+    arrays |= {
+        "about": drive.about,
+        "cause": cause,
+        "pieces": _rows(pieces, 6),
+        "piece_counts": _counts(pieces),
+        "ends": _rows([np.array([c.end]) for c in curves], 2),
+        "stops": np.concatenate([np.zeros(0, dtype=np.int64), *(c.stops for c in curves)]),
+        "stop_counts": _counts([c.stops for c in curves]),
+        "corners": _rows(corners, 3),
+        "corner_counts": _counts(corners),
+        "discs": np.array(discs, dtype=np.float64).reshape(-1, 3),
+        "kinds": kind,
+        "moments": np.array([(m.t, *m.xy) for m in drive.moments], dtype=np.float64).reshape(-1, 3),
+        "moment_bodies": np.array([m.body for m in drive.moments], dtype=np.int32),
+        "moment_words": moment_words,
+    }
+    return {
+        "kind": "drive",
+        "outcome": drive.outcome.value,
+        "words": words,
+        "told": told,
+        "kinds": kinds,
+        "period": float(drive.period),
+        "optimum": None if drive.optimum is None else float(drive.optimum),
+        "counts": [int(drive.replans), int(drive.expansions)],
+        "error": float(drive.error),
+        "notes": list(drive.notes),
+        "arrays": e.pack_arrays(arrays, _FORM),
+    }
+
+
+def drive_of(
+    plain: Any, scene: Scene, *, planner: str, law: str, seed: int, footprints: Mapping[float, Any]
+) -> Drive:
+    """The drive that is claimed.
+
+    Parameters
+    ----------
+    scene : where it was.
+    planner, law, seed : of the job.
+    footprints : of the obstacles of this world, by radius.
+
+    Raises
+    ------
+    FileError : ``EVIDENCE``. LimitError : ``EVIDENCE_SIZE``.
+    """
+
+    def read(plain: Mapping[str, Any]) -> Drive:
+        got = e.unpack_arrays(plain["arrays"], _FORM)
+        kinds = e.said(plain, got["kinds"], "kinds")
+        corners = _split(got["corners"], got["corner_counts"])
+        discs = got["discs"].tolist()
+        told = e.said(plain, got["moment_words"], "told")
+        moments = zip(got["moments"].tolist(), told, got["moment_bodies"].tolist(), strict=True)
+        replans, expansions = (e.whole(n, "counts") for n in plain["counts"])
+        return Drive(
+            scene=scene, planner=planner, law=law, seed=seed, outcome=Outcome(plain["outcome"]),
+            curves=_curves(got, scene.grid.resolution), t=got["t"], s=got["s"], v=got["v"], a=got["a"],
+            leg=got["leg"], cause=e.said(plain, got["cause"]), about=got["about"],
+            tracks=tuple(
+                Track(table[:, 0], table[:, 1:], radius, top)
+                for table, (radius, top, _) in zip(corners, discs, strict=True)
+            ),
+            bodies=tuple(
+                Body(kind, own, kind in ("random-walk", "patrol"), footprints.get(own, ((0, 0),)))
+                for kind, (_, _, own) in zip(kinds, discs, strict=True)
+            ),
+            moments=tuple(Moment(t, word, (x, y), "", body) for (t, x, y), word, body in moments),
+            period=e.number(plain["period"], "period"),
+            optimum=None if plain["optimum"] is None else e.number(plain["optimum"], "optimum"),
+            replans=replans, expansions=expansions, error=e.number(plain["error"], "error"),
+            notes=e.notes_of(plain),
+        )  # fmt: skip
+
+    return e.reading("drive", plain, read)
+
+
+def _curves(got: Mapping[str, NDArray[Any]], resolution: float) -> tuple[Curve, ...]:
+    parts = zip(
+        _split(got["pieces"], got["piece_counts"]),
+        got["ends"].tolist(),
+        _split(got["stops"], got["stop_counts"]),
+        strict=True,
+    )
+    return tuple(
+        Curve(p[:, 0:2], p[:, 2:4], p[:, 4], p[:, 5], (end[0], end[1]), resolution, stops)
+        for p, end, stops in parts
+    )
+
+
+def _rows(parts: Sequence[NDArray[Any]], columns: int) -> NDArray[Any]:
+    return np.concatenate([np.zeros((0, columns)), *parts])
+
+
+def _counts(parts: Sequence[NDArray[Any]]) -> NDArray[np.int32]:
+    return np.array([len(p) for p in parts], dtype=np.int32)
+
+
+def _split(whole: NDArray[Any], counts: NDArray[Any]) -> list[NDArray[Any]]:
+    told = counts.tolist()
+    if min(told, default=0) < 0 or sum(told) != len(whole):
+        raise e.wrong(f"{len(whole)} rows for {sum(told)}", "as many as are told")
+    return list(np.split(whole, np.cumsum(told)[:-1])) if told else []

@@ -1,0 +1,109 @@
+"""Tracks: the obstacles of a world drawn once, without the robot, the same for everybody.
+
+The traffic of the simulator itself moves them (:mod:`lampyris.sim.traffic.traffic`), with the world's seed, in a
+world where the robot stands on the start and never leaves it. That robot has no effect: nobody of our own
+making ever covers a cell that the robot covers at its start or goal, whether it is there or not, and nobody
+crosses the way of one that does not move. So nothing that a planner does is in these tracks, and one world
+has one set of them.
+
+In a run they are :class:`lampyris.model.traffic.Recorded`: they wait for nobody. A robot that stands in the
+way of one is hit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.errors import SettingError
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Body, RandomWalk, Recorded
+from lampyris.sim.grid.random_walkers import Strollers, alone
+from lampyris.sim.traffic.recorded import check_tracks
+from lampyris.sim.traffic.traffic import Crowd, open_traffic
+from lampyris.sim.world.cell_index import Space, body_shape, robot_shape
+from lampyris.sim.world.world import World
+from lampyris.typing import Cells
+
+AT_ONCE = 64
+"""Ticks drawn beyond those that were asked for: asking is a little more each time."""
+
+
+class Replay:
+    """The tracks of one world, drawn as far as they are asked for.
+
+    Parameters
+    ----------
+    scene : where, with its traffic as it is specified.
+    seed : of the world.
+
+    Attributes
+    ----------
+    bodies : what each obstacle is to a run: ``recorded``.
+
+    Raises
+    ------
+    SettingError : ``CROWD_RATE``: walkers that appear later; a recorded obstacle is there from tick 0.
+    SceneError, LimitError : obstacles that do not fit: see :func:`lampyris.sim.traffic.traffic.open_traffic`.
+    """
+
+    def __init__(self, scene: Scene, seed: int) -> None:
+        for spec in scene.traffic:
+            if isinstance(spec, RandomWalk) and spec.rate is not None:
+                raise SettingError(
+                    "CROWD_RATE",
+                    f"a rate of {spec.rate:g} with replayed tracks",
+                    allowed="tracks: live, or no rate: a replayed obstacle is there from tick 0",
+                )
+        self.scene = scene
+        self._space = Space(scene.grid)
+        world = World(self._space, robot_shape(scene, self._space), self._space.number(scene.start))
+        self._robot_cover = world.robot_cover
+        crowd = open_traffic(scene, world, seed)
+        self._advance: Callable[[int, int], NDArray[np.int64]]
+        self._advance = _by_kernel(crowd) if alone(scene) else _one_by_one(crowd)
+        self.bodies = tuple(Body("recorded", b.radius, False, b.footprint) for b in crowd.bodies)
+        self._cells = self._as_cells(np.array([world.where], dtype=np.int64))
+
+    def upto(self, ticks: int) -> Cells:
+        """Where everybody is from tick 0 to ``ticks``; int32 (ticks + 1, bodies, 2)."""
+        over = len(self._cells)
+        if ticks >= over:
+            more = self._as_cells(self._advance(over, ticks + AT_ONCE))
+            self._cells = np.concatenate((self._cells, more))
+        return self._cells[: ticks + 1]
+
+    def recorded(self, ticks: int) -> tuple[Recorded, ...]:
+        """The same as obstacles of a scene, checked once more as every recorded track is."""
+        at = self.upto(ticks).transpose(1, 0, 2).tolist()
+        made = tuple(
+            Recorded(tuple((x, y) for x, y in track), body.radius)
+            for track, body in zip(at, self.bodies, strict=True)
+        )
+        radii = dict.fromkeys(one.radius for one in made)
+        of_radius = {r: body_shape(self.scene, self._space, r, None) for r in radii}
+        shapes = [of_radius[one.radius] for one in made]
+        check_tracks(self._space, list(zip(range(len(made)), made, shapes, strict=True)), self._robot_cover)
+        return made
+
+    def _as_cells(self, numbers: NDArray[np.int64]) -> Cells:
+        y, x = np.divmod(numbers.reshape(-1, len(self.bodies)), self._space.stride)
+        return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)
+
+
+def _by_kernel(crowd: Crowd) -> Callable[[int, int], NDArray[np.int64]]:
+    strollers = Strollers(crowd)
+    return lambda first, end: strollers.go(end - first)
+
+
+def _one_by_one(crowd: Crowd) -> Callable[[int, int], NDArray[np.int64]]:
+    def advance(first: int, end: int) -> NDArray[np.int64]:
+        where = []
+        for tick in range(first, end):
+            crowd.advance(tick)
+            where.append(list(crowd.world.where))
+        return np.array(where, dtype=np.int64)
+
+    return advance

@@ -1,0 +1,274 @@
+"""Site: where a job takes place, made from its plain data. Worker and judge make the same from the same.
+
+What many jobs share is kept: the place (map, ends, moves, robot) with its exact field, and the world (a place
+with a crowd and a seed) with its traffic. Nothing kept changes a result.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Generic, TypeVar
+
+from lampyris.errors import InputError, LampyrisError
+from lampyris.model.field import Field
+from lampyris.model.grid import Grid
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Body, Traffic
+from lampyris.planning.field.layers import clearance, free_space, moves_for
+from lampyris.planning.field.solve import solve
+from lampyris.sim.continuous.settings import Settings
+from lampyris.sim.traffic.mobility import crowd
+from lampyris.sim.traffic.traffic import open_traffic
+from lampyris.sim.world.cell_index import Space, robot_shape
+from lampyris.sim.world.world import World as Bodies
+from lampyris.study.design.study import canonical
+from lampyris.study.execution.obstacle_tracks import Replay
+from lampyris.typing import Cell, FloatGrid
+
+CELLS_KEPT = 4_000_000
+"""Cells of the maps of all places that are kept, together; one is kept in any case."""
+
+WORLD = 100_000
+"""Cells that a world counts as at least: its tracks take memory, however small its map is."""
+
+MAX_TICKS = 20_000
+"""Of the tracks of a drive."""
+
+_T = TypeVar("_T")
+
+
+class Kept(Generic[_T]):
+    """The last few of something that is dear to make, by key.
+
+    Parameters
+    ----------
+    room : how much is kept, in the unit of the weights; the newest in any case.
+    """
+
+    def __init__(self, room: int) -> None:
+        self._room, self._filled = room, 0
+        self._all: OrderedDict[Hashable, tuple[int, _T]] = OrderedDict()
+
+    def get(self, key: Hashable, make: Callable[[], _T], weight: int = 1) -> _T:
+        """The one of that key, made if it is not there."""
+        found = self._all.get(key)
+        if found is not None:
+            self._all.move_to_end(key)
+            return found[1]
+        made = make()
+        self._all[key] = (weight, made)
+        self._filled += weight
+        while self._filled > self._room and len(self._all) > 1:
+            self._filled -= self._all.popitem(last=False)[1][0]
+        return made
+
+    def clear(self) -> None:
+        """Keep nothing."""
+        self._all.clear()
+        self._filled = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A map, two ends, moves and a robot; what is known of them is worked out when it is asked for."""
+
+    scene: Scene
+
+    @cached_property
+    def field(self) -> Field:
+        """The exact cost to the goal of every cell, as the map is given."""
+        scene = self.scene
+        return solve(free_space(scene), moves_for(scene), scene.goal, terrain=scene.grid.terrain)
+
+    @cached_property
+    def to_go(self) -> FloatGrid:
+        """The same in cells, infinity where there is no way."""
+        return self.field.cost
+
+    @cached_property
+    def clearance(self) -> FloatGrid:
+        """Metres from each cell's centre to the nearest wall."""
+        return clearance(self.scene.grid)
+
+    @property
+    def optimal_exact(self) -> int | None:
+        """Exact cost of the best way; None: there is none."""
+        x, y = self.scene.start
+        exact = int(self.field.exact[y, x])
+        return exact if exact >= 0 and free_space(self.scene)[y, x] else None
+
+    @property
+    def optimal(self) -> float | None:
+        """The same in cells."""
+        exact = self.optimal_exact
+        return None if exact is None else moves_for(self.scene).value(exact)
+
+    @cached_property
+    def last_tick(self) -> int:
+        """The last tick of a simulation that was not told one: the same for whoever plans.
+
+        Ten times (height + width), and four times the cost of the best way on top, in cells. The loop's own
+        takes the planner's first way instead, and would give one who starts badly more time.
+        """
+        grid = self.scene.grid
+        return 10 * (grid.height + grid.width) + 4 * self.far
+
+    @property
+    def far(self) -> int:
+        """The cost of the best way in whole cells, 0 if there is none."""
+        return math.ceil(self.optimal or 0.0)
+
+
+@dataclass(frozen=True)
+class Opened:
+    """Obstacles at tick 0: what they are, the cells they stand on, and those that may come later."""
+
+    bodies: tuple[Body, ...]
+    places: tuple[Cell, ...]
+    to_come: tuple[Body, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """A place with what moves there.
+
+    Parameters
+    ----------
+    place : where.
+    scene : the same with the crowd as it is specified; without it where an end is blocked: then that is the
+        answer, and whether the obstacles would have fitted is no question.
+    seed : of all that is drawn.
+    replayed : whether obstacles follow tracks drawn beforehand.
+    """
+
+    place: Place
+    scene: Scene
+    seed: int
+    replayed: bool
+    _among: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def replay(self) -> Replay:
+        """The tracks, for a world whose tracks are replayed."""
+        return Replay(self.scene, self.seed)
+
+    @cached_property
+    def opened(self) -> Opened:
+        """The obstacles as they begin, for a world in which they are live.
+
+        Raises
+        ------
+        SceneError, LimitError : they do not fit: see :func:`lampyris.sim.traffic.traffic.open_traffic`.
+        """
+        scene = self.scene
+        space = Space(scene.grid)
+        world = Bodies(space, robot_shape(scene, space), space.number(scene.start))
+        crowd = open_traffic(scene, world, self.seed)
+        rest = [
+            Body("random-walk", walkers.spec.radius, True, walkers.shape.offsets)
+            for walkers in crowd.walkers
+            for _ in range(walkers.spec.count - len(walkers.own))
+        ]
+        return Opened(tuple(crowd.bodies), tuple(map(space.cell, world.where)), tuple(rest))
+
+    def last_tick(self, asked: int | None) -> int:
+        """The last tick of a simulation."""
+        return self.place.last_tick if asked is None else asked
+
+    def drive_ticks(self, settings: Settings) -> int:
+        """Ticks of tracks for a drive: as many as pass until its time limit.
+
+        Without one: until twenty times the time that the best way takes at the obstacles' speed, and two
+        minutes. A drive that is not over then meets obstacles that stand where they were last.
+        """
+        one, robot, cell = settings, self.scene.robot, self.scene.grid.resolution
+        speed = robot.v_max if one.obstacle_speed is None else one.obstacle_speed
+        seconds = one.time_limit
+        if seconds is None:
+            seconds = 120.0 + 20.0 * self.place.far * cell / min(speed, robot.v_max)
+        return min(math.ceil(seconds * speed / cell) + 1, MAX_TICKS)
+
+    def among(self, ticks: int) -> Scene:
+        """The scene with the tracks up to a tick; that of the last tick asked for is kept."""
+        if self._among.get("ticks") != ticks:
+            self._among.update(ticks=ticks, scene=replace(self.scene, traffic=self.replay.recorded(ticks)))
+        scene: Scene = self._among["scene"]
+        return scene
+
+
+_places: Kept[Place] = Kept(CELLS_KEPT)
+_worlds: Kept[World] = Kept(CELLS_KEPT)
+
+
+def place_of(plain: Mapping[str, Any], grid: Grid) -> Place:
+    """The place of a job.
+
+    Raises
+    ------
+    InputError : ``JOB``: it does not say what a job must say.
+    LampyrisError : ends, moves or a robot that cannot be.
+    """
+    said = _said(plain, "map", "resolution", "start", "goal", "moves", "robot")
+    return _places.get(said, lambda: _place(plain, grid), grid.blocked.size)
+
+
+def world_of(plain: Mapping[str, Any], grid: Grid) -> World:
+    """The world of a job.
+
+    Raises
+    ------
+    InputError : ``JOB``.
+    LampyrisError : as :func:`place_of`; a crowd that cannot be.
+    """
+    said = _said(plain, "map", "resolution", "start", "goal", "moves", "robot", "crowd", "seed")
+    return _worlds.get(said, lambda: _world(plain, grid), max(grid.blocked.size, WORLD))
+
+
+def forget() -> None:
+    """Keep nothing: for measuring memory."""
+    _places.clear()
+    _worlds.clear()
+
+
+def _said(plain: Mapping[str, Any], *names: str) -> bytes:
+    try:
+        return canonical([plain[name] for name in names])
+    except (KeyError, TypeError, ValueError) as wrong:
+        raise not_a_job(wrong) from None
+
+
+def not_a_job(wrong: Exception) -> InputError:
+    """What is said of a job that is none."""
+    return InputError("JOB", f"{type(wrong).__name__}: {wrong}", where="job", allowed="a job of a study")
+
+
+def _place(plain: Mapping[str, Any], grid: Grid) -> Place:
+    try:
+        robot = Robot(**plain["robot"])
+        scene = Scene(grid, plain["start"], plain["goal"], moves=plain["moves"], robot=robot)
+    except LampyrisError:
+        raise
+    except (KeyError, TypeError, ValueError) as wrong:
+        raise not_a_job(wrong) from None
+    return Place(scene)
+
+
+def _world(plain: Mapping[str, Any], grid: Grid) -> World:
+    place = place_of(plain, grid)
+    scene, who, seed = place.scene, plain["crowd"], plain["seed"]
+    free = free_space(scene)
+    made: tuple[Traffic, ...] = ()
+    try:
+        if all(free[y, x] for x, y in (scene.start, scene.goal)):
+            how = {"rate": who["rate"], "radius": who["radius"], "fit": scene}
+            made = crowd(who["kind"], who["count"], grid, seed, **how)
+        return World(place, replace(scene, traffic=made), seed, bool(made) and who["tracks"] == "replayed")
+    except LampyrisError:
+        raise
+    except (KeyError, TypeError, ValueError) as wrong:
+        raise not_a_job(wrong) from None

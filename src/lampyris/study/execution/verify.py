@@ -1,0 +1,288 @@
+"""Judge: a worker's word becomes a row, or is refused.
+
+A worker may be on another machine, and may be wrong. What it sends is a claim: the judge puts it on a scene
+of its own, has the referee look at it by other means than those that made it, compares what it can know
+itself (where the obstacles of this world are, what the best way costs, how many ticks there are), and
+measures what is left. Nothing that is stored was measured by a worker, but seconds and bytes.
+
+What it cannot see: counts that leave no trace (expansions, iterations, flips), notes of the planner, speeds
+of a simulation that are within the law's range, whether a planner that may miss a way really has missed it,
+and whether a run that is said to have failed could not have succeeded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris import referee
+from lampyris.errors import LampyrisError
+from lampyris.model.plan import Status
+from lampyris.model.robot import LEAST
+from lampyris.model.trace import Outcome, Trace
+from lampyris.model.traffic import Body
+from lampyris.motion.laws import registry as laws
+from lampyris.motion.laws.physical import PhysicalLaw
+from lampyris.planning import registry
+from lampyris.referee.verdict import Violation
+from lampyris.report.data.measures import Known, Metrics, drive_metrics, plan_metrics, trace_metrics
+from lampyris.sim.continuous.settings import Settings
+from lampyris.sim.traffic.continuous_traffic import DIAGONAL
+from lampyris.study.design.row import Ending, Row
+from lampyris.study.design.study import Ground, Job
+from lampyris.study.execution.drive_evidence import drive_of
+from lampyris.study.execution.evidence import plan_of, trace_of
+from lampyris.study.execution.site import Place, World, world_of
+
+MAX_WORDS = 500
+TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
+"""What of a worker's word on seconds and bytes is kept."""
+
+
+class Lie(Exception):
+    """What is wrong with a worker's word."""
+
+
+class Judge:
+    """The judge of a study's results."""
+
+    def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+        """The row of a job.
+
+        Parameters
+        ----------
+        job : what was asked.
+        result : one of the results of :func:`lampyris.study.execution.worker.work`; anything at all is borne.
+        ground : the job's map.
+
+        Returns
+        -------
+        Row : ``failed`` with ``REFEREE`` and why, where the result does not stand.
+        """
+        try:
+            ending, error = _ending(job, result)
+            timing = _timing(result)
+            if ending != "done":
+                return Row(job.key, ending, {}, timing, error)
+            return Row(job.key, "done", self._measured(job, result["evidence"], ground), timing)
+        except Lie as lie:
+            return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {lie}"))
+        except LampyrisError as wrong:
+            words = str(wrong).removeprefix("error")
+            return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {words}"))
+        except (ArithmeticError, LookupError, TypeError, ValueError) as wrong:
+            # Claims of the right form that no noun was made for, such as a cost of 0 where there is a way.
+            what = f"cannot be judged: {type(wrong).__name__}: {wrong}"
+            return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {what}"))
+
+    def _measured(self, job: Job, evidence: Any, ground: Ground) -> Metrics:
+        plain = job.plain
+        world = world_of(plain, ground.grid)
+        measure = {"plan": _plan, "simulate": _simulated, "drive": _driven}[plain["kind"]]
+        return measure(plain, evidence, world, job.labels.get("published"))
+
+
+def known(place: Place) -> Known:
+    """What is known of a place before anybody plans."""
+    return Known(place.optimal_exact, place.to_go, place.clearance)
+
+
+# ---- what a result is --------------------
+
+
+_ENDINGS: Mapping[Any, Ending] = {word: word for word in get_args(Ending)}
+
+
+def _ending(job: Job, result: Any) -> tuple[Ending, str]:
+    if not isinstance(result, Mapping):
+        raise Lie(f"a {type(result).__name__} is no result")
+    if result.get("key") != job.key:
+        raise Lie(f"the result is of another job, {str(result.get('key'))[:64]!r}")
+    told, error = result.get("ending"), result.get("error")
+    if not isinstance(told, str) or told not in _ENDINGS:
+        raise Lie(f"{str(told)[:64]!r} is no ending")
+    ending = _ENDINGS[told]
+    if ending == "timeout" and job.plain["budget"]["seconds"] is None:
+        raise Lie("a timeout without a budget in seconds")
+    return ending, _line(error if isinstance(error, str) else "")
+
+
+def _timing(result: Mapping[str, Any]) -> dict[str, float]:
+    told = result.get("timing")
+    if not isinstance(told, Mapping):
+        raise Lie("no timing")
+    out: dict[str, float] = {}
+    for name in TIMING:
+        value = told.get(name)
+        if value is None:
+            continue
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            raise Lie(f"{name} of {value!r}")
+        if not (math.isfinite(value) and value >= 0):
+            raise Lie(f"{name} of {value!r}")
+        out[name] = value
+    return out
+
+
+def _line(text: str) -> str:
+    told = "".join(c if c.isprintable() else "?" for c in text)
+    return told if len(told) <= MAX_WORDS else f"{told[: MAX_WORDS - 4]} ..."
+
+
+def _demand(broken: Violation | None) -> None:
+    if broken is not None:
+        raise Lie(f"{broken.rule} at {broken.where}: {broken.sentence}")
+
+
+def _refuse(what: str) -> NoReturn:
+    raise Lie(what)
+
+
+# ---- the three kinds --------------------
+
+
+def _plan(plain: Mapping[str, Any], evidence: Any, world: World, published: float | None) -> Metrics:
+    place = world.place
+    plan, profile = plan_of(evidence, place.scene, plain["planner"]["name"])
+    scene = place.scene
+    if plan.schedule is not None and world.replayed:
+        scene = world.among(world.last_tick(plain["ticks"]))
+    best = place.optimal_exact
+    if plan.optimal_exact is not None and plan.optimal_exact != best:
+        _refuse(f"claims the optimal cost {plan.optimal_exact}; it is {best}")
+    _demand(referee.check_plan(plan, scene))
+    if plan.path is not None and (best is None or plan.path.exact < best):
+        _refuse(f"a way of cost {plan.path.exact}; the best costs {best}")
+    if plan.status is Status.NO_PATH and best is not None and _settles(plain):
+        _refuse(f"no-path by a planner that misses none; there is a way of cost {best}")
+    if (plan.path is None) != (profile is None):
+        _refuse("a way without speeds, or speeds without a way")
+    if profile is not None and plan.path is not None:
+        law = _law(plain)
+        if profile.law != plain["law"]["name"] or profile.units != laws.named(profile.law).units:
+            _refuse(f"speeds of the law {profile.law!r} in {profile.units!r}")
+        ours = law if isinstance(law, PhysicalLaw) else PhysicalLaw()
+        creep = getattr(law, "creep", ours.creep) if ours.clearance else 1.0
+        slowest = None if ours == PhysicalLaw(creep=ours.creep) else LEAST
+        found = referee.check_profile(
+            profile, plan.path, place.scene, creep=creep, slowest=slowest, corners=ours.curvature, stops=True
+        )
+        _demand(found)
+    return plan_metrics(plan, place.scene, known(place), profile, published)
+
+
+def _settles(plain: Mapping[str, Any]) -> bool:
+    """Whether a ``no-path`` of this planner must be true: it is optimal on every map.
+
+    One that sees traffic may find every way closed by the tracks it was told of.
+    """
+    traits = registry.planner_class(plain["planner"]["name"]).traits
+    return traits.optimal and not traits.sees_traffic
+
+
+def _law(plain: Mapping[str, Any]) -> Any:
+    return laws.with_settings(plain["law"]["name"], plain["law"]["settings"])
+
+
+def _simulated(plain: Mapping[str, Any], evidence: Any, world: World, published: float | None) -> Metrics:
+    name = plain["law"]["name"]
+    last = world.last_tick(plain["ticks"])
+
+    def replayed(ticks: int) -> NDArray[np.int32]:
+        if ticks > last:
+            _refuse(f"{ticks} ticks; the last is {last}")
+        return world.replay.upto(ticks)
+
+    trace = trace_of(
+        evidence,
+        world.scene,
+        planner=plain["planner"]["name"],
+        law=(name, laws.named(name).units),
+        seed=world.seed,
+        bodies=lambda count: _bodies(world, count),
+        replayed=replayed if world.replayed else None,
+    )
+    if trace.ticks > last or (trace.outcome is Outcome.TIMEOUT and trace.ticks < last):
+        _refuse(f"{trace.outcome.value} after {trace.ticks} ticks; the last is {last}")
+    if not world.replayed:
+        _begin_where_they_must(trace, world)
+    _demand(referee.check_trace(trace))
+    _no_path_stands(plain, trace.outcome, world)
+    return trace_metrics(trace, known(world.place), published)
+
+
+def _no_path_stands(plain: Mapping[str, Any], outcome: Outcome, world: World) -> None:
+    if outcome is Outcome.NO_PATH and world.place.optimal_exact is not None and _settles(plain):
+        _refuse("no-path by a planner that misses none; there is a way")
+
+
+def _bodies(world: World, count: int) -> Sequence[Body]:
+    """What so many obstacles of a world are."""
+    if world.replayed:
+        made: Sequence[Body] = world.replay.bodies
+    else:
+        made, more = world.opened.bodies, world.opened.to_come
+        made = [*made, *more[: max(count - len(made), 0)]]
+    if len(made) != count:
+        _refuse(f"{count} obstacles; this world has another number")
+    return made
+
+
+def _begin_where_they_must(trace: Trace, world: World) -> None:
+    for k, cell in enumerate(world.opened.places):
+        if trace.appears[k] != 0 or tuple(trace.tracks[k][0].tolist()) != cell:
+            _refuse(f"obstacle {k} does not begin at {cell} in this world")
+
+
+def _driven(plain: Mapping[str, Any], evidence: Any, world: World, published: float | None) -> Metrics:
+    one = Settings.of(plain["drive"])
+    everybody = world.replay.bodies if world.replayed else (*world.opened.bodies, *world.opened.to_come)
+    drive = drive_of(
+        evidence,
+        world.scene,
+        planner=plain["planner"]["name"],
+        law=plain["law"]["name"],
+        seed=world.seed,
+        footprints={body.radius: body.footprint for body in everybody},
+    )
+    if drive.period != one.decision_period:
+        _refuse(f"a decision every {drive.period!r} s; asked for was every {one.decision_period!r} s")
+    if one.time_limit is not None and drive.duration > one.time_limit + drive.period + 1e-9:
+        _refuse(f"{drive.duration!r} s; the limit is {one.time_limit!r} s")
+    expected = _bodies(world, len(drive.bodies))
+    for k, (body, own, track) in enumerate(zip(drive.bodies, expected, drive.tracks, strict=True)):
+        if (body.kind, body.radius, body.yields) != (own.kind, own.radius, own.yields):
+            _refuse(f"obstacle {k} is a {body.kind} of {body.radius:g} m; in this world a {own.kind}")
+        cell, speed = world.scene.grid.resolution, one.obstacle_speed
+        top = DIAGONAL * (world.scene.robot.v_max if speed is None else speed)
+        if track.radius != max(own.radius, 0.5 * cell) or not track.top_speed <= top * (1 + 1e-9):
+            _refuse(f"obstacle {k} is a disc of {track.radius:g} m, {track.top_speed:g} m/s at most")
+    _tracks_of_the_world(drive, world, one)
+    if one.on_hit == "end" and any(m.word == "hit" for m in drive.moments) != (drive.outcome is Outcome.HIT):
+        _refuse(f"{drive.outcome.value}, where the first hit is the end")
+    _demand(referee.check_drive(drive))
+    _no_path_stands(plain, drive.outcome, world)
+    return drive_metrics(drive, known(world.place), published)
+
+
+def _tracks_of_the_world(drive: Any, world: World, one: Settings) -> None:
+    """Replayed obstacles are where this world has them; others begin there."""
+    if not world.replayed:
+        for k, cell in enumerate(world.opened.places):
+            if drive.tracks[k].t[0] != 0.0 or tuple(drive.tracks[k].xy[0].tolist()) != cell:
+                _refuse(f"obstacle {k} does not begin at {cell} in this world")
+        return
+    grid, robot = world.scene.grid, world.scene.robot
+    tick = grid.resolution / (robot.v_max if one.obstacle_speed is None else one.obstacle_speed)
+    drawn = world.drive_ticks(one)
+    over = min(math.floor(drive.duration / tick), drawn)
+    at = world.replay.upto(over)
+    times = np.arange(over + 1) * tick
+    for k, track in enumerate(drive.tracks):
+        off = np.abs(track.at(times) - at[:, k]).max(axis=1) > 1e-6
+        if off.any():
+            _refuse(f"obstacle {k} is not where this world has it at {times[int(off.argmax())]:g} s")

@@ -1,0 +1,358 @@
+"""One run: a job as plain data in, what came of it as plain data out. It is the same in every process.
+
+:func:`work` takes a batch of jobs as JSON and gives their results as JSON, in the same order. It never raises
+for what a job does: that is its ending. What it says is not believed: :mod:`lampyris.study.execution.verify` rebuilds
+it.
+
+Endings: ``done``, a result of whatever outcome. ``refused``, a typed error that the question deserves.
+``timeout``, the budget in seconds was used up: looked at after each plan, each tick and each period, so a
+planner that never answers is not stopped. ``failed``, a fault of ours or of a guest, told in one line.
+
+Jobs of one world come one after the other, and what they share is kept: unpacked maps, fields, tracks, and
+the rooms of fast simulations. Nothing that is kept changes a result.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lampyris.errors import InputError, InternalFault, LampyrisError
+from lampyris.kernels import loading
+from lampyris.kernels._jit import compiled_only
+from lampyris.model.drive import Drive
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
+from lampyris.model.profile import Profile
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Trace
+from lampyris.motion.laws import registry as laws
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Budget, Planner
+from lampyris.sim.continuous import drive as driving
+from lampyris.sim.continuous.settings import Settings
+from lampyris.sim.grid import fast_simulation, loop
+from lampyris.study.design.study import canonical
+from lampyris.study.design.study_map import unpack
+from lampyris.study.execution import site
+from lampyris.study.execution.drive_evidence import drive_evidence
+from lampyris.study.execution.evidence import plan_evidence, trace_evidence
+from lampyris.study.execution.site import Kept, World, not_a_job, world_of
+
+MAX_WORDS = 500
+"""Characters of what is said of an error."""
+
+_grids: Kept[Grid] = Kept(site.CELLS_KEPT)
+_runs: Kept[fast_simulation.FastRuns] = Kept(site.CELLS_KEPT)
+
+
+class Ran(NamedTuple):
+    """What a job came to: a plan, with the speeds on it if it found a way; a trace; or a drive."""
+
+    noun: Plan | Trace | Drive
+    profile: Profile | None = None
+
+
+class TimeUp(Exception):
+    """The budget in seconds is used up."""
+
+
+@dataclass
+class _Clock:
+    """The budget in seconds of this thread's CPU."""
+
+    budget: float | None
+    began: float
+    plan_s: float | None = None
+
+    def look(self, *_: object) -> None:
+        """Raise if it is used up."""
+        if self.budget is not None and loading.cpu() - self.began > self.budget:
+            raise TimeUp
+
+
+def work(batch: bytes) -> bytes:
+    """Run a batch of jobs.
+
+    Parameters
+    ----------
+    batch : JSON: ``grounds``, packed maps by hash; ``jobs``, each job's plain data; ``memory``, whether to
+        measure its peak in a second run of each job.
+
+    Returns
+    -------
+    JSON: ``results``, one for each job in their order: ``key``, ``ending``, ``error``, ``evidence`` (None
+    unless done) and ``timing``.
+
+    Raises
+    ------
+    InputError : ``BATCH``: it cannot be read as a batch.
+    """
+    grounds, jobs, memory = _read(batch)
+    with compiled_only():
+        return canonical({"results": [_result(plain, grounds, memory) for plain in jobs]})
+
+
+def run_job(plain: Mapping[str, Any], grid: Grid) -> Ran:
+    """Run one job and give its nouns, not yet refereed.
+
+    Parameters
+    ----------
+    plain : of a job (:class:`lampyris.study.design.study.Job`).
+    grid : the map that it names.
+
+    Raises
+    ------
+    TimeUp : the budget in seconds is used up.
+    LampyrisError : see the endings.
+    """
+    return _run(plain, grid, _Clock(plain["budget"]["seconds"], loading.cpu()))
+
+
+# ---- a batch --------------------
+
+
+def _read(batch: bytes) -> tuple[Mapping[str, Any], list[Any], bool]:
+    try:
+        told = json.loads(batch)
+        grounds, jobs, memory = told["grounds"], told["jobs"], told["memory"]
+        if isinstance(grounds, Mapping) and isinstance(jobs, list) and isinstance(memory, bool):
+            return grounds, jobs, memory
+        wrong = "grounds, jobs or memory of another type"
+    except (ValueError, TypeError, KeyError, RecursionError) as why:
+        wrong = f"{type(why).__name__}: {why}"
+    raise InputError("BATCH", wrong, where="batch", allowed="JSON with grounds, jobs and memory")
+
+
+def _result(plain: Any, grounds: Mapping[str, Any], memory: bool) -> dict[str, Any]:
+    """What came of a job."""
+    out: dict[str, Any] = {"key": "", "ending": "failed", "error": "", "evidence": None, "timing": {}}
+    wall, clock = time.perf_counter(), _Clock(None, loading.cpu())
+    try:
+        if not isinstance(plain, Mapping):
+            raise InputError("JOB", f"a {type(plain).__name__}", where="job", allowed="a job of a study")
+        out["key"] = hashlib.sha256(canonical(plain)).hexdigest()
+        try:
+            name, clock.budget = plain["map"], plain["budget"]["seconds"]
+            grid = _grid(name, float(plain["resolution"]), grounds)
+        except (KeyError, TypeError, ValueError) as wrong:
+            raise not_a_job(wrong) from None
+        ran = _run(plain, grid, clock)
+        out["timing"] = _timing(ran, clock, wall)
+        out["evidence"] = _evidence(ran, plain, grid)
+        out["ending"] = "done"
+        if memory:
+            out["timing"]["memory_b"] = _peak(plain, grid)
+    except TimeUp:
+        out["ending"], out["error"] = "timeout", f"SECONDS: more than {clock.budget:g} s of CPU"
+    except InternalFault as fault:
+        out["error"] = _line(fault)
+    except LampyrisError as refusal:
+        out["ending"], out["error"] = "refused", _line(refusal)
+    except (Exception, SystemExit) as fault:  # a guest's planner may raise anything
+        out["error"] = _line(fault)
+    if out["ending"] != "done":
+        out["evidence"], out["timing"] = None, _seconds(clock, wall)
+    return out
+
+
+def _line(wrong: BaseException) -> str:
+    """Code and words in one line."""
+    if isinstance(wrong, LampyrisError):
+        words = str(wrong).removeprefix(f"error[{wrong.code}]: ")
+        code = wrong.code
+    else:
+        code = "MEMORY" if isinstance(wrong, MemoryError) else "FAULT"
+        words = f"{type(wrong).__name__}: {' '.join(str(wrong).split())}"
+    told = "".join(c if c.isprintable() else "?" for c in f"{code}: {words}")
+    return told if len(told) <= MAX_WORDS else f"{told[: MAX_WORDS - 4]} ..."
+
+
+def _grid(name: str, resolution: float, grounds: Mapping[str, Any]) -> Grid:
+    """The map of a job, with the cells and the resolution that the job says."""
+
+    def make() -> Grid:
+        if name not in grounds:
+            raise InputError("BATCH", f"no map {name!r}", where="batch", allowed="the maps of its jobs")
+        return unpack(grounds[name], name)
+
+    grid = _grids.get((name, resolution), make, 250_000)
+    if grid.resolution != resolution:
+        what = f"{grid.resolution:g} metres a cell"
+        raise InputError("BATCH", what, where=f"map {name}", allowed=f"{resolution:g}, as its job says")
+    return grid
+
+
+def _seconds(clock: _Clock, wall: float) -> dict[str, float]:
+    out = {"cpu_s": loading.cpu() - clock.began, "wall_s": max(time.perf_counter() - wall, 0.0)}
+    if clock.plan_s is not None:
+        out["plan_s"] = clock.plan_s
+    return out
+
+
+def _timing(ran: Ran, clock: _Clock, wall: float) -> dict[str, float]:
+    told = ran.noun.timing.get("planning_s")
+    if told is not None:
+        clock.plan_s = float(told)
+    return _seconds(clock, wall)
+
+
+def _evidence(ran: Ran, plain: Mapping[str, Any], grid: Grid) -> dict[str, Any]:
+    noun = ran.noun
+    if isinstance(noun, Plan):
+        return plan_evidence(noun, ran.profile)
+    if isinstance(noun, Drive):
+        return drive_evidence(noun)
+    return trace_evidence(noun, replayed=world_of(plain, grid).replayed)
+
+
+def _peak(plain: Mapping[str, Any], grid: Grid) -> int:
+    """Peak of the memory that a run of its own takes, bytes: nothing that is kept is used."""
+    import gc
+    import tracemalloc
+
+    _forget()
+    gc.collect()
+    tracemalloc.start()
+    try:
+        _run(plain, grid, _Clock(None, loading.cpu()))
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+        _forget()
+
+
+def _forget() -> None:
+    site.forget()
+    _runs.clear()
+
+
+# ---- a job --------------------
+
+
+def _run(plain: Mapping[str, Any], grid: Grid, clock: _Clock) -> Ran:
+    world = world_of(plain, grid)
+    try:
+        who, how = plain["planner"], plain["law"]
+        planner = registry.make(who["name"], who["settings"])
+        law = laws.with_settings(how["name"], how["settings"])
+        budget = Budget(plain["budget"]["expansions"])
+        run = _KINDS[plain["kind"]]
+        ticks, patience, driven = plain["ticks"], plain["patience"], dict(plain["drive"])
+    except (KeyError, TypeError) as wrong:
+        raise not_a_job(wrong) from None
+    return run(_Task(plain, world, planner, law, budget, ticks, patience, driven, clock))
+
+
+@dataclass
+class _Task:
+    """A job with everything made that its words name."""
+
+    plain: Mapping[str, Any]
+    world: World
+    planner: Planner
+    law: Any
+    budget: Budget
+    ticks: int | None
+    patience: int | None
+    drive: dict[str, Any]
+    clock: _Clock
+
+    @property
+    def last_tick(self) -> int:
+        return self.world.last_tick(self.ticks)
+
+    @property
+    def given(self) -> Budget | None:
+        """The budget as a planner is given it."""
+        return None if self.budget.expansions is None else self.budget
+
+
+def _plan(task: _Task) -> Ran:
+    """A plan, and the law's speeds on it."""
+    world, clock = task.world, task.clock
+    scene = world.place.scene
+    if world.replayed and task.planner.traits.sees_traffic:
+        scene = world.among(task.last_tick)
+    began = loading.cpu()
+    seed = np.random.Generator(np.random.PCG64(world.seed))
+    plan = task.planner.open(scene, seed, record=False).plan(None, task.given)
+    clock.plan_s = loading.cpu() - began
+    clock.look()
+    if plan.path is None:
+        return Ran(plan)
+    return Ran(plan, laws.profile_on_cells(plan.path, scene, law=task.law))
+
+
+def _simulate(task: _Task) -> Ran:
+    """A simulation in ticks."""
+    world, last = task.world, task.last_tick
+    if not world.replayed:
+        return Ran(_simulated(task, world.scene))
+    if task.planner.traits.sees_traffic:
+        return Ran(_simulated(task, world.among(last)))
+    # Nobody else can tell how far the tracks go before the run gets there. What they do not need is not
+    # drawn: on maps of 50 x 50 cells a run takes 70 ticks, and the last is the 1200th.
+    far = task.world.place.far
+    ticks = min(last, far + far // 4 + 16)
+    while True:
+        try:
+            return Ran(_simulated(task, world.among(ticks), ticks))
+        except _Outlasted:
+            ticks = min(last, 4 * ticks)
+
+
+class _Outlasted(Exception):
+    """A run is longer than the tracks that were drawn for it."""
+
+
+def _simulated(task: _Task, scene: Scene, drawn: int | None = None) -> Trace:
+    """By the fast kernel where it knows the rules and nobody looks at a clock; ``drawn``: ticks of tracks."""
+    planner, law, clock, last = task.planner, task.law, task.clock, task.last_tick
+    seed, patience = task.world.seed, task.patience
+    if clock.budget is None and isinstance(planner, AdGso) and fast_simulation.supported(scene, planner, law):
+        runs = _fast_runs(task, scene, planner)
+        found = runs.run(seed, last, budget=task.given)
+        if found is not None:
+            return found
+
+    def look(tick: int) -> None:
+        clock.look()
+        if drawn is not None and tick > drawn:
+            raise _Outlasted
+
+    return loop.run(
+        scene, planner, seed=seed, ticks=last, law=law, patience=patience, budget=task.given, progress=look
+    )
+
+
+def _fast_runs(task: _Task, scene: Scene, planner: AdGso) -> fast_simulation.FastRuns:
+    """The room of fast runs; runs of all seeds share it."""
+    plain = task.plain
+    names = ("map", "resolution", "start", "goal", "moves", "robot", "crowd", "planner", "law", "patience")
+    key = canonical([plain[name] for name in names])
+    size = 20 * scene.grid.blocked.size  # of about so many bytes a cell
+    return _runs.get(key, lambda: fast_simulation.FastRuns(scene, planner, task.law, task.patience), size)
+
+
+def _drive(task: _Task) -> Ran:
+    """A drive in continuous time."""
+    world = task.world
+    scene = world.scene
+    if world.replayed:
+        scene = world.among(world.drive_ticks(Settings.of(task.drive)))
+    made = driving.drive(
+        scene, task.planner, law=task.law, seed=world.seed, budget=task.given, progress=task.clock.look,
+        **task.drive,
+    )  # fmt: skip
+    return Ran(made)
+
+
+_KINDS: Mapping[str, Callable[[_Task], Ran]] = {"plan": _plan, "simulate": _simulate, "drive": _drive}

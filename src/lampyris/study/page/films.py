@@ -1,0 +1,137 @@
+"""Page films: a few runs of a study shown again, chosen by rule and not by taste."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from lampyris.errors import LampyrisError
+from lampyris.model.drive import Drive
+from lampyris.model.trace import Trace
+from lampyris.report.film.drive_film import film_drive
+from lampyris.report.film.simulation_film import film
+from lampyris.report.html import page as html
+from lampyris.report.html.page import Markup
+from lampyris.study.analysis.findings import Summary
+from lampyris.study.analysis.runs import Runs
+from lampyris.study.design.study import Job
+from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.execution.worker import TimeUp, run_job
+
+MOST = 3
+MAX_BYTES = 1_500_000
+"""Of all films of a page; one that would go over it is left out, and said to be."""
+SIDE = 360
+"""Pixels of a film's longer side, as far as whole pixels a cell allow."""
+MAX_CELLS = 512 * 512
+"""Cells of a map up to which films are drawn."""
+
+
+class Chosen(NamedTuple):
+    """A world, and who is shown in it."""
+
+    world: int
+    crowd: int
+    seed: int
+    entrants: tuple[int, ...]
+    why: str
+
+
+def choose(summary: Summary, runs: Runs) -> Chosen | None:
+    """The world to be shown: in the last crowd, where the reference and another differ most.
+
+    Most is: one came to the goal and the other did not; else the greatest difference in time, ticks or cost.
+    The first of equals. Shown are the reference, that other, and the next in order; None in a study of plans.
+    """
+    if summary.kind == "plan" or not runs.known:
+        return None
+    base, crowd = runs.entrants.index(summary.reference), len(runs.study.crowds) - 1
+    name = next((n for n in ("time_s", "ticks", "cost") if runs.has(n)), None)
+    best: tuple[float, int, int, int] | None = None
+    solved = runs.solved[:, crowd]
+    known = runs.ending[:, crowd] == "done"
+    for w, s, e in np.ndindex(solved.shape):
+        if e == base or not (known[w, s, e] and known[w, s, base]):
+            continue
+        size = 0.0
+        if solved[w, s, e] != solved[w, s, base]:
+            size = math.inf
+        elif name is not None and solved[w, s, e]:
+            size = abs(float(runs.values[name][w, crowd, s, e] - runs.values[name][w, crowd, s, base]))
+        if best is None or size > best[0]:
+            best = (size, w, s, e)
+    if best is None:
+        alone = np.argwhere(known[:, :, base])
+        return Chosen(int(alone[0, 0]), crowd, int(alone[0, 1]), (base,), "the first") if len(alone) else None
+    size, w, s, other = best
+    rest = [e for e in range(len(runs.entrants)) if e not in (base, other) and known[w, s, e]]
+    why = "one arrives, the other does not" if size == math.inf else f"the greatest difference in {name}"
+    return Chosen(w, crowd, s, (base, other, *rest[: MOST - 2]), why)
+
+
+def films(summary: Summary, runs: Runs) -> Markup:
+    """The films of a page with what they show; empty where there is none."""
+    chosen = choose(summary, runs)
+    if chosen is None:
+        return Markup("")
+    study = runs.study
+    world = study.worlds[chosen.world]
+    if world.ground.grid.blocked.size > MAX_CELLS:
+        return Markup("")
+    jobs = _jobs(runs, chosen)
+    shown, left = [], MAX_BYTES
+    for entrant, job in zip(chosen.entrants, jobs, strict=True):
+        data = _film(job, runs)
+        name = runs.entrants[entrant]
+        if data is None or len(data) > left:
+            shown.append(html.paragraph(f"{name}: no film, it would be too large or the run failed."))
+            continue
+        left -= len(data)
+        alt = f"{name} on {world.ground.name}, {world.query}"
+        outcome = runs.outcome[chosen.world, chosen.crowd, chosen.seed, entrant]
+        shown.append(html.figure(html.image(data, "image/webp", alt), f"{name}: {outcome}"))
+    crowd = study.crowds[chosen.crowd].label
+    words = (
+        f"{world.ground.name}, {world.query}, {crowd_words(crowd)}, seed "
+        f"{study.seeds[chosen.seed]}. Of all worlds of this crowd: {chosen.why}, {summary.reference} beside "
+        "another. Run again for this page."
+    )
+    if len(chosen.entrants) == 1:
+        words = (
+            f"{world.ground.name}, {world.query}, seed {study.seeds[chosen.seed]}. Run again for this page."
+        )
+    return html.section("films", "Films", html.paragraph(words), html.tag("div", *shown, class_="films"))
+
+
+def _jobs(runs: Runs, chosen: Chosen) -> list[Job]:
+    """The jobs of some entrants in one world, in their order."""
+    shape = runs.ending.shape
+    wanted = [
+        int(np.ravel_multi_index((chosen.world, chosen.crowd, chosen.seed, e), shape))
+        for e in chosen.entrants
+    ]
+    found = {job.index: job for job in runs.study.jobs() if job.index in wanted}
+    return [found[k] for k in wanted]
+
+
+def _film(job: Job, runs: Runs) -> bytes | None:
+    """A run as a WebP; None if it cannot be run or drawn any more."""
+    ground = runs.study.grounds[job.plain["map"]]
+    try:
+        noun = run_job(job.plain, ground.grid).noun
+        scale = max(1, min(64, SIDE // max(ground.grid.blocked.shape)))
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "film.webp"
+            if isinstance(noun, Trace):
+                film(noun, out, scale=scale)
+            elif isinstance(noun, Drive):
+                film_drive(noun, out, scale=scale)
+            else:
+                return None
+            return out.read_bytes()
+    except (LampyrisError, TimeUp):
+        return None

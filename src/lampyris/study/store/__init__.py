@@ -1,0 +1,1 @@
+"""The store of a study: its rows in one SQLite file."""

@@ -1,0 +1,89 @@
+"""Copies of sessions: whole, and independent of their original."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lampyris.model.change import Change
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan
+from lampyris.model.scene import Scene
+from lampyris.planning import registry
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.base import Budget, Planner, Session
+
+WAYS: dict[str, Callable[[Any], Any]] = {
+    "pickled": lambda one: pickle.loads(pickle.dumps(one)),
+    "deepcopy": copy.deepcopy,
+    "copy": copy.copy,
+}
+
+LIFE = (
+    Change(),
+    Change(blocked=((5, 5), (5, 6))),
+    Change(robot=(2, 2), obstacles=frozenset({(3, 3), (2, 3), (3, 2)})),
+)
+LATER = (
+    Change(blocked=tuple((10, y) for y in range(18)), robot=(2, 3)),
+    Change(freed=((10, 10),), obstacles=frozenset({(9, 9), (9, 10), (9, 11)})),
+    Change(freed=((5, 5),), terrain=(((10, 10), 200), ((3, 3), 9))),
+    Change(robot=(11, 11)),
+)
+
+
+def small(name: str) -> Planner:
+    known = registry.settings_of(registry.planner_class(name))
+    return registry.make(name, {k: v for k, v in (("swarm", 5), ("iterations", 2)) if k in known})
+
+
+PLANNERS = [*map(small, registry.names()), AdGso(choice="roulette"), AdGso(gates="replan")]
+
+
+def opened(planner: Planner) -> Session:
+    blocked = np.random.default_rng(3).random((20, 20)) < 0.1
+    blocked[1, 1] = blocked[18, 18] = False
+    scene = Scene(Grid(blocked), (1, 1), (18, 18))
+    session = planner.open(scene, np.random.default_rng(7))
+    for change in LIFE:
+        session.plan(change)
+    session.plan(None, Budget(3))
+    return session
+
+
+def told(plan: Plan) -> tuple[object, ...]:
+    cells = None if plan.cells is None else plan.cells.tolist()
+    schedule = None if plan.schedule is None else plan.schedule.tolist()
+    ends = plan.optimal_exact, plan.sum_cost_to_go, plan.mended, plan.detail
+    return plan.status, cells, schedule, plan.commit, plan.iterations, plan.expansions, *ends
+
+
+def goes_on(session: Session) -> list[tuple[object, ...]]:
+    return [told(session.plan(change)) for change in LATER]
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
+def test_a_copy_answers_as_its_original_and_apart_from_it(planner: Planner, way: str) -> None:
+    """The copies of four planners planned on the map as it was, or on what the other one was told."""
+    never_copied = goes_on(opened(planner))
+    for copy_first in (True, False):
+        original = opened(planner)
+        other = WAYS[way](original)
+        pair = (other, original) if copy_first else (original, other)
+        assert [goes_on(one) for one in pair] == [never_copied, never_copied]
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
+def test_a_copy_of_a_copy_and_turns(planner: Planner) -> None:
+    never_copied = goes_on(opened(planner))
+    sessions = [opened(planner)]
+    for way in WAYS.values():
+        sessions.append(way(sessions[-1]))
+    seen = [[told(one.plan(change)) for one in sessions] for change in LATER]
+    assert seen == [[answer] * len(sessions) for answer in never_copied]

@@ -1,0 +1,235 @@
+"""Planners that see traffic: their arrival against a plain search of cells and ticks, case by case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from lampyris import api
+from lampyris.errors import SettingError
+from lampyris.model.change import Change, Seen
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan, Status
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+from lampyris.model.traffic import Crossing, RandomWalk, Recorded
+from lampyris.planning.base import Budget
+from lampyris.planning.field.footprint import footprint, reach_of
+from lampyris.planning.spacetime.session import _hidden
+from lampyris.planning.spacetime.sipp import Sipp
+from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
+from lampyris.selfcheck.twins.timed_twin import EIGHT, Body, Cell, clash, earliest, legal
+from lampyris.testing import check_planner
+
+RNG = np.random.default_rng(0)  # never drawn from
+PLANNERS = [Sipp(margin=0), SpaceTimeAStar(margin=0)]
+IDS = [p.name for p in PLANNERS]
+ONE = ((0, 0),)
+
+
+def place(track: Sequence[Cell], period: int):
+    """Where an obstacle is at a tick: its track, then its last ``period`` cells again and again."""
+    n = len(track)
+    return lambda t: track[t] if t < n else track[n - period + (t - n) % period]
+
+
+def asked(planner, free, moves: str, start: Cell, goal: Cell, bodies: Sequence[Seen], radius=0.0) -> Plan:
+    scene = Scene(Grid(~np.asarray(free)), start, goal, moves=moves, robot=Robot(radius=radius))
+    return planner.open(scene, RNG).plan(Change(robot=start, bodies=tuple(bodies)))
+
+
+def by_tick(plan: Plan) -> list[Cell]:
+    """The robot's cell at every tick of a plan."""
+    assert plan.path is not None
+    assert plan.schedule is not None
+    cells = [tuple(c) for c in plan.path.cells.tolist()]
+    ticks = plan.schedule.tolist()
+    places = []
+    for cell, now, then in zip(cells, ticks, [*ticks[1:], ticks[-1] + 1], strict=True):
+        places += [cell] * (then - now)
+    return places
+
+
+def judge(plan: Plan, want: int | None, free, cutting: bool, bodies: Sequence[Body], own=ONE) -> None:
+    """The arrival is the least there is, and nothing goes wrong on the way."""
+    if want is None:
+        assert not plan
+        return
+    assert plan.status is Status.FOUND
+    assert plan.schedule is not None
+    assert int(plan.schedule[-1]) == want
+    places = by_tick(plan)
+    for t, (a, b) in enumerate(pairwise(places), 1):
+        assert a == b or legal(free, a, b, cutting)
+        assert not any(clash(a, b, own, body, t) for body in bodies)
+
+
+# ---- the contract, and what a person relies on ------------------------------
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=IDS)
+def test_the_contract(planner) -> None:
+    check_planner(planner, cases=4)
+
+
+def test_it_waits_where_waiting_is_quickest() -> None:
+    # A corridor one cell wide, and somebody crosses it.
+    free = [[c == "." for c in row] for row in ("##.##", ".....", "##.##")]
+    crossing = Seen(0, ((2, 0), (2, 0), (2, 1), (2, 2)), 0, 1)
+    plan = asked(Sipp(), free, "octile", (0, 1), (4, 1), [crossing])
+    assert by_tick(plan) == [(0, 1), (1, 1), (1, 1), (2, 1), (3, 1), (4, 1)]
+    assert plan.commit is None  # everything is known: nothing to ask again for
+
+
+def test_somebody_on_the_goal_for_ever_is_told_from_walls() -> None:
+    free = np.ones((3, 4), dtype=bool)
+    plan = asked(Sipp(), free, "octile", (0, 0), (3, 2), [Seen(0, ((3, 2),), 0, 1)])
+    assert plan.status is Status.HEMMED_IN
+    free[:, 2] = False
+    assert asked(Sipp(), free, "octile", (0, 0), (3, 2), []).status is Status.NO_PATH
+
+
+def test_both_searches_arrive_at_the_same_tick_among_many() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(6):
+        free = rng.random((24, 30)) >= 0.15
+        free[0, 0] = free[23, 29] = True
+        seen = []
+        for k in range(25):
+            x, y = int(rng.integers(30)), int(rng.integers(24))
+            track = [(x, y)]
+            for dx, dy in rng.integers(-1, 2, (40, 2)).tolist():
+                x, y = min(max(x + dx, 0), 29), min(max(y + dy, 0), 23)
+                track.append((x, y))
+            seen.append(Seen(k, tuple(track), 0, 1))
+        one, other = (asked(p, free, "octile", (0, 0), (29, 23), seen) for p in PLANNERS)
+        assert one.status is other.status
+        if one:
+            assert one.schedule[-1] == other.schedule[-1]
+
+
+def test_expansions_are_kept_within_the_budget() -> None:
+    scene = Scene(Grid(np.zeros((30, 30), dtype=bool)), (0, 0), (29, 29))
+    for planner in PLANNERS:
+        session = planner.open(scene, RNG)
+        plan = session.plan(None, Budget(expansions=10))
+        assert plan.status is Status.LIMIT
+        assert plan.expansions <= 10
+        assert session.plan()
+
+
+def test_recorded_obstacles_of_a_scene_are_known_without_being_told() -> None:
+    track = tuple((4, y) for y in range(5))
+    scene = Scene(Grid(np.zeros((5, 9), dtype=bool)), (0, 2), (8, 2), traffic=(Recorded(track),))
+    plan = api.plan(scene, "sipp")
+    assert plan.schedule is not None
+    bodies = [(place(track, 1), ONE)]
+    judge(
+        plan,
+        earliest((~scene.grid.blocked).tolist(), EIGHT, False, (0, 2), (8, 2), bodies),
+        (~scene.grid.blocked).tolist(),
+        False,
+        bodies,
+    )
+
+
+@pytest.mark.parametrize("forecast", ["velocity", "reach", "still"])
+def test_simulations_among_unknown_obstacles_are_clean(forecast: str) -> None:
+    grid = Grid(np.random.default_rng(9).random((20, 20)) < 0.1)
+    walls = grid.blocked.copy()
+    walls[:2, :2] = walls[-2:, -2:] = False
+    scene = Scene(Grid(walls), (0, 0), (19, 19), traffic=(RandomWalk(8), Crossing(2)))
+    for seed in range(3):
+        trace = api.simulate(scene, "sipp", seed=seed, forecast=forecast, horizon=2)  # refereed
+        assert trace.outcome.value in ("arrived", "blocked", "timeout", "hit")
+        again = api.simulate(scene, "sipp", seed=seed, forecast=forecast, horizon=2)
+        assert np.array_equal(trace.robot, again.robot)
+
+
+def test_a_simulation_among_known_tracks_drives_the_plan_to_the_tick() -> None:
+    rng = np.random.default_rng(10)
+    for _ in range(4):
+        tracks = []
+        for column in range(2, 14, 3):
+            down = [(column, y) for y in range(10)]
+            tracks.append(Recorded(tuple(down if rng.random() < 0.5 else down[::-1])))
+        scene = Scene(Grid(np.zeros((10, 16), dtype=bool)), (0, 4), (15, 5), traffic=tuple(tracks))
+        plan = api.plan(scene, "sipp")
+        trace = api.simulate(scene, "sipp")
+        assert trace.arrived
+        assert plan.schedule is not None
+        assert trace.ticks == plan.schedule[-1]
+        assert trace.replans == trace.flips == 0
+
+
+@pytest.mark.parametrize("planner", ["sipp", "space-time-astar"])
+@pytest.mark.parametrize("forecast", ["velocity", "reach", "still"])
+def test_nobody_waits_for_ever_before_one_that_never_moves(planner: str, forecast: str) -> None:
+    blocked = np.zeros((11, 11), dtype=bool)
+    blocked[:, 5] = True
+    blocked[5, 5] = blocked[10, 5] = False
+    # It stands in the gap ahead; the other one is six ticks out of the way. The track ends at once, and an
+    # obstacle is where it ended: also where tracks are hidden.
+    scene = Scene(Grid(blocked), (0, 5), (10, 5), traffic=(Recorded(((5, 5),)),))
+    trace = api.simulate(scene, planner, tracks="hidden", forecast=forecast)
+    assert trace.arrived
+    assert trace.waits <= 8
+    assert trace.flips <= 2
+    assert api.simulate(scene, planner).waits == 0
+
+
+def test_what_is_hidden_of_a_track_is_its_future() -> None:
+    scene = Scene(Grid(np.zeros((1, 9), dtype=bool)), (0, 0), (8, 0))
+    # Ended at tick 2, on the only way: at tick 9 it is still there.
+    ended = Seen(0, ((3, 0), (2, 0), (1, 0)), 0, 1)
+    plan = (
+        Sipp(tracks="hidden", horizon=3).open(scene, RNG).plan(Change(robot=(0, 0), bodies=(ended,), tick=9))
+    )
+    assert plan.schedule is not None
+    assert plan.schedule[1] > 9 + 3
+    # One that goes back and forth, by the tick: it is on (3, 0) and has come from (4, 0).
+    paces = Seen(0, ((3, 0), (4, 0)), 0, 2)
+    assert _hidden(paces, 10) == Seen(0, ((4, 0), (3, 0)), 9, None)
+    assert _hidden(ended, 1) == Seen(0, ((3, 0), (2, 0)), 0, None)
+    assert _hidden(ended, 0) == Seen(0, ((3, 0),), 0, None)
+
+
+def test_a_margin_keeps_the_robot_on_its_way() -> None:
+    scene = Scene(Grid(np.zeros((7, 12), dtype=bool)), (0, 3), (11, 3))
+    still = Seen(0, ((5, 3),), 0, None)
+    seen = {}
+    for margin in (0, 9):
+        session = Sipp(margin=margin, forecast="still", horizon=50).open(scene, RNG)
+        first = session.plan(Change(robot=(0, 3), bodies=(still,)))
+        # The obstacle leaves: straight on would now be as quick or quicker.
+        second = session.plan(Change(robot=(0, 3), bodies=()))
+        seen[margin] = first.path.cells.tolist() == second.path.cells.tolist()
+    assert seen[9]
+
+
+@pytest.mark.parametrize(
+    ("setting", "value", "code"),
+    [
+        ("forecast", "magic", "FORECAST"),
+        ("horizon", -1, "HORIZON"),
+        ("horizon", True, "HORIZON"),
+        ("growth", float("nan"), "GROWTH"),
+        ("margin", 2000, "MARGIN"),
+        ("tracks", None, "TRACKS"),
+    ],
+)
+def test_settings_out_of_range_are_refused(setting, value, code) -> None:
+    with pytest.raises(SettingError) as refused:
+        Sipp(**{setting: value})
+    assert refused.value.code == code
+
+
+def test_reach_is_where_two_footprints_meet() -> None:
+    small, wide = ONE, footprint(1.2, 1.0)
+    assert reach_of(small, wide) == wide
+    for x, y in reach_of(wide, wide):
+        assert {(x + a, y + b) for a, b in wide} & set(wide)
+    assert len(reach_of(wide, wide)) > len(wide)
