@@ -21,7 +21,7 @@ from PIL import Image
 import lampyris
 from lampyris import scenarios
 from lampyris._core.cancellation import Halted
-from lampyris.app.engine import work
+from lampyris.app.engine import simulation, work
 from lampyris.app.engine.comparison import Told, compare, comparison
 from lampyris.app.engine.frames import NOWHERE
 from lampyris.app.engine.layers import grid_at, reach
@@ -393,7 +393,7 @@ def test_an_uploaded_map_goes_into_the_saved_scenario(tmp_path: Path) -> None:
     file = tmp_path / "kept.yaml"
     file.write_bytes(saved)
     trace: Any = scenarios.run(scenarios.load_scenario(file))
-    assert work.digest(trace) == digest
+    assert simulation.digest(trace) == digest
 
 
 def test_a_simulation_is_stopped_between_two_ticks() -> None:

@@ -21,7 +21,8 @@ from lampyris.study.store import new_store
 from lampyris.study.store import repair as mending
 from lampyris.study.store.carve import carved
 from lampyris.study.store.file import PAGE
-from lampyris.study.store.store import Repaired, Store, open_for, repair
+from lampyris.study.store.repair import Repaired, repair
+from lampyris.study.store.store import Store, open_for
 
 CODES = {"STORE_DAMAGED", "STORE_FORMAT", "STORE_VERSION", "STUDY_PLAIN", "STUDY_MAP", "PACKED_MAP"}
 FRAME = PAGE + 24

@@ -21,7 +21,8 @@ from lampyris.study.design.row import ENDINGS, Row
 from lampyris.study.design.serialize import study_of, study_plain
 from lampyris.study.design.study import Crowd, Ground, Study, Who, World, canonical
 from lampyris.study.design.study_file import load_study
-from lampyris.study.store.store import Store, repair
+from lampyris.study.store.repair import repair
+from lampyris.study.store.store import Store
 
 MAX_CELLS = 4096
 STORE = "s.study.db"

@@ -20,7 +20,8 @@ from lampyris.selfcheck.twins.watching import Hangs, no_longer_than
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Crowd, Ground, Study, Who, canonical
 from lampyris.study.store.file import seal
-from lampyris.study.store.store import Store, open_for, repair
+from lampyris.study.store.repair import repair
+from lampyris.study.store.store import Store, open_for
 
 PATIENCE_S = 60.0
 """After so many seconds a store that does not answer hangs."""

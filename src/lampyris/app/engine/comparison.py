@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import json_frame
-from lampyris.app.engine.simulation import begin, finish, watch
+from lampyris.app.engine.simulation import begin, ending, finish, header, watch
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.scenario.scenario import Scenario
@@ -171,8 +171,6 @@ def _one(
     told: Told,
     at: tuple[int, int],
 ) -> Iterator[bytes]:
-    from lampyris.app.engine.work import ending, header
-
     planner, law = who
     scenario = replace(
         world, planner=planner.name, settings=planner.settings, law=law.name, law_settings=law.settings,

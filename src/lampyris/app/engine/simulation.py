@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any, Final
@@ -11,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import api
+from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
@@ -18,7 +21,8 @@ from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Body, Patrol
 from lampyris.planning import registry
 from lampyris.referee import check_trace, demand
-from lampyris.report.data.measures import near_by_tick
+from lampyris.report.data.measures import near_by_tick, trace_metrics
+from lampyris.report.data.serialize import grid_record, trace_record
 from lampyris.report.style import CAUSES
 from lampyris.scenarios import speed_law
 from lampyris.sim.grid.loop import Simulation
@@ -176,3 +180,43 @@ def finish(run: Simulation) -> Trace:
 def body_record(body: Body) -> dict[str, Any]:
     """What a moving obstacle is."""
     return {"kind": body.kind, "radius": body.radius, "yields": body.yields}
+
+
+def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
+    """What is to come: who, by which law, where; ``bodies``: those that are there from the start."""
+    return {
+        "planner": scenario.planner,
+        "law": run.pace.name,
+        "units": run.pace.units,
+        "seed": scenario.seed,
+        "map": grid_record(scenario.scene.grid),
+        "start": list(scenario.scene.start),
+        "goal": list(scenario.scene.goal),
+        "causes": list(WORDS),
+        "bodies": [body_record(body) for body in run.crowd.bodies],
+        "last_tick": run.last_tick,
+        "notes": list(scenario.notes),
+    }
+
+
+def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
+    """How a simulation ended, with the measures of studies."""
+    return {
+        **head,
+        "outcome": trace.outcome.value,
+        "sentence": trace.sentence,
+        "ticks": trace.ticks,
+        "last_tick": trace.last_tick,
+        "metrics": trace_metrics(trace, known(trace.scene)),
+        "notes": list(trace.notes),
+        "bodies": [body_record(body) for body in trace.bodies],
+        "digest": digest(trace),
+        "timing": dict(trace.timing),
+    }
+
+
+def digest(trace: Trace) -> str:
+    """SHA-256 of what ``lampyris run --json --no-timing`` prints of it, without the line's end."""
+    record = {**trace_record(trace), "timing": {}}
+    text = json.dumps(record, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()

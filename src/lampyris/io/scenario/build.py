@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError
 from lampyris.io.files import read_regular
@@ -12,7 +12,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.scenario import schema as form
 from lampyris.io.scenario.map_source import Files, Mistakes
-from lampyris.io.scenario.scenario import PRESETS, MapSource, Names, Scenario
+from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.csv_table import MAX_BYTES
 from lampyris.io.text.strict_yaml import Where
@@ -28,8 +28,24 @@ from lampyris.typing import Cell, FloatGrid
 T = TypeVar("T")
 
 
+class Names(Protocol):
+    """What rooms above this one know by name: asked, not imported. All raise what is wrong."""
+
+    def planner(self, name: str, settings: Mapping[str, Any]) -> object:
+        """Whether there is such a planner with such settings."""
+        ...
+
+    def law(self, name: str, settings: Mapping[str, Any]) -> object:
+        """Whether there is such a speed law with such settings."""
+        ...
+
+    def drive(self, settings: Mapping[str, Any]) -> object:
+        """Whether a drive has such settings."""
+        ...
+
+
 def build(said: Document, file: form.ScenarioFile, names: Names, files: Files) -> Scenario:
-    """The scenario that a file says; see :func:`lampyris.io.scenario.scenario.read_scenario`.
+    """The scenario that a file says; see :func:`lampyris.io.scenario.read.read_scenario`.
 
     Raises
     ------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Trip, Walker, walls
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.field.frame import Frame
@@ -24,9 +24,6 @@ from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.living_map import LivingMap
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell
-
-if TYPE_CHECKING:
-    from lampyris.planning.adgso.ad_gso import AdGso
 
 CUT_OFF = w.SPENT + 1
 """A trip's ending that no kernel tells: the field it would walk on does not reach where it stands."""
@@ -50,7 +47,9 @@ class AdGsoSession(SessionBase):
     left: each is freed exactly when no obstacle covers it any more.
     """
 
-    def __init__(self, settings: AdGso, scene: Scene, rng: np.random.Generator, *, record: bool) -> None:
+    def __init__(
+        self, settings: AdGsoSettings, scene: Scene, rng: np.random.Generator, *, record: bool
+    ) -> None:
         check_cells(scene.grid.blocked.size)
         self._settings = settings
         self._scene = scene

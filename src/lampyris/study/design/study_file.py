@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
-from lampyris.io.scenario.scenario import PRESETS, read_document
+from lampyris.io.scenario.read import read_document
+from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.robot import Robot
 from lampyris.study.design import bundled
 from lampyris.study.design.study import Crowd, Kind, Study, World

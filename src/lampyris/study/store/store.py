@@ -47,10 +47,7 @@ from lampyris.study.store.file import (
 )
 from lampyris.study.store.lock import Hold, Witness, vouched
 from lampyris.study.store.new_store import ADD, check_folder, write_new
-from lampyris.study.store.repair import Repaired, repair
 from lampyris.study.store.row_record import packed, row_of
-
-__all__ = ["Repaired", "Store", "open_for", "repair"]
 
 _PATIENCE_MS = 200
 """How long closing waits for readers; the log may stay."""
