@@ -40,7 +40,7 @@ from lampyris.study.design import schema as form
 from lampyris.study.design import study_file, study_map
 from lampyris.study.design.row import Row
 from lampyris.study.design.study_file import load_study
-from lampyris.study.execution.execution import MAX_WORKERS, Where
+from lampyris.study.execution.execution import MAX_WORKERS, Execution
 from lampyris.study.store import file as store_file
 from lampyris.study.store.store import Store
 
@@ -131,7 +131,7 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     ),
     "ticks of a study": (run_settings.MAX_TICKS, lambda f, n: study(ticks=n)(f), "TICKS"),
     "name of a packed map": (study_map.MAX_NAME, packed_map, "PACKED_MAP"),
-    "workers": (MAX_WORKERS, lambda f, n: Where(workers=n), "WORKERS"),
+    "workers": (MAX_WORKERS, lambda f, n: Execution(workers=n), "WORKERS"),
     "nt": (ad_gso.MAX_NT, lambda f, n: AdGso(nt=n), "NT"),
     "mvr": (ad_gso.MAX_MVR, lambda f, n: AdGso(mvr=n), "MVR"),
     "window": (ad_gso.MAX_MVR, lambda f, n: AdGso(window=n), "WINDOW"),

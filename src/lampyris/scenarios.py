@@ -28,7 +28,7 @@ from lampyris.planning import registry
 from lampyris.planning.base import Budget
 
 
-class Planned(NamedTuple):
+class PlanWithSpeeds(NamedTuple):
     """A plan and the speeds along it; no speeds where no path was found."""
 
     plan: Plan
@@ -94,7 +94,7 @@ def run(
     record: bool = True,
     progress: Callable[[int], None] | None = None,
     budget: Budget | None = None,
-) -> Planned | Trace | Drive:
+) -> PlanWithSpeeds | Trace | Drive:
     """Do what a scenario says: plan; simulate if it is ``simulated``; drive if it says how (``drive``).
 
     Parameters
@@ -134,7 +134,7 @@ def run(
                 progress=progress,
             )
         found = api.plan(scenario.scene, planner, scenario.seed, budget=budget, record=record)
-        return Planned(found, api.profile(found, scenario.scene, law) if found else None)
+        return PlanWithSpeeds(found, api.profile(found, scenario.scene, law) if found else None)
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where
         raise

@@ -19,7 +19,7 @@ from PIL import Image
 from test_app_work import ask, only, refusal, state
 
 from lampyris import scenarios
-from lampyris._core.cancellation import Halted
+from lampyris._core.cancellation import Cancelled
 from lampyris.app.engine import parse as said
 from lampyris.app.engine import simulation, work
 from lampyris.app.engine.bootstrap import hello
@@ -198,10 +198,10 @@ def test_a_film_is_stopped_while_it_is_drawn() -> None:
 
     def look() -> None:
         if any(b'"drawing"' in piece for piece in pieces):
-            raise Halted
+            raise Cancelled
 
     question = {"verb": "export", "job": 1, "scenario": state(map="guide"), "what": "gif"}
-    with heard(pieces.append), pytest.raises(Halted):
+    with heard(pieces.append), pytest.raises(Cancelled):
         list(work.answer(question, look))
 
 

@@ -357,8 +357,8 @@ def test_a_repair_that_is_killed_loses_nothing(
         new_store.sync_folder,
     )
     counted(
-        "lampyris.study.store.lock.Hold.start",
-        store_lock.Hold.start,
+        "lampyris.study.store.lock.StoreLock.start",
+        store_lock.StoreLock.start,
     )
     with pytest.raises(Killed):
         repair(path)

@@ -15,7 +15,7 @@ from lampyris.typing import Floats, Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Movers(Value):
+class ObstacleStates(Value):
     """What is known now of the moving obstacles: discs that may go anywhere at up to their top speed.
 
     Parameters

@@ -18,7 +18,7 @@ from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_fr
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body, Patrol
+from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
 from lampyris.referee import check_trace, demand
 from lampyris.report.data.measures import near_by_tick, trace_metrics
@@ -27,10 +27,10 @@ from lampyris.report.style import CAUSES
 from lampyris.scenarios import speed_law
 from lampyris.sim.grid.loop import Simulation
 from lampyris.sim.grid.steps_since import events_since, since
-from lampyris.sim.traffic.traffic import Crowd, Shuttle, open_traffic
-from lampyris.sim.world.cell_index import Space, robot_shape
+from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
+from lampyris.sim.world.cell_index import CellIndex, robot_shape
 from lampyris.sim.world.endings import why
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
 CHUNK_S: Final = 0.03
@@ -67,7 +67,7 @@ def begin(scenario: Scenario) -> Simulation:
     )
 
 
-def standing(scenario: Scenario) -> list[tuple[Body, Cell]]:
+def standing(scenario: Scenario) -> list[tuple[Obstacle, Cell]]:
     """The moving obstacles and the cells where they begin: those of :func:`begin`, without the plan it makes.
 
     Raises
@@ -106,10 +106,10 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
     return records
 
 
-def _crowd(scenario: Scenario) -> Crowd:
+def _crowd(scenario: Scenario) -> Traffic:
     scene = api.among(scenario.scene, None)
-    space = Space(scene.grid)
-    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    space = CellIndex(scene.grid)
+    world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     return open_traffic(scene, world, scenario.seed)
 
 
@@ -141,7 +141,7 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
         caps.append(() if run.outcome is Outcome.ARRIVED else run.pace.caps())
 
 
-def _events(news: list[Event], bodies: Sequence[Body]) -> bytes:
+def _events(news: list[Event], bodies: Sequence[Obstacle]) -> bytes:
     """Events; those of obstacles that appeared say what these are."""
     told, came = [], iter(bodies)
     for event in news:
@@ -177,7 +177,7 @@ def finish(run: Simulation) -> Trace:
     return replace(trace, detail=why(trace, run.scene))
 
 
-def body_record(body: Body) -> dict[str, Any]:
+def body_record(body: Obstacle) -> dict[str, Any]:
     """What a moving obstacle is."""
     return {"kind": body.kind, "radius": body.radius, "yields": body.yields}
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from lampyris import api
-from lampyris.app.engine.comparison import Told, comparison
+from lampyris.app.engine.comparison import ComparisonResults, comparison
 from lampyris.app.engine.comparison import compare as compared
 from lampyris.app.engine.frames import json_frame, layer_frame
 from lampyris.app.engine.layers import layer_of, own_order, scene_at
@@ -100,7 +100,7 @@ def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """Several planners and laws: see :func:`lampyris.app.engine.comparison.compare`."""
     found = comparison(said_scenario(question), question)
-    yield from compared(found, look, question.get("job"), Told(found))
+    yield from compared(found, look, question.get("job"), ComparisonResults(found))
 
 
 def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:

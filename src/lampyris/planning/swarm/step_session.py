@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.moves import Moves
@@ -20,9 +20,9 @@ from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.session_limits import limited
 from lampyris.planning.swarm import settings as check
 from lampyris.planning.swarm.optimisers.box import Box, Points
-from lampyris.planning.swarm.optimisers.loop import Stop, minimise
+from lampyris.planning.swarm.optimisers.loop import StoppingRule, minimise
 from lampyris.planning.swarm.optimisers.particle import PSO
-from lampyris.planning.swarm.search_space import Ground, Ints
+from lampyris.planning.swarm.search_space import Ints, SearchSpace
 from lampyris.planning.swarm.session_memory import NONE, Memory
 from lampyris.typing import Cell
 
@@ -83,7 +83,7 @@ def _compass(offset: Cell) -> tuple[int, float]:
 
 
 @dataclass(slots=True)
-class Trip:
+class StepWalk:
     """How far one plan has walked: cells, iterations, the gates it met, the length of its first move."""
 
     cells: list[Cell]
@@ -186,11 +186,11 @@ class StepSession(SessionBase):
 
     def _travel(self) -> Plan:
         memory, planner = self._memory, self._planner
-        trip = Trip([memory.robot])
+        trip = StepWalk([memory.robot])
         sealed = self._closed
         ground = self._ground(trip, sealed)
         while not memory.over and ground.field.exact[trip.cells[-1][1], trip.cells[-1][0]] >= 0:
-            look()
+            checkpoint()
             here = trip.cells[-1]
             if here == memory.scene.goal:
                 return self._arrived(trip)
@@ -212,7 +212,7 @@ class StepSession(SessionBase):
             return memory.failed(Status.LIMIT, iterations=trip.iterations)
         return memory.cut_off()
 
-    def _ground(self, trip: Trip, sealed: frozenset[Cell]) -> Ground:
+    def _ground(self, trip: StepWalk, sealed: frozenset[Cell]) -> SearchSpace:
         """The ground with these gates closed, or with none where they cut the robot off."""
         memory = self._memory
         x, y = trip.cells[-1]
@@ -222,7 +222,7 @@ class StepSession(SessionBase):
             ground = memory.ground(memory.bodies)
         return ground
 
-    def _move(self, ground: Ground, here: Cell) -> list[Cell]:
+    def _move(self, ground: SearchSpace, here: Cell) -> list[Cell]:
         """The cells of the next move: what the swarm chose, or D*'s own step if it found nothing."""
         fan = fan_of(ground.moves, self._planner.reach)
         at = int(ground.flat(np.array(here)))
@@ -244,7 +244,7 @@ class StepSession(SessionBase):
                 cells.append((cells[-1][0] + dx, cells[-1][1] + dy))
         return cells[1:]
 
-    def _candidates(self, ground: Ground, fan: Fan, at: int) -> tuple[NDArray[np.float64], Ints]:
+    def _candidates(self, ground: SearchSpace, fan: Fan, at: int) -> tuple[NDArray[np.float64], Ints]:
         """What each candidate is worth, in cells, the less the better; and the cheapest legal way to it."""
         one, two = fan.steps[:, 0], np.maximum(fan.steps[:, 1], 0)
         second = fan.steps[:, 1] >= 0
@@ -281,11 +281,11 @@ class StepSession(SessionBase):
             return nearest
 
         swarm = PSO(n=planner.particles, ring=1).start(fan.box, self._rng, first)
-        found = minimise(swarm, lambda points: worth[meant(points)], Stop(planner.rounds))
+        found = minimise(swarm, lambda points: worth[meant(points)], StoppingRule(planner.rounds))
         memory.spent += found.evaluations
         return int(meant(found.best[np.newaxis])[0])
 
-    def _arrived(self, trip: Trip) -> Plan:
+    def _arrived(self, trip: StepWalk) -> Plan:
         detail = ""
         if trip.forced:
             detail = "A path was found. Every way leads through a gate, so gates were passed."

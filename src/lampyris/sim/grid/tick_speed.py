@@ -20,7 +20,7 @@ from lampyris.typing import Cell, Cells
 SpeedLaw: TypeAlias = str | DissertationLaw | PhysicalLaw
 
 
-class Pace:
+class TickSpeed:
     """The speed of a robot that drives on, tick after tick.
 
     Parameters

@@ -16,7 +16,7 @@ SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://", "inproc://")
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class Execution:
     """Where jobs are done.
 
     Parameters
