@@ -16,6 +16,7 @@ LEFT_OUT = frozenset({"timing", "scene"})
 LABELS = {
     "Obstacle": "Body",
     "OptimiserResult": "Outcome",
+    "RecipeCells": "Ground",
     "SampledCellPath": "CellCourse",
     "SampledPath": "Course",
 }
