@@ -1,4 +1,4 @@
-"""Movers and tracks: obstacles in continuous time, as sensed now and as known or recorded over time."""
+"""Obstacle states and tracks: obstacles in continuous time, as sensed now and as known or recorded over time."""
 
 from __future__ import annotations
 

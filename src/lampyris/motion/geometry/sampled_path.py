@@ -1,4 +1,4 @@
-"""Course: a way with nodes on it, where speeds are decided."""
+"""Sampled path: a path with nodes on it, where speeds are decided."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strollers: random walkers of one cell with nobody else about, many ticks in one call.
+"""Random walkers of one cell with nobody else about, many ticks in one call.
 
 Step for step and draw for draw what :mod:`lampyris.sim.traffic.traffic` does with them, without its dictionaries: 20
 walkers on 50 x 50 cells take 1.4 us a tick here and 150 us there.

@@ -1,4 +1,4 @@
-"""Crowd motion: the traffic of the tick model (:mod:`lampyris.sim.traffic.traffic`) in continuous time.
+"""Traffic motion: the traffic of the tick model (:mod:`lampyris.sim.traffic.traffic`) in continuous time.
 
 A tick lasts ``resolution / obstacle_speed`` seconds, and during it every body moves straight from cell to
 cell. A diagonal is the square root of two longer in the same time, so the top speed of a body is so much

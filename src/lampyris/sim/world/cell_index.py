@@ -1,4 +1,4 @@
-"""Space: the map as the simulator walks it. Flat cell numbers, footprints, and the steps that walls allow.
+"""Cell index: the map as the simulator walks it. Flat cell numbers, footprints, and the steps that walls allow.
 
 A cell (x, y) is the number ``(y + 1) * stride + x + 1`` with ``stride = width + 2``: a border one cell wide
 keeps neighbours of border cells from wrapping round to the other side. Dictionaries keyed by one small

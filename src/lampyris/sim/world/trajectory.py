@@ -1,4 +1,4 @@
-"""Going: the curve a robot is on, as kernels and loops want it, and the stretches it has driven."""
+"""Trajectory: the curve a robot is on, as kernels and loops want it, and the segments it has driven."""
 
 from __future__ import annotations
 

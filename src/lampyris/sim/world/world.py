@@ -1,4 +1,4 @@
-"""World: where every body is and what it did in this tick, and which steps are legal.
+"""Occupancy: where every body is and what it did in this tick, and which steps are legal.
 
 For every two bodies, always: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick. For bodies with a size the same is asked of their footprints: they never meet; not both does A now

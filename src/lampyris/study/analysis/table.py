@@ -1,4 +1,4 @@
-"""Table: the rows of a study side by side, in the order of its jobs, whoever ran them and whenever."""
+"""Result table: the rows of a study side by side, in the order of its jobs, whoever ran them and whenever."""
 
 from __future__ import annotations
 

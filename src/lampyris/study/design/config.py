@@ -1,4 +1,4 @@
-"""Who: planners, speed laws and crowds of a study file, every grid of settings unfolded.
+"""Configurations: planners, speed laws and crowds of a study file, every grid of settings unfolded.
 
 How many there will be is counted before anything is unfolded: a grid of eight settings with ten values each
 is a hundred million planners in a hundred characters.

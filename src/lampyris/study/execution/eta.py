@@ -1,4 +1,4 @@
-"""Pace: how long a study will take, from what its runs took so far."""
+"""Time left: how long a study will take, from what its runs took so far."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge: a worker's word becomes a row, or is refused.
+"""Verification: a worker's word becomes a row, or is refused.
 
 A worker may be on another machine, and may be wrong. What it sends is a claim: the judge puts it on a scene
 of its own, has the referee look at it by other means than those that made it, compares what it can know

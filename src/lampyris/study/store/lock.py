@@ -1,4 +1,4 @@
-"""Hold: one writer a store, and a witness of what was acknowledged, in a small file beside it.
+"""Store lock: one writer a store, and a witness of what was acknowledged, in a small file beside it.
 
 The system frees the lock when its process ends, however it ends. The witness is needed because SQLite takes a
 write-ahead log whose end is missing for one that was never written: it forgets the last runs without a word.
