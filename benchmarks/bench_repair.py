@@ -20,7 +20,7 @@ from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, Moves
 from lampyris.model.scene import Scene
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.planning.graph.astar import AStar
 from lampyris.planning.incremental.dstar_lite import DStarLite
@@ -28,7 +28,7 @@ from lampyris.planning.incremental.dstar_lite import DStarLite
 TITLE = "Replanning"
 HOW = """What a change of k cells takes, in microseconds of this thread's processor time:
 
-- mend: `Mender.mend`, the whole public call, cells in a list; cost, parents and luciferin of every cell.
+- mend: `FieldRepairer.mend`, the whole public call, cells in a list; cost, parents and luciferin of every cell.
 - solve: `lampyris.planning.field.solve.solve` of the changed map, the rival of the former and equal to it.
 - D* Lite: `session.plan(change)`, the whole public call, path included.
 - to robot: `solve(..., stop=robot)`, the field as far as the robot, and
@@ -47,7 +47,7 @@ in the caches. Mending touches little and gains most by that, many times over fo
 
 Where repair loses, the table says so. On 50 x 50 little is to be had: the whole field is solved in the time
 that a few dozen cells take to mend, D* Lite is the slower way even for one cell, and cold all of them mostly
-wait for memory. On large maps repair loses from some hundreds of scattered cells on. `Mender` sees that
+wait for memory. On large maps repair loses from some hundreds of scattered cells on. `FieldRepairer` sees that
 coming and solves anew; D* Lite, which does not, then takes longer than A* would.
 
 The rivals are our own, but for one: python-motion-planning 1.1.1 has a D* Lite in plain Python (later
@@ -87,7 +87,7 @@ class Bench:
         self.goal = middle(free)
         self.robot = self._nearest(free, size // 4, size // 4)
         self.moves = moves
-        self.mender = Mender(free, moves, self.goal)
+        self.mender = FieldRepairer(free, moves, self.goal)
         scene = Scene(Grid(~free), self.robot, self.goal, moves)
         rng = np.random.default_rng(0)
         self.sessions = {"D* Lite": DStarLite().open(scene, rng), "A*": AStar().open(scene, rng)}

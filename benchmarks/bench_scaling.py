@@ -28,7 +28,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.planning.field import gates, layers
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve, solve_field
 from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.planning.spacetime.sipp import Sipp
@@ -307,7 +307,7 @@ def of_changes() -> list[Series]:
 
     def mended(number: int) -> Call:
         scene = scene_of(1024)
-        kept, some = Mender(~scene.grid.blocked, MOVES["octile"], scene.goal), groups(scene, number)
+        kept, some = FieldRepairer(~scene.grid.blocked, MOVES["octile"], scene.goal), groups(scene, number)
 
         def run() -> None:
             for cells in some:

@@ -17,12 +17,12 @@ from toppra import algorithm, constraint
 import lampyris
 from lampyris.kernels._jit import prefer_compiled
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.motion.geometry.curve import curve_of
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import Approach, PhysicalLaw
 from lampyris.motion.profile import feasible_profile
@@ -78,7 +78,7 @@ def solver(s: Any, cap: Any) -> Any:
     return algorithm.TOPPRA(limits, line, gridpoints=s, solver_wrapper="seidel")
 
 
-def course_among_walls() -> tuple[Course, Scene]:
+def course_among_walls() -> tuple[SampledPath, Scene]:
     """1,000 nodes along a smoothed zigzag on a random map of 200 x 200 cells of 0.1 m."""
     rng = np.random.default_rng(2)
     blocked = rng.random((200, 200)) < 0.1
@@ -97,9 +97,9 @@ def course_among_walls() -> tuple[Course, Scene]:
     return course_of(curve, spacing), scene
 
 
-def movers(rng: np.random.Generator) -> Movers:
+def movers(rng: np.random.Generator) -> ObstacleStates:
     """Ten obstacles anywhere, of up to 1 m/s."""
-    return Movers(
+    return ObstacleStates(
         rng.uniform(0, 199, (10, 2)), np.full(10, 0.2), rng.uniform(0.2, 1.0, 10), rng.normal(0, 0.3, (10, 2))
     )
 

@@ -29,7 +29,7 @@ from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.sim.grid import fast_simulation, loop
 from lampyris.study.design.study import Study
 from lampyris.study.design.study_file import load_study
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.execution import Execution
 from lampyris.study.execution.run import run as run_study
 from lampyris.study.store.store import Store
 
@@ -374,7 +374,7 @@ def through_the_study(study: Study, rounds: int, workers: int) -> tuple[Spread, 
     for k in range(rounds + (workers == 1)):
         with tempfile.TemporaryDirectory() as name, Store.create(Path(name) / "rows.sqlite", study) as store:
             cpu, wall = time.thread_time(), time.perf_counter()
-            finished = run_study(study, store.add, where=Where(workers=workers))
+            finished = run_study(study, store.add, where=Execution(workers=workers))
             cpu, wall = time.thread_time() - cpu, time.perf_counter() - wall
             assert len(store) == finished.ran == len(study)
             assert not finished.failed

@@ -15,7 +15,7 @@ from benchmarks.figures import Figure, Section, Spread, Table, judge
 from benchmarks.turns import take_turns
 
 from lampyris.kernels._jit import prefer_compiled
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
@@ -50,7 +50,7 @@ ASKED = {
 STEPS = MOVES["octile"].offsets
 
 
-def walks(free: np.ndarray, count: int, ticks: int, rng: np.random.Generator) -> list[Seen]:
+def walks(free: np.ndarray, count: int, ticks: int, rng: np.random.Generator) -> list[ObstacleTrack]:
     """Random walkers with their tracks known; they stay where they end."""
     height, width = free.shape
     ys, xs = np.nonzero(free)
@@ -64,7 +64,7 @@ def walks(free: np.ndarray, count: int, ticks: int, rng: np.random.Generator) ->
             if 0 <= u < width and 0 <= v < height and free[v, u]:
                 x, y = u, v
             track.append((x, y))
-        seen.append(Seen(k, tuple(track), 0, 1))
+        seen.append(ObstacleTrack(k, tuple(track), 0, 1))
     return seen
 
 
@@ -98,7 +98,7 @@ def textbook(
     return -1
 
 
-def what_is_forbidden(seen: list[Seen], last: int) -> tuple[set[Any], set[Any]]:
+def what_is_forbidden(seen: list[ObstacleTrack], last: int) -> tuple[set[Any], set[Any]]:
     """Occupied cells by tick (one tick more stands for all that follow), and steps that swap or cross."""
     taken, banned = set(), set()
     for one in seen:
@@ -129,7 +129,7 @@ class Reserved:
         )
         self._search = SpaceTimeAStar(self._grid)
 
-    def lay_out(self, seen: list[Seen]) -> Any:
+    def lay_out(self, seen: list[ObstacleTrack]) -> Any:
         """Cells and swaps by track, crossings edge by edge."""
         from w9_pathfinding.mapf import ReservationTable
 
@@ -218,7 +218,7 @@ def _map(size: int, share: float, count: int, rounds: int, figures: list[Figure]
 
 
 def _whole(
-    free: np.ndarray, plain: list[list[bool]], seen: list[Seen],
+    free: np.ndarray, plain: list[list[bool]], seen: list[ObstacleTrack],
     ends: tuple[tuple[int, int], tuple[int, int]], left: list[list[int]], reserved: Reserved | None,
     rounds: int,
 ) -> dict[str, Spread]:  # fmt: skip

@@ -75,13 +75,13 @@ def field(size: int, kind: str, over: str = "") -> Job:
 def mender(size: int, kind: str) -> Job:
     """A field that is kept, and mended once."""
     from lampyris.model.moves import MOVES
-    from lampyris.planning.field.repair import Mender
+    from lampyris.planning.field.repair import FieldRepairer
 
     free = blocked_map(size)
     np.logical_not(free, out=free)
 
     def run() -> Any:
-        kept = Mender(free, MOVES[kind], (size // 2, size // 2))
+        kept = FieldRepairer(free, MOVES[kind], (size // 2, size // 2))
         kept.mend(blocked=[(0, 0)])
         return kept
 

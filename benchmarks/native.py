@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.model.moves import Moves
-from lampyris.planning.field.frame import AHEAD, SPARING, Frame
+from lampyris.planning.field.frame import AHEAD, SPARING, BorderedMap
 
 BUILDS = {"-O3": ("-O3",), "-O3 -march=native": ("-O3", "-march=native")}
 """What the table calls a build, and the flags that make it."""
@@ -51,7 +51,7 @@ class Native:
     """
 
     def __init__(self, library: ctypes.CDLL, free: np.ndarray, moves: Moves, goal: tuple[int, int]) -> None:
-        self.frame = frame = Frame(free, moves)
+        self.frame = frame = BorderedMap(free, moves)
         self._library, self._moves = library, moves
         n, cells = frame.size, frame.cells
         self._free = np.ascontiguousarray(free).view(np.uint8).ravel()

@@ -100,9 +100,9 @@ def samples() -> dict[str, dict[str, Any]]:
         "RandomWalk": {"count": 1}, "Crossing": {"count": 1},
         "Patrol": {"waypoints": ((0, 0),)}, "Recorded": {"track": ((0, 0),)},
         "Edit": {"tick": 1},
-        "Movers": {"xy": xy, "radius": np.ones(2), "top_speed": np.ones(2)},
+        "ObstacleStates": {"xy": xy, "radius": np.ones(2), "top_speed": np.ones(2)},
         "Track": {"t": np.array([0.0, 1.0]), "xy": xy, "radius": 1.0, "top_speed": 1.0},
-        "Cutter": {"top_speed": 1.0}, "FaultyFeed": {"kind": "stops", "at": 1.0},
+        "Adversary": {"top_speed": 1.0}, "FaultySensor": {"kind": "stops", "at": 1.0},
         "Box": {"low": [0.0], "high": [1.0]},
         "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
         "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},
@@ -116,7 +116,7 @@ def samples() -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
-NOT_FOR_CALLERS = frozenset(("Careful",))
+NOT_FOR_CALLERS = frozenset(("SafeController",))
 """Classes with checks of their own that a drive makes, of what was checked."""
 
 

@@ -13,7 +13,7 @@ from lampyris.errors import InternalFault, LampyrisError
 from lampyris.io.maps.load import load_map
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.motion.geometry.sampled_path import course_of
 from lampyris.motion.laws import physical
 from lampyris.motion.laws import registry as laws
@@ -95,7 +95,7 @@ def test_moving_obstacles_slow_down() -> None:
     places = course.xy[fast] + RNG.uniform(-1, 1, (2000, 2))
     away = np.sqrt(((places[:, None] - course.xy) ** 2).sum(axis=2).min(axis=1))
     beside = places[(away > 0.8) & (away < 0.9)][:1]
-    movers = Movers(beside, np.array([0.2]), np.array([0.05]))
+    movers = ObstacleStates(beside, np.array([0.2]), np.array([0.05]))
     made = api.profile(course, scene, movers=movers)
     assert made.duration > api.profile(course, scene).duration
     assert "moving obstacle" in made.cause

@@ -73,7 +73,7 @@ def unexpected(call: Callable[..., Any], given: dict[str, Any], name: str, value
 
 
 def test_the_lists_are_whole(right: dict[str, dict[str, Any]]) -> None:
-    for name in ("Robot", "Grid", "Scene", "Budget", "AdGso", "Settings", "PhysicalLaw", "GSO", "Cutter"):
+    for name in ("Robot", "Grid", "Scene", "Budget", "AdGso", "Settings", "PhysicalLaw", "GSO", "Adversary"):
         assert name in CLASSES
     assert len(list(public_classes())) == len(CLASSES) > 60, "two classes of one name"
     assert {"plan", "simulate", "drive", "course", "profile", "run_study"} <= FUNCTIONS.keys()

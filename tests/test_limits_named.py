@@ -28,7 +28,8 @@ from lampyris.io.text import strict_json
 from lampyris.io.text.strict_json import read_json
 from lampyris.model.edit import MAX_EDITS, Edit, check_edits
 from lampyris.model.grid import MAX_TERRAIN, Grid
-from lampyris.planning.adgso import ad_gso
+from lampyris.planning.adgso import settings as ad_gso
+from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.spacetime import session as _timed_session
 from lampyris.planning.swarm.optimisers import glowworm, particle
 from lampyris.scenarios import load_scenario
@@ -39,7 +40,7 @@ from lampyris.study.design import schema as form
 from lampyris.study.design import study_file, study_map
 from lampyris.study.design.row import Row
 from lampyris.study.design.study_file import load_study
-from lampyris.study.execution.execution import MAX_WORKERS, Where
+from lampyris.study.execution.execution import MAX_WORKERS, Execution
 from lampyris.study.store import file as store_file
 from lampyris.study.store.store import Store
 
@@ -130,10 +131,10 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
     ),
     "ticks of a study": (run_settings.MAX_TICKS, lambda f, n: study(ticks=n)(f), "TICKS"),
     "name of a packed map": (study_map.MAX_NAME, packed_map, "PACKED_MAP"),
-    "workers": (MAX_WORKERS, lambda f, n: Where(workers=n), "WORKERS"),
-    "nt": (ad_gso.MAX_NT, lambda f, n: ad_gso.AdGso(nt=n), "NT"),
-    "mvr": (ad_gso.MAX_MVR, lambda f, n: ad_gso.AdGso(mvr=n), "MVR"),
-    "window": (ad_gso.MAX_MVR, lambda f, n: ad_gso.AdGso(window=n), "WINDOW"),
+    "workers": (MAX_WORKERS, lambda f, n: Execution(workers=n), "WORKERS"),
+    "nt": (ad_gso.MAX_NT, lambda f, n: AdGso(nt=n), "NT"),
+    "mvr": (ad_gso.MAX_MVR, lambda f, n: AdGso(mvr=n), "MVR"),
+    "window": (ad_gso.MAX_MVR, lambda f, n: AdGso(window=n), "WINDOW"),
     "horizon": (_timed_session.MAX_HORIZON, lambda f, n: _timed_session.Timed(horizon=n), "HORIZON"),
     "glowworms": (glowworm.MOST, lambda f, n: glowworm.GSO(n=n), "SWARM"),
     "particles": (particle.MOST, lambda f, n: particle.PSO(n=n), "SWARM"),
@@ -259,8 +260,8 @@ ASKED: dict[str, str] = {
     "model.scene.MAX_RADIUS": LIMITS_PY,
     "model.traffic.MAX_BODIES": LIMITS_PY,
     "planning.spacetime.session.MAX_HORIZON": HERE,
-    "planning.adgso.ad_gso.MAX_MVR": HERE,
-    "planning.adgso.ad_gso.MAX_NT": HERE,
+    "planning.adgso.settings.MAX_MVR": HERE,
+    "planning.adgso.settings.MAX_NT": HERE,
     "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",
     "sim.continuous.settings.MAX_PASSED": "sim/test_sim_drive.py",
     "sim.sensor._MOST": "sim/test_sim_feed.py",

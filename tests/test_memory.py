@@ -30,7 +30,7 @@ from lampyris.model.traffic import RandomWalk
 from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.field import frame, gates, layers, waves
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve, solve_field
 from lampyris.planning.graph import grid_graph
 from lampyris.planning.graph.astar import AStar
@@ -107,8 +107,8 @@ def test_a_field(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("compiled")
 def test_a_field_that_is_mended() -> None:
-    def run() -> Mender:
-        kept = Mender(FREE, MOVES["octile"], GOAL)
+    def run() -> FieldRepairer:
+        kept = FieldRepairer(FREE, MOVES["octile"], GOAL)
         kept.mend(blocked=[(5, 5)])
         return kept
 
@@ -276,10 +276,10 @@ def test_cells_have_numbers_of_32_bits() -> None:
     for width, fits in ((2**15 - 4, True), (2**15 - 3, True), (2**15 - 2, False), (2**15 - 1, False)):
         free = np.broadcast_to(np.True_, (2**16 - 2, width))
         if fits:
-            assert frame.Frame(free, MOVES["dissertation"]).size < 2**31
+            assert frame.BorderedMap(free, MOVES["dissertation"]).size < 2**31
             continue
         with pytest.raises(LimitError, match="fewer than 2,147,483,648 in all"):
-            frame.Frame(free, MOVES["dissertation"])
+            frame.BorderedMap(free, MOVES["dissertation"])
 
 
 @pytest.mark.parametrize(
@@ -291,7 +291,7 @@ def test_too_large_a_field_is_refused_before_anything_is_made_for_it(side: int, 
     try:
         for ask in (
             lambda: solve(free, MOVES[moves], (0, 0)),
-            lambda: Mender(free, MOVES[moves], (0, 0)),
+            lambda: FieldRepairer(free, MOVES[moves], (0, 0)),
             lambda: solve(np.broadcast_to(np.True_, (side, side)), MOVES[moves], (0, 0)),
         ):
             with pytest.raises(LimitError) as caught:

@@ -8,6 +8,7 @@ kept the app from all others for 2 s.
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 import re
 from collections.abc import Callable
@@ -77,7 +78,10 @@ def kept() -> dict[str, re.Pattern[str] | re.Pattern[bytes]]:
         if ".selfcheck" in module.name or module.name.endswith("__main__"):
             continue
         room = importlib.import_module(module.name)
+        text = inspect.getsource(room)
         for name, value in vars(room).items():
+            if not re.search(rf"^{name}\b.* = ", text, re.MULTILINE):
+                continue  # imported
             several = isinstance(value, tuple | list)
             for k, one in enumerate(value if several else (value,)):
                 if isinstance(one, re.Pattern) and not any(one is other for other in found.values()):

@@ -19,7 +19,7 @@ from lampyris.kernels import _jit
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
@@ -103,7 +103,7 @@ def speeds(seed: int) -> int:
     )
     path = api.plan(scene, "astar").path
     assert path is not None
-    around = Movers(np.array([[8.0, 8.0]]), np.ones(1), np.ones(1), np.array([[0.1, 0.2]]))
+    around = ObstacleStates(np.array([[8.0, 8.0]]), np.ones(1), np.ones(1), np.array([[0.1, 0.2]]))
     for law in laws.names():
         api.profile(path, scene, law)
         with suppress(LampyrisError):

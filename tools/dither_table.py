@@ -14,7 +14,7 @@ from typing import Any
 from lampyris import api
 from lampyris.io.maps.load import load_map
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, RandomWalk, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, RandomWalk
 
 MAPS = ("env-1", "env-3", "env-6")
 SEEDS = range(8)
@@ -32,7 +32,7 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 )
 
 
-def row(planner: str, settings: dict[str, Any], traffic: Traffic) -> str:
+def row(planner: str, settings: dict[str, Any], traffic: ObstacleSpec) -> str:
     """One line of the table."""
     arrived = ticks = flips = waits = runs = 0
     for name in MAPS:

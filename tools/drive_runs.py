@@ -31,7 +31,7 @@ from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.traffic.adversary import Adversary
 
 ROBOT = Robot(radius=0.4, v_max=1.0, a_max=0.5, d_max=1.0)
 """0.4 of a cell at a metre a cell."""
@@ -143,9 +143,11 @@ def small_scene(seed: int, number: int) -> Scene:
             return scene
 
 
-def cutter(rng: np.random.Generator) -> Cutter:
+def cutter(rng: np.random.Generator) -> Adversary:
     """One obstacle that cuts in once or more, at a random time, from a random place near the way."""
-    return Cutter(top_speed=TOP_SPEED, count=1, radius=RADIUS, wait=1.0 + 8.0 * float(rng.random()), near=6.0)
+    return Adversary(
+        top_speed=TOP_SPEED, count=1, radius=RADIUS, wait=1.0 + 8.0 * float(rng.random()), near=6.0
+    )
 
 
 def cut_in(seed: int, number: int, law: str, planner: str = "astar") -> Drive:
@@ -174,9 +176,9 @@ def crowded(seed: int, number: int, law: str, traffic: str, count: int, planner:
     """One run among ``count`` obstacles on a stored query."""
     every = queries()
     _, scene = every[number % len(every)]
-    sources: tuple[Cutter, ...] = ()
+    sources: tuple[Adversary, ...] = ()
     if traffic == "cutters":
-        sources = (Cutter(top_speed=TOP_SPEED, count=count, radius=RADIUS, wait=10.0),)
+        sources = (Adversary(top_speed=TOP_SPEED, count=count, radius=RADIUS, wait=10.0),)
     else:
         kind = RandomWalk if traffic == "walk" else Crossing
         scene = replace(scene, traffic=(kind(count, radius=RADIUS),))

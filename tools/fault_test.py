@@ -35,8 +35,8 @@ from lampyris.model.drive import Drive
 from lampyris.model.traffic import RandomWalk
 from lampyris.referee import check_drive
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.sensor import FAULTS, FaultyFeed
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.sensor import FAULTS, FaultySensor
+from lampyris.sim.traffic.adversary import Adversary
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +62,9 @@ def faulty(seed: int, kind: str, number: int, law: str = "physical") -> tuple[Dr
     scene = small_scene(seed, number)
     rng = draws(seed, number, 2)
     at = 1.0 + float(rng.random()) * 8.0
-    feed = FaultyFeed(kind, at, goal=scene.goal)
+    feed = FaultySensor(kind, at, goal=scene.goal)
     scene = replace(scene, traffic=(RandomWalk(3, radius=RADIUS),))
-    source = Cutter(top_speed=TOP_SPEED, count=2, radius=RADIUS, wait=4.0)
+    source = Adversary(top_speed=TOP_SPEED, count=2, radius=RADIUS, wait=4.0)
     made = drive(
         scene,
         PLANNERS["astar"],

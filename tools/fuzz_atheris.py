@@ -48,7 +48,7 @@ def main() -> None:
     fuzz.CPU_S = CPU_S
     read = 0
     with folder() as place:
-        case = fuzz.Case(asked.target, place)
+        case = fuzz.FuzzedReader(asked.target, place)
 
         def one(data: bytes) -> None:
             nonlocal read

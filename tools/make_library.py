@@ -30,7 +30,7 @@ from scipy.ndimage import label
 
 from lampyris.io.maps.recipes.draw import Draw
 from lampyris.io.maps.recipes.gates import Wall, divide, put_clutter
-from lampyris.io.maps.recipes.make import Edit, make
+from lampyris.io.maps.recipes.make import RectangleEdit, make
 from lampyris.io.maps.recipes.regions import keep_largest
 from lampyris.kernels._jit import kernel
 
@@ -306,9 +306,9 @@ def search(target: Target, seed: int, steps: int) -> tuple[np.ndarray, np.ndarra
     return recipe, best, best_value
 
 
-def edits_between(before: np.ndarray, after: np.ndarray) -> list[Edit]:
+def edits_between(before: np.ndarray, after: np.ndarray) -> list[RectangleEdit]:
     """Rectangles that turn one map into the other: runs along rows, equal runs below each other joined."""
-    edits: list[Edit] = []
+    edits: list[RectangleEdit] = []
     differs = before != after
     done = np.zeros_like(differs)
     for y in range(SIZE):
@@ -324,7 +324,7 @@ def edits_between(before: np.ndarray, after: np.ndarray) -> list[Edit]:
             while y + h < SIZE and same[y + h, x : x + w].all():
                 h += 1
             done[y : y + h, x : x + w] = True
-            edits.append(Edit(x, y, w, h, wall))
+            edits.append(RectangleEdit(x, y, w, h, wall))
     return edits
 
 

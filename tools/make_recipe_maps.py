@@ -22,7 +22,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from lampyris.io.maps.formats.costmap import costs_of
-from lampyris.io.maps.formats.document import Source, document
+from lampyris.io.maps.formats.document import FileSource, document
 from lampyris.io.maps.formats.plain_text import read_text
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.recipes.draw import Draw
@@ -265,7 +265,7 @@ def drawn_queries(grid: Grid, draw: Draw, count: int) -> list[dict[str, Any]]:
 
 def kept_text(name: str) -> Grid:
     """A map kept as text."""
-    source = Source((DATA / f"{name}.txt").read_bytes(), name)
+    source = FileSource((DATA / f"{name}.txt").read_bytes(), name)
     return document(read_text(source), source, name=name, format="text").grid
 
 

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import profile
 from lampyris.motion.safety.blind_areas import BlindArea, blind_cap, visible_cells
@@ -78,12 +78,12 @@ def three() -> None:
     s, rows, place = 0.0, [], np.array([40.0, 4.0])
     for k in range(22):
         k0 = min(int(s / 0.2), 99)
-        left = Course(
+        left = SampledPath(
             x[k0:] * 0.2 - k0 * 0.2, xy[k0:], np.tile((1.0, 0.0), (101 - k0, 1)), zero[k0:],
             zero[k0:].astype(bool), 0.2,
         )  # fmt: skip
         stands = 4 <= k < 10
-        movers = Movers(place[None], [0.3], [1.0], [[0.0, 0.8]])
+        movers = ObstacleStates(place[None], [0.3], [1.0], [[0.0, 0.8]])
         control.update(movers, 1.0, left)
         cap = control.cap(left, scene, Around(movers=movers))[0].v[0]
         rows.append((k, min(float(cap), 1.0), *control.belief[0], float(place[1] - 20) * 0.2, s))

@@ -19,12 +19,12 @@ import numpy as np
 
 from lampyris import api
 from lampyris.io.maps.load import load_map
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import profile
 from lampyris.motion.safety.blind_areas import BlindArea, hiding_distance, stop_within
@@ -32,7 +32,7 @@ from lampyris.motion.safety.danger_cloud import CloudModel, cloud_cap
 from lampyris.motion.safety.three_speed import ThreeSpeed, ThreeSpeedControl
 from lampyris.typing import Floats
 
-Decide: TypeAlias = Callable[[Course, float, Movers, float], list[Cap]]
+Decide: TypeAlias = Callable[[SampledPath, float, ObstacleStates, float], list[Cap]]
 """The caps for the rest of a course, from the distance driven, what is seen, and the time since the last."""
 
 CELL = 0.5
@@ -84,11 +84,11 @@ def blind() -> None:
         )
 
 
-def rest(course: Course, s: float) -> Course:
+def rest(course: SampledPath, s: float) -> SampledPath:
     """What is left of a course from the last node before s."""
     k = min(max(int(np.searchsorted(course.s, s, side="right")) - 1, 0), len(course) - 2)
     part = slice(k, None)
-    return Course(
+    return SampledPath(
         course.s[part] - course.s[k], course.xy[part], course.heading[part], course.curvature[part],
         course.stop[part], course.resolution,
     )  # fmt: skip
@@ -97,7 +97,7 @@ def rest(course: Course, s: float) -> Course:
 class Crowd:
     """Obstacles that cross the way about when the robot comes by, and change their minds."""
 
-    def __init__(self, course: Course, rng: np.random.Generator) -> None:
+    def __init__(self, course: SampledPath, rng: np.random.Generator) -> None:
         metres = course.xy * course.resolution
         node = rng.integers(len(course) // 6, len(course), OBSTACLES)
         angle = rng.uniform(0, 2 * np.pi, OBSTACLES)
@@ -108,7 +108,7 @@ class Crowd:
         self.place = metres[node] - self.velocity * when[:, None]
         self.intent = np.zeros(OBSTACLES, dtype=np.int64)
 
-    def now(self, resolution: float) -> tuple[Movers, np.ndarray]:
+    def now(self, resolution: float) -> tuple[ObstacleStates, np.ndarray]:
         """As sensed; and the velocities they really have."""
         real = self.velocity.copy()
         real[self.intent == 1] = 0.0
@@ -118,7 +118,7 @@ class Crowd:
             size = float(np.sqrt((aim * aim).sum()))
             real[m] = aim / size if size > 0.05 else 0.0
         top = np.ones(OBSTACLES)
-        return Movers(self.place / resolution, np.full(OBSTACLES, DISC), top, self.velocity), real
+        return ObstacleStates(self.place / resolution, np.full(OBSTACLES, DISC), top, self.velocity), real
 
     def think(self) -> None:
         """Once a second: what each is about to do."""
@@ -127,7 +127,7 @@ class Crowd:
 
 
 def drive(
-    course: Course, scene: Scene, decide: Decide, period: float, seed: int
+    course: SampledPath, scene: Scene, decide: Decide, period: float, seed: int
 ) -> tuple[float, int, float, int]:
     """Time, contacts, the sum of the robot's speeds at them, and how many were above half speed."""
     robot, crowd = scene.robot, Crowd(course, np.random.default_rng(seed))
@@ -196,7 +196,7 @@ def speeds(settings: ThreeSpeed, learns: bool = True) -> Callable[[Scene], tuple
     def make(scene: Scene) -> tuple[Decide, float]:
         control = ThreeSpeedControl(settings)
 
-        def decide(course: Course, s: float, seen: Movers, period: float) -> list[Cap]:
+        def decide(course: SampledPath, s: float, seen: ObstacleStates, period: float) -> list[Cap]:
             if learns or len(control.belief) == 0:
                 control.update(seen, period, course)
             return control.cap(course, scene, Around(movers=seen))

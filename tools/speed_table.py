@@ -26,7 +26,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws.compare import compare
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.laws.registry import SpeedLaw
@@ -52,7 +52,7 @@ COLUMNS: dict[str, SpeedLaw] = {
 }
 
 
-def optimum_of_same_caps(course: Course, scene: Scene, creep: float = 0.1, finer: int = 8) -> float:
+def optimum_of_same_caps(course: SampledPath, scene: Scene, creep: float = 0.1, finer: int = 8) -> float:
     """Seconds of the quickest drive under ours' caps at points so many times as close."""
     assert course.curve is not None
     robot, curve = scene.robot, course.curve

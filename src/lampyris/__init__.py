@@ -36,7 +36,7 @@ _HOME = {
     "Grid": "lampyris.model.grid",
     "LampyrisError": "lampyris.errors",
     "MOVES": "lampyris.model.moves",
-    "Movers": "lampyris.model.obstacles",
+    "ObstacleStates": "lampyris.model.obstacles",
     "Moves": "lampyris.model.moves",
     "Outcome": "lampyris.model.trace",
     "Path": "lampyris.model.path",
@@ -49,7 +49,7 @@ _HOME = {
     "Scenario": "lampyris.io.scenario.scenario",
     "Scene": "lampyris.model.scene",
     "Status": "lampyris.model.plan",
-    "Stop": "lampyris._core.cancellation",
+    "CancelToken": "lampyris._core.cancellation",
     "Study": "lampyris.study.design.study",
     "Trace": "lampyris.model.trace",
     "Track": "lampyris.model.obstacles",
@@ -58,7 +58,7 @@ _HOME = {
 __all__ = ["__version__", *_HOME]
 
 if TYPE_CHECKING:
-    from lampyris._core.cancellation import Stop as Stop
+    from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import course as course
     from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
@@ -75,7 +75,7 @@ if TYPE_CHECKING:
     from lampyris.model.grid import Grid as Grid
     from lampyris.model.moves import MOVES as MOVES
     from lampyris.model.moves import Moves as Moves
-    from lampyris.model.obstacles import Movers as Movers
+    from lampyris.model.obstacles import ObstacleStates as ObstacleStates
     from lampyris.model.obstacles import Track as Track
     from lampyris.model.path import Path as Path
     from lampyris.model.plan import Plan as Plan

@@ -23,16 +23,16 @@ from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.model.traffic import Traffic
+from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.geometry.curve import polyline_of
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
@@ -51,8 +51,8 @@ from lampyris.sim.world.endings import why
 from lampyris.typing import Points
 
 if TYPE_CHECKING:
-    from lampyris.sim.sensor import Feed
-    from lampyris.sim.traffic.motion_sources import Source
+    from lampyris.sim.sensor import Sensor
+    from lampyris.sim.traffic.motion_sources import MotionSource
 
 MAX_SEED = 2**63 - 1
 
@@ -158,7 +158,7 @@ def plan(
 
 def course(
     way: Plan | Path | Points, scene: Scene, *, smooth: Drawing | None = None, spacing: float | None = None
-) -> Course:
+) -> SampledPath:
     """A way made drivable, with nodes on it where speeds are decided; re-checked by the referee.
 
     Parameters
@@ -195,14 +195,14 @@ def course(
 
 
 def profile(
-    way: Plan | Path | Course,
+    way: Plan | Path | SampledPath,
     scene: Scene,
     law: laws.SpeedLaw = "physical",
     *,
     v0: float = 0.0,
     smooth: Drawing = PROFILE_SMOOTH,
     spacing: float | None = None,
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     law_settings: Mapping[str, Any] | None = None,
     tick_seconds: float | None = None,
 ) -> Profile:
@@ -234,7 +234,7 @@ def profile(
     InternalFault : the referee refused the profile; a bug of ours.
     """
     of_kind("scene", scene, Scene)
-    of_kind("movers", movers, Movers, none=True)
+    of_kind("movers", movers, ObstacleStates, none=True)
     of_kind("law_settings", law_settings, Mapping, none=True)
     if not is_word(smooth, DRAWINGS):
         raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
@@ -246,13 +246,13 @@ def profile(
     if tick_seconds is not None:
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
         return _scheduled(way, scene, laws.settings_named(law), tick_seconds, plain)
-    along = way if isinstance(way, Course) else _path(way)
-    if isinstance(along, Course) and (smooth != "none" or spacing is not None):
+    along = way if isinstance(way, SampledPath) else _path(way)
+    if isinstance(along, SampledPath) and (smooth != "none" or spacing is not None):
         given = "smooth" if smooth != "none" else "spacing"
         raise UsageError("OPTIONS", "a course is drawn already", where=given, allowed="a plan or a path")
     if spacing is not None and smooth == "none":
         raise UsageError("OPTIONS", "the nodes are the path's cells", where="spacing", allowed="with smooth")
-    if smooth != "none" and not isinstance(way, Course):
+    if smooth != "none" and not isinstance(way, SampledPath):
         along = course(way, scene, smooth=smooth, spacing=spacing)
     if isinstance(along, Path):
         made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
@@ -263,7 +263,7 @@ def profile(
 
 
 def _scheduled(
-    way: Plan | Path | Course, scene: Scene, chosen: Any, tick_seconds: float, plain: bool
+    way: Plan | Path | SampledPath, scene: Scene, chosen: Any, tick_seconds: float, plain: bool
 ) -> Profile:
     """A plan's schedule driven with real accelerations, past the referee."""
     if not (plain and isinstance(way, Plan) and isinstance(chosen, PhysicalLaw)):
@@ -280,10 +280,10 @@ def _scheduled(
     return made
 
 
-def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: float) -> None:
+def _judge(made: Profile, along: Path | SampledPath, scene: Scene, chosen: Any, v0: float) -> None:
     """Have the referee look at a profile: the motion itself, and the caps that its law promises."""
     robot = scene.robot
-    if isinstance(along, Course) and made.law == "dissertation":
+    if isinstance(along, SampledPath) and made.law == "dissertation":
         # It knows no limits of the robot but the top speed; how it is driven must still add up.
         free = {"a_max": 1e30, "d_max": 1e30, "v_max": robot.v_max * (1 + 1e-9), "v0": None}
         referee.demand(referee.check_motion(made.s, made.v, made.a, made.t, **free))  # type: ignore[arg-type]
@@ -299,7 +299,7 @@ def _judge(made: Profile, along: Path | Course, scene: Scene, chosen: Any, v0: f
         made, path, scene, v0=v0, creep=creep, slowest=slowest, corners=corners, stops=path is not None
     )
     referee.demand(found)
-    if isinstance(along, Course) and along.curve is not None and made.law != "rpp":
+    if isinstance(along, SampledPath) and along.curve is not None and made.law != "rpp":
         static = made.law != "optimum"
         found = check_caps(
             made,
@@ -378,7 +378,7 @@ def _path(way: Plan | Path) -> Path:
 
 def simulate(
     scene: Scene, planner: str | Planner = "ad-gso",
-    traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None, seed: int = 0, *,
+    traffic: ObstacleSpec | tuple[ObstacleSpec, ...] | list[ObstacleSpec] | None = None, seed: int = 0, *,
     ticks: int | None = None, law: str = "physical", patience: int | None = None,
     budget: Budget | None = None, progress: Callable[[int], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None, **settings: Any,
@@ -434,12 +434,12 @@ def simulate(
 def drive(
     scene: Scene,
     planner: str | Planner = "ad-gso",
-    traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None = None,
+    traffic: ObstacleSpec | tuple[ObstacleSpec, ...] | list[ObstacleSpec] | None = None,
     seed: int = 0,
     *,
     law: laws.SpeedLaw = "physical",
-    sources: Sequence[Source] = (),
-    feed: Feed | None = None,
+    sources: Sequence[MotionSource] = (),
+    feed: Sensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None,
@@ -451,8 +451,8 @@ def drive(
     ----------
     scene, planner, traffic, seed : as for :func:`simulate`; the scene's traffic moves from cell to cell.
     law : a speed law's name, or its settings.
-    sources : obstacles beside the traffic, such as :class:`lampyris.sim.traffic.adversary.Cutter`.
-    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.sensor.FaultyFeed`.
+    sources : obstacles beside the traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
+    feed : what lies between the obstacles and the robot, such as :class:`lampyris.sim.sensor.FaultySensor`.
     budget : when each call of the planner gives up.
     progress : called with the seconds that are over.
     planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
@@ -494,7 +494,9 @@ def drive(
     return replace(made, detail=why(made, scene), timing=timing)
 
 
-def among(scene: Scene, traffic: Traffic | tuple[Traffic, ...] | list[Traffic] | None) -> Scene:
+def among(
+    scene: Scene, traffic: ObstacleSpec | tuple[ObstacleSpec, ...] | list[ObstacleSpec] | None
+) -> Scene:
     """The scene with this traffic, if any is given."""
     if traffic is not None:
         scene = replace(scene, traffic=tuple(traffic) if isinstance(traffic, tuple | list) else (traffic,))

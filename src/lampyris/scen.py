@@ -56,7 +56,7 @@ class Benchmark:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class QueryResult:
     """What became of one query.
 
     Parameters
@@ -65,7 +65,7 @@ class Answer:
     status : how the search ended.
     cost : of the way found, in cells; infinity where there is none.
     expansions : cells expanded.
-    agrees : whether it is as it must be beside the published length: see :class:`Answers`.
+    agrees : whether it is as it must be beside the published length: see :class:`QueryResults`.
     """
 
     query: ScenQuery
@@ -83,7 +83,7 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answers:
+class QueryResults:
     """All queries of a run, answered.
 
     Parameters
@@ -101,11 +101,11 @@ class Answers:
     planner: str
     moves: Moves
     rule: str
-    answers: tuple[Answer, ...]
+    answers: tuple[QueryResult, ...]
     timing: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def disagreements(self) -> tuple[Answer, ...]:
+    def disagreements(self) -> tuple[QueryResult, ...]:
         """The answers that are not as they must be."""
         return tuple(a for a in self.answers if not a.agrees)
 
@@ -117,14 +117,14 @@ class Answers:
     @property
     def buckets(self) -> dict[int, dict[str, Any]]:
         """The same for each bucket of the file, ascending."""
-        by: dict[int, list[Answer]] = {}
+        by: dict[int, list[QueryResult]] = {}
         for answer in self.answers:
             by.setdefault(answer.query.bucket, []).append(answer)
         return {bucket: summed(by[bucket]) for bucket in sorted(by)}
 
 
-def summed(answers: Sequence[Answer]) -> dict[str, Any]:
-    """Counts over some answers; see :attr:`Answers.summary`."""
+def summed(answers: Sequence[QueryResult]) -> dict[str, Any]:
+    """Counts over some answers; see :attr:`QueryResults.summary`."""
     ratios = [r for r in (a.ratio for a in answers) if r is not None]
     return {
         "queries": len(answers),
@@ -245,7 +245,7 @@ def ask(
     progress: Callable[[int], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
-) -> Answers:
+) -> QueryResults:
     """Ask a planner every query.
 
     Parameters
@@ -290,10 +290,10 @@ def ask(
         spent["plan_s"] += planned - at
         spent["referee_s"] += loading.wall() - planned
         agrees = bool(found) and _agrees(found.cost - query.length, rule, slack[k])
-        answers.append(Answer(query, found.status, found.cost, found.expansions, agrees))
+        answers.append(QueryResult(query, found.status, found.cost, found.expansions, agrees))
         if progress is not None:
             progress(k + 1)
-    made = Answers(planner, steps, rule, tuple(answers))
+    made = QueryResults(planner, steps, rule, tuple(answers))
     return replace(
         made,
         timing={**spent, "total_s": time.perf_counter() - began, "loading_s": loading.seconds() - loaded},

@@ -15,9 +15,9 @@ from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import LampyrisError, callable_or_none, file_name, of_kind
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.recipes.make import recipe_named
-from lampyris.io.scenario import scenario as reading
+from lampyris.io.scenario import read as reading
 from lampyris.io.scenario.save import write_scenario
-from lampyris.io.scenario.scenario import Made, MapSource, Scenario, read_scenario
+from lampyris.io.scenario.scenario import Made, MapSource, Scenario
 from lampyris.model.drive import Drive
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
@@ -28,7 +28,7 @@ from lampyris.planning import registry
 from lampyris.planning.base import Budget
 
 
-class Planned(NamedTuple):
+class PlanWithSpeeds(NamedTuple):
     """A plan and the speeds along it; no speeds where no path was found."""
 
     plan: Plan
@@ -68,7 +68,7 @@ def load_scenario(
     ------
     LampyrisError : the first mistake in the file, with its place; the others are its ``__notes__``.
     """
-    return read_scenario(path, _Names(), allow_outside=allow_outside, max_cells=max_cells)
+    return reading.read_scenario(path, _Names(), allow_outside=allow_outside, max_cells=max_cells)
 
 
 def scenario_of(
@@ -79,7 +79,7 @@ def scenario_of(
     source: MapSource | None = None,
     max_cells: int = MAX_CELLS,
 ) -> Scenario:
-    """A scenario from plain data that is in no file: see :func:`lampyris.io.scenario.scenario.scenario_of`.
+    """A scenario from plain data that is in no file: see :func:`lampyris.io.scenario.read.scenario_of`.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def run(
     record: bool = True,
     progress: Callable[[int], None] | None = None,
     budget: Budget | None = None,
-) -> Planned | Trace | Drive:
+) -> PlanWithSpeeds | Trace | Drive:
     """Do what a scenario says: plan; simulate if it is ``simulated``; drive if it says how (``drive``).
 
     Parameters
@@ -134,7 +134,7 @@ def run(
                 progress=progress,
             )
         found = api.plan(scenario.scene, planner, scenario.seed, budget=budget, record=record)
-        return Planned(found, api.profile(found, scenario.scene, law) if found else None)
+        return PlanWithSpeeds(found, api.profile(found, scenario.scene, law) if found else None)
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where
         raise

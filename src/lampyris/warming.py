@@ -25,7 +25,7 @@ from lampyris.kernels import _jit, _machine
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import MOVES
-from lampyris.model.obstacles import Movers, Track
+from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
@@ -251,7 +251,7 @@ def _speeds(law: str) -> None:
         scene = _scene(robot=robot, zones=zones)
         path = api.plan(scene, "astar").path
         assert path is not None
-        around = Movers(np.array([[5.0, 5.0], [12.0, 4.0]]), np.full(2, 0.3), np.full(2, 0.5))
+        around = ObstacleStates(np.array([[5.0, 5.0], [12.0, 4.0]]), np.full(2, 0.3), np.full(2, 0.5))
         with suppress(LampyrisError):
             laws.profile(path, scene, law=law, v0=0.9, on_infeasible="brake")
             api.profile(path, scene, law)

@@ -16,7 +16,7 @@ from typing import Any
 
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.server import listening
-from lampyris.app.server.guard import SAFE, Guard, Way, door
+from lampyris.app.server.guard import SAFE, Guard, Route, door
 from lampyris.app.server.server import WAYS, Services, application
 from lampyris.app.server.static_files import PART_CSP
 from lampyris.errors import FileError, UsageError
@@ -194,7 +194,7 @@ def own(*more: tuple[str, str], host: str = HOST, json_: bool = False) -> list[t
     return [("Host", host), ("X-Lampyris-Token", TOKEN), *kind, *more]
 
 
-def filled(way: Way) -> str:
+def filled(way: Route) -> str:
     """A path of a way."""
     return (
         way.path.replace("{id}", "guide")

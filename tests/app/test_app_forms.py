@@ -101,12 +101,12 @@ class Engines:
             nonlocal looks
             looks += 1
             if looks > 200:  # long enough: what is asked, and not what comes of it, is tried
-                raise cancellation.Halted
+                raise cancellation.Cancelled
 
         try:
             for piece in work.answer({**json.loads(json.dumps(question)), "job": 1}, look):
                 yield piece
-        except cancellation.Halted:
+        except cancellation.Cancelled:
             return
         except LampyrisError as fault:
             if isinstance(fault, InternalFault):

@@ -19,9 +19,9 @@ from PIL import Image
 from test_app_work import ask, only, refusal, state
 
 from lampyris import scenarios
-from lampyris._core.cancellation import Halted
+from lampyris._core.cancellation import Cancelled
 from lampyris.app.engine import parse as said
-from lampyris.app.engine import work
+from lampyris.app.engine import simulation, work
 from lampyris.app.engine.bootstrap import hello
 from lampyris.app.engine.layers import own_order, reach
 from lampyris.app.engine.progress import heard
@@ -151,7 +151,7 @@ def test_the_saved_scenario_of_a_made_map_holds_its_recipe_and_gives_the_same_ru
     file = tmp_path / "made.yaml"
     file.write_bytes(text)
     trace: Any = scenarios.run(scenarios.load_scenario(file))
-    assert work.digest(trace) == shown["digest"]
+    assert simulation.digest(trace) == shown["digest"]
 
 
 # ---- what is told meanwhile --------------------
@@ -198,10 +198,10 @@ def test_a_film_is_stopped_while_it_is_drawn() -> None:
 
     def look() -> None:
         if any(b'"drawing"' in piece for piece in pieces):
-            raise Halted
+            raise Cancelled
 
     question = {"verb": "export", "job": 1, "scenario": state(map="guide"), "what": "gif"}
-    with heard(pieces.append), pytest.raises(Halted):
+    with heard(pieces.append), pytest.raises(Cancelled):
         list(work.answer(question, look))
 
 
@@ -286,7 +286,7 @@ def test_a_speed_is_what_its_rule_allows_and_no_rule_allows_less(
 def test_what_is_watched_is_the_same_run_as_what_is_not() -> None:
     made = state(obstacles=BUSY, law="dissertation")
     trace = scenarios.run(said.said_scenario({"scenario": made}))
-    assert work.digest(trace) == only(ask("simulate", made), "Z")["digest"]  # type: ignore[arg-type]
+    assert simulation.digest(trace) == only(ask("simulate", made), "Z")["digest"]  # type: ignore[arg-type]
 
 
 # ---- layers against the library's own numbers --------------------

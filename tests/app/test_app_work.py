@@ -20,9 +20,9 @@ from PIL import Image
 
 import lampyris
 from lampyris import scenarios
-from lampyris._core.cancellation import Halted
-from lampyris.app.engine import work
-from lampyris.app.engine.comparison import Told, compare, comparison
+from lampyris._core.cancellation import Cancelled
+from lampyris.app.engine import simulation, work
+from lampyris.app.engine.comparison import ComparisonResults, compare, comparison
 from lampyris.app.engine.frames import NOWHERE
 from lampyris.app.engine.layers import grid_at, reach
 from lampyris.app.engine.parse import said_scenario
@@ -393,7 +393,7 @@ def test_an_uploaded_map_goes_into_the_saved_scenario(tmp_path: Path) -> None:
     file = tmp_path / "kept.yaml"
     file.write_bytes(saved)
     trace: Any = scenarios.run(scenarios.load_scenario(file))
-    assert work.digest(trace) == digest
+    assert simulation.digest(trace) == digest
 
 
 def test_a_simulation_is_stopped_between_two_ticks() -> None:
@@ -402,10 +402,10 @@ def test_a_simulation_is_stopped_between_two_ticks() -> None:
     def look() -> None:
         seen.append(1)
         if len(seen) == 4:
-            raise Halted
+            raise Cancelled
 
     question = {"verb": "simulate", "job": 1, "scenario": state(obstacles=CROWD)}
-    with pytest.raises(Halted):
+    with pytest.raises(Cancelled):
         list(work.answer(question, look))
     assert len(seen) == 4
 
@@ -751,7 +751,7 @@ def test_no_planning_time_of_a_comparison_holds_what_is_compiled(monkeypatch: py
         "planners": ["dstar-lite"],
     }  # fmt: skip
     found = comparison(said_scenario(question), question)
-    told = Told(found)
+    told = ComparisonResults(found)
     frames = list(compare(found, lambda: None, 1, told))
     ends = [json.loads(one[5:]) for one in frames if one[4:5] == b"Z"]
     assert len(forms) >= 2

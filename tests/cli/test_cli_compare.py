@@ -12,9 +12,9 @@ import pytest
 import lampyris
 from bad_inputs.case import Outcome, inside, run
 from lampyris.cli import compare_draw, compare_work, text
-from lampyris.report.pictures.compare_picture import Way
+from lampyris.report.pictures.compare_picture import DrawnPath
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Who
+from lampyris.study.design.study import Config
 
 GUIDE = ("guide", "--start", "0,9", "--goal", "7,0")
 
@@ -137,7 +137,7 @@ def test_an_any_angle_planner_is_told_of_by_its_lines(tmp_path: Path) -> None:
 def test_the_picture_tells_the_length_of_the_lines_it_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ways: list[Way] = []
+    ways: list[DrawnPath] = []
     monkeypatch.setattr(
         compare_draw, "draw_ways", lambda grid, start, goal, some, *_, **__: ways.extend(some)
     )
@@ -230,7 +230,7 @@ def test_what_a_planner_weakened_is_said(tmp_path: Path, crowd: tuple[str, ...])
 def test_some_of_the_runs_are_counted_in_the_remark() -> None:
     notes = {"a": ["n", "", "n", ""], "b": ["", "", "", ""]}
     lines = [
-        compare_work.Line(Who(name, {}), Who(law, {}), tuple(_noted(note) for note in some))
+        compare_work.Line(Config(name, {}), Config(law, {}), tuple(_noted(note) for note in some))
         for name, all_notes in notes.items()
         for law, some in (("x", all_notes[:2]), ("y", all_notes[2:]))
     ]
@@ -244,7 +244,7 @@ def _noted(note: str) -> Row:
 def test_the_picture_says_who_did_otherwise_than_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drawn: list[Way] = []
+    drawn: list[DrawnPath] = []
     monkeypatch.setattr(compare_draw, "draw_ways", lambda *given, **_: drawn.extend(given[3]))
     words = ("env-1", "--planners", "ad-gso:keep_away=3,astar", "--picture", "a.png")
     assert compare(tmp_path, *words).exit == 0

@@ -19,7 +19,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.graph.astar import AStar
-from lampyris.sim.continuous.replanner import Guide
+from lampyris.sim.continuous.replanner import Replanner
 from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.grid import loop
 
@@ -82,7 +82,7 @@ def test_the_settings_of_a_drive_have_one_default_each() -> None:
 def test_the_spacing_of_a_drive_is_told_once() -> None:
     scene = Scene(Grid([[False] * 3] * 3, resolution=2.0), (0, 0), (2, 2))
     planner = AStar()
-    assert Guide(scene, planner, 0, "arcs", None).spacing == 2.0 * DRIVE_SPACING
+    assert Replanner(scene, planner, 0, "arcs", None).spacing == 2.0 * DRIVE_SPACING
     for told in (options("drive")["spacing"].help, DriveTable.model_fields["spacing"].description):
         assert f"{DRIVE_SPACING:g} of a cell" in (told or "")
     assert f"{COURSE_SPACING:g} of a cell" in (options("speed")["spacing"].help or "")

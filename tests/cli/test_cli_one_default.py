@@ -14,7 +14,7 @@ import lampyris
 from bad_inputs.case import inside, run
 from lampyris._core.defaults import PROFILE_SMOOTH
 from lampyris.io.maps.load import load_map
-from lampyris.motion.geometry.sampled_path import CellCourse, course_with_corners
+from lampyris.motion.geometry.sampled_path import SampledCellPath, course_with_corners
 
 LIMITS = [{}, {"lat_max": 0.2}, {"turn_radius": 0.4}, {"lat_max": 0.05, "turn_radius": 0.6}]
 
@@ -127,7 +127,7 @@ def test_a_course_still_draws_taut_and_files_keep_arcs() -> None:
     assert document.goal is not None
     scene = lampyris.Scene(document.grid, document.start, document.goal)
     course = lampyris.course(lampyris.plan(scene), scene)
-    assert not isinstance(course, CellCourse)
+    assert not isinstance(course, SampledCellPath)
     assert lampyris.profile(course, scene).duration == taut["speed"]["duration"]
     path = lampyris.plan(scene).path
     assert path is not None

@@ -14,18 +14,18 @@ import pytest
 
 import lampyris.reproduce
 from bad_inputs.case import Outcome, inside, run
-from lampyris.reproduce import KINDS, Report, Stage, Verdict
+from lampyris.reproduce import KINDS, Report, RunProgress, Verdict
 
 WORK: list[dict[str, Any]] = []
 
 
-def _work(out: Path, *, workers: int, quick: bool, progress: Callable[[Stage], None] | None) -> Report:
+def _work(out: Path, *, workers: int, quick: bool, progress: Callable[[RunProgress], None] | None) -> Report:
     """Two verdicts, and a page."""
     WORK.append({"out": out, "workers": workers, "quick": quick})
     (out / "runs").mkdir(parents=True, exist_ok=True)
     assert progress is not None
     for done in range(11):
-        progress(Stage("nt", done, 10, 10.0 - done))
+        progress(RunProgress("nt", done, 10, 10.0 - done))
     (out / "index.html").write_text("<p>page</p>")
     some = (
         Verdict("4.2", "row 1", "1.5", "1.5", "exact", "the same"),

@@ -16,7 +16,7 @@ from bad_inputs.case import Outcome, inside
 from bad_inputs.case import run as here
 from lampyris.cli import study_show, study_work
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Study, Who, World
+from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
 
 SMALL = """\
 version: 1
@@ -246,11 +246,11 @@ def test_ctrl_c_keeps_what_was_done_and_says_how_to_go_on(tmp_path: Path) -> Non
 def _study(kind: str = "plan", laws: int = 1) -> Study:
     import lampyris
 
-    ground = Ground("guide", lampyris.load_grid("guide"), "0" * 64)
+    ground = StudyMap("guide", lampyris.load_grid("guide"), "0" * 64)
     world = World(ground, (0, 9), (7, 0))
-    by = tuple(Who(f"law-{k}") for k in range(laws))
-    who = (Who("astar"), Who("ad-gso", {"rho": 0.5}, "gso, slow"))
-    return Study("s", kind, (world,), who, by, (Crowd(),), (0, 1, 2))  # type: ignore[arg-type]
+    by = tuple(Config(f"law-{k}") for k in range(laws))
+    who = (Config("astar"), Config("ad-gso", {"rho": 0.5}, "gso, slow"))
+    return Study("s", kind, (world,), who, by, (StudyTraffic(),), (0, 1, 2))  # type: ignore[arg-type]
 
 
 def test_sizes_are_said_in_words() -> None:

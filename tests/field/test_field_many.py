@@ -93,7 +93,7 @@ def test_workers_are_at_least_one(workers: int) -> None:
 
 
 def test_the_limit_of_the_call_is_heard_by_the_threads_that_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    free, stop = np.ones((30, 30), dtype=np.bool_), cancellation.Stop()
+    free, stop = np.ones((30, 30), dtype=np.bool_), cancellation.CancelToken()
     first: list[Field] = []
     begun = threading.Barrier(2)
 
@@ -106,14 +106,14 @@ def test_the_limit_of_the_call_is_heard_by_the_threads_that_solve(monkeypatch: p
 
     monkeypatch.setattr(many, "solve", stopped_meanwhile)
     fields = many.solve_many(free, MOVES["octile"], [(0, 0), (5, 5)], workers=2)
-    with cancellation.watching(stop=stop), pytest.raises(cancellation.Halted):
+    with cancellation.watching(stop=stop), pytest.raises(cancellation.Cancelled):
         first.append(next(fields))
 
 
 def test_a_field_asked_for_in_a_call_that_is_over_is_solved_for_who_takes_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    free, stop, late = np.ones((30, 30), dtype=np.bool_), cancellation.Stop(), threading.Event()
+    free, stop, late = np.ones((30, 30), dtype=np.bool_), cancellation.CancelToken(), threading.Event()
 
     def held(*args: Any, **how: Any) -> Field:
         if args[2] == (5, 5) and not late.is_set():

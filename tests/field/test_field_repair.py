@@ -16,7 +16,7 @@ from lampyris.kernels.field import repair as kernels
 from lampyris.model.field import Field
 from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.planning.field import repair
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.selfcheck._repair_story import mend_through
 from lampyris.selfcheck.twins import field_twin
@@ -104,7 +104,7 @@ def test_too_much_to_mend_is_solved_anew(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(repair, "GIVE_UP", 24)
     free = rng.random((60, 60)) >= 0.1
     free[30, 30] = True
-    mender = Mender(free, MOVES["octile"], (30, 30))
+    mender = FieldRepairer(free, MOVES["octile"], (30, 30))
     for k in (3, 200, 3, 1500, 3):
         ys, xs = rng.integers(0, 60, (2, k))
         keep_goal = (xs != 30) | (ys != 30)
@@ -123,7 +123,7 @@ def test_too_much_to_mend_is_solved_anew(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_goal_that_is_blocked_and_freed() -> None:
-    mender = Mender(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1))
+    mender = FieldRepairer(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1))
     blocked = mender.mend(blocked=[(2, 1), (0, 0)])
     assert (blocked.exact == -1).all()
     assert np.isinf(blocked.luciferin).all()
@@ -131,14 +131,16 @@ def test_a_goal_that_is_blocked_and_freed() -> None:
     again = mender.mend(freed=[(2, 1)])
     assert same(again, solve(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1)))
     assert again.revision == 3
-    assert Mender(~np.ones((2, 2), np.bool_), MOVES["four"], (0, 0)).mend(freed=[(0, 0)]).exact[0, 0] == 0
+    assert (
+        FieldRepairer(~np.ones((2, 2), np.bool_), MOVES["four"], (0, 0)).mend(freed=[(0, 0)]).exact[0, 0] == 0
+    )
 
 
 def test_work_is_in_proportion_to_what_changed() -> None:
     """One wall, far from the goal: tens of cells out of ninety thousand."""
     free = np.random.default_rng(22).random((300, 300)) >= 0.1
     free[150, 150] = True
-    mender = Mender(free, MOVES["octile"], (150, 150))
+    mender = FieldRepairer(free, MOVES["octile"], (150, 150))
     assert mender.field.expansions > 70_000
     work = []
     for x, y in np.random.default_rng(23).integers(0, 300, (200, 2)).tolist():
@@ -159,7 +161,7 @@ def test_costs_that_outgrow_32_bits() -> None:
     free[1, 0] = True
     moves = Moves("long", MOVES["four"].offsets, (63 * 3000,) * 4, 63 * 3000, False, 63)
     terrain = np.full(free.shape, 252, dtype=np.uint8)
-    mender = Mender(free, moves, (0, 0), terrain=terrain)
+    mender = FieldRepairer(free, moves, (0, 0), terrain=terrain)
     narrow = mender.field.exact.dtype
     field = mender.mend(blocked=[(0, 1)])
     free[1, 0] = False
@@ -171,7 +173,7 @@ def test_costs_that_outgrow_32_bits() -> None:
 
 def test_fields_are_views_until_the_next_mend_and_snapshots_for_good() -> None:
     free = np.ones((6, 7), dtype=np.bool_)
-    mender = Mender(free, MOVES["octile"], (3, 3))
+    mender = FieldRepairer(free, MOVES["octile"], (3, 3))
     free[:] = False
     first, kept = mender.field, mender.snapshot()
     assert first.free.all()
@@ -186,13 +188,13 @@ def test_fields_are_views_until_the_next_mend_and_snapshots_for_good() -> None:
 
 
 @pytest.mark.parametrize(
-    "way", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)), Mender.copy]
+    "way", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)), FieldRepairer.copy]
 )
-def test_copies_are_mended_apart(way: Callable[[Mender], Mender]) -> None:
+def test_copies_are_mended_apart(way: Callable[[FieldRepairer], FieldRepairer]) -> None:
     """What a copy showed, before, was not what it mended."""
     free = np.random.default_rng(24).random((12, 15)) >= 0.2
     free[4, 4] = True
-    first = Mender(free, MOVES["octile"], (4, 4))
+    first = FieldRepairer(free, MOVES["octile"], (4, 4))
     first.mend(blocked=[(5, 5)])
     second = way(first)
     assert same(second.field, first.field)
@@ -219,7 +221,7 @@ def test_copies_are_mended_apart(way: Callable[[Mender], Mender]) -> None:
     ],
 )
 def test_mistakes_change_nothing(given: dict[str, object], error: type[Exception], word: str) -> None:
-    mender = Mender(
+    mender = FieldRepairer(
         np.ones((2, 3), np.bool_), MOVES["four"].weighed(), (0, 0), terrain=np.zeros((2, 3), np.uint8)
     )
     before = mender.snapshot()
@@ -230,15 +232,15 @@ def test_mistakes_change_nothing(given: dict[str, object], error: type[Exception
 
 
 def test_what_a_mender_cannot_keep() -> None:
-    plain = Mender(np.ones((2, 3), np.bool_), MOVES["four"], (0, 0))
+    plain = FieldRepairer(np.ones((2, 3), np.bool_), MOVES["four"], (0, 0))
     with pytest.raises(SettingError, match="field that has none"):
         plain.mend(terrain=[((1, 1), 5)])
     with pytest.raises(SettingError, match="opposite"):
-        Mender(np.ones((2, 2), np.bool_), Moves("east", ((1, 0),), (10,), 10, False), (0, 0))
+        FieldRepairer(np.ones((2, 2), np.bool_), Moves("east", ((1, 0),), (10,), 10, False), (0, 0))
     with pytest.raises(SettingError, match="RHO"):
-        Mender(np.ones((2, 2), np.bool_), MOVES["four"], (0, 0), rho=0.0)
+        FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four"], (0, 0), rho=0.0)
     with pytest.raises(SceneError, match="GOAL_OUTSIDE"):
-        Mender(np.ones((2, 2), np.bool_), MOVES["four"], (2, 0))
+        FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four"], (2, 0))
 
 
 def test_pell_costs_stay_exact_far_from_the_goal() -> None:
@@ -246,7 +248,7 @@ def test_pell_costs_stay_exact_far_from_the_goal() -> None:
     free = np.ones((41, 400), dtype=np.bool_)
     free[1::4, :-1] = False
     free[3::4, 1:] = False
-    mender = Mender(free, MOVES["octile"], (0, 0))
+    mender = FieldRepairer(free, MOVES["octile"], (0, 0))
     free[21, 10] = True
     field = mender.mend(freed=[(10, 21)])
     cost, _ = field_twin.field(free.tolist(), "octile", (0, 0))

@@ -19,7 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.edits import edited
 from lampyris.planning.field import solve as solve_module
 from lampyris.planning.field import waves
-from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.layers import moves_for, moves_on
 from lampyris.planning.field.solve import solve, solve_field
 from lampyris.selfcheck.twins import field_twin, terrain_twin
@@ -232,7 +232,7 @@ def test_costs_that_outgrow_32_bits_are_found_again_in_64(monkeypatch: pytest.Mo
     rng = np.random.default_rng(42)
     room = 0
 
-    class Tight(Frame):
+    class Tight(BorderedMap):
         def __init__(self, free: np.ndarray, moves: Moves, **words: bool) -> None:
             super().__init__(free, moves, **words)
             if self.dtype is np.int32:
@@ -248,7 +248,7 @@ def test_costs_that_outgrow_32_bits_are_found_again_in_64(monkeypatch: pytest.Mo
         for share in (0.1, 0.5, 0.9, 0.99, 1.0, 1.5):
             room = int(share * most)
             with monkeypatch.context() as patch:
-                patch.setattr(solve_module, "Frame", Tight)
+                patch.setattr(solve_module, "BorderedMap", Tight)
                 again = solve(free, moves, (0, 0), terrain=terrain)
             assert again.exact.dtype == (np.int64 if share <= 1 else np.int32)
             np.testing.assert_array_equal(whole.exact, again.exact)

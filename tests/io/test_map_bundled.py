@@ -16,7 +16,7 @@ from PIL import Image
 import lampyris.io.maps.library as library
 from lampyris import api
 from lampyris.errors import FileError
-from lampyris.io.maps.formats.document import Query
+from lampyris.io.maps.formats.document import MapQuery
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.recipes.make import RECIPES
@@ -166,7 +166,7 @@ def test_hash_is_over_size_blocked_and_unknown_cells() -> None:
     assert len({map_hash(g) for g in [Grid(blocked), *others]}) == 6
 
 
-def best_of(query: Query) -> int:
+def best_of(query: MapQuery) -> int:
     pair = query.octile or query.weighed
     assert pair is not None
     return MOVES["octile"].exact(pair)

@@ -10,7 +10,7 @@ import pytest
 
 from lampyris.errors import LampyrisError
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.make import RECIPES, Edit, make, make_ground
+from lampyris.io.maps.recipes.make import RECIPES, RectangleEdit, make, make_ground
 
 
 def test_draws_are_the_raw_stream() -> None:
@@ -104,7 +104,14 @@ def test_large_things_first_block_more_and_make_no_gates(seed: int) -> None:
 
 
 def test_edits_are_written_last() -> None:
-    blocked = make("random", 8, 8, 0, density=0.0, edits=[Edit(1, 2, 3, 2, True), Edit(2, 2, 1, 1, False)])
+    blocked = make(
+        "random",
+        8,
+        8,
+        0,
+        density=0.0,
+        edits=[RectangleEdit(1, 2, 3, 2, True), RectangleEdit(2, 2, 1, 1, False)],
+    )
     assert np.argwhere(blocked).tolist() == [[2, 1], [2, 3], [3, 1], [3, 2], [3, 3]]
 
 

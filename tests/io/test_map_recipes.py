@@ -12,7 +12,7 @@ from scipy.ndimage import label
 
 from lampyris.errors import SettingError
 from lampyris.io.maps.recipes.make import RECIPES, make, make_ground
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 
 CONNECTED = [name for name, row in RECIPES.items() if row.connected]
 SETTINGS = [(name, s) for name, row in RECIPES.items() for s in row.table]
@@ -63,9 +63,9 @@ def test_small_and_long_maps_are_made_or_refused_by_name(recipe: str, shape: tup
 
 
 @pytest.mark.parametrize(
-    ("recipe", "setting"), NUMBERS, ids=lambda p: p.name if isinstance(p, Setting) else p
+    ("recipe", "setting"), NUMBERS, ids=lambda p: p.name if isinstance(p, RecipeSetting) else p
 )
-def test_one_region_at_both_ends_of_every_setting(recipe: str, setting: Setting) -> None:
+def test_one_region_at_both_ends_of_every_setting(recipe: str, setting: RecipeSetting) -> None:
     for value in (setting.least, setting.most):
         if setting.name in ("clutter", "large") and value == setting.most:
             value = 2000  # the most there may be takes half a minute and is no other case
@@ -91,9 +91,9 @@ def test_one_region_with_any_settings(recipe: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("recipe", "setting"), SETTINGS, ids=lambda p: p.name if isinstance(p, Setting) else p
+    ("recipe", "setting"), SETTINGS, ids=lambda p: p.name if isinstance(p, RecipeSetting) else p
 )
-def test_settings_have_a_range_and_keep_it(recipe: str, setting: Setting) -> None:
+def test_settings_have_a_range_and_keep_it(recipe: str, setting: RecipeSetting) -> None:
     assert setting.what
     assert setting.check(setting.default) == setting.default
     wrong: list[Any] = [None, "x", [[1, 2, 3]]]

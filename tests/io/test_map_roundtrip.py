@@ -13,7 +13,7 @@ from lampyris.errors import InternalFault, LampyrisError, UsageError
 from lampyris.io.maps import convert as module
 from lampyris.io.maps.convert import Conversion, convert, files_of, write_and_compare
 from lampyris.io.maps.formats.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
-from lampyris.io.maps.formats.document import MapDocument, Query
+from lampyris.io.maps.formats.document import MapDocument, MapQuery
 from lampyris.io.maps.formats.movingai import read_scen
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.map_hash import map_hash
@@ -232,7 +232,7 @@ def test_stored_queries_go_beside_a_map(tmp_path: Path) -> None:
         assert was.octile is not None
         assert q.length == pytest.approx(was.octile[0] + was.octile[1] * 2**0.5, abs=1e-8)
     document = load_map("env-3")
-    half = replace(document, queries=(Query((0, 0), (1, 1)), *document.queries))
+    half = replace(document, queries=(MapQuery((0, 0), (1, 1)), *document.queries))
     lost = write_and_compare(half, tmp_path / "h.map", scen=True).lost
     assert [s for s in lost if "quer" in s] == ["1 stored query left out"]
     with pytest.raises(UsageError, match="OPTIONS"):

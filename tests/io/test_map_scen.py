@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import FileError, LampyrisError, SceneError, SettingError
-from lampyris.io.maps.formats.document import Query
+from lampyris.io.maps.formats.document import MapQuery
 from lampyris.io.maps.formats.movingai import (
     ScenQuery,
     check_query,
@@ -114,7 +114,7 @@ def test_written_queries_are_read_again(tmp_path: Path) -> None:
     grid = Grid(np.zeros((200, 300), dtype=bool))
     for n in (0, 1, 50):
         stored = [
-            Query(
+            MapQuery(
                 (int(x0), int(y0)),
                 (int(x1), int(y1)),
                 octile=(int(rng.integers(900)), int(rng.integers(900))),
@@ -138,7 +138,7 @@ def test_written_queries_are_read_again(tmp_path: Path) -> None:
 
 def test_a_line_as_it_is_published(tmp_path: Path) -> None:
     grid = Grid(np.zeros((49, 50), dtype=bool))
-    write_scen(tmp_path / "a", [Query((1, 13), (4, 12), octile=(2, 1))], map_name="dao/a.map", grid=grid)
+    write_scen(tmp_path / "a", [MapQuery((1, 13), (4, 12), octile=(2, 1))], map_name="dao/a.map", grid=grid)
     expected = "version 1\n0\tdao/a.map\t50\t49\t1\t13\t4\t12\t3.41421356\n"
     assert (tmp_path / "a").read_text() == expected
 
@@ -146,16 +146,16 @@ def test_a_line_as_it_is_published(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("bad", "name", "code"),
     [
-        (Query((0, 0), (1, 0)), "a.map", "SCEN_LENGTH"),
+        (MapQuery((0, 0), (1, 0)), "a.map", "SCEN_LENGTH"),
         (query(length=1e15), "a.map", "SCEN_LENGTH"),
-        (Query((0, 0), (7, 0), octile=(7, 0)), "a.map", "SCEN_RANGE"),
-        (Query((-1, 0), (1, 0), octile=(2, 0)), "a.map", "SCEN_RANGE"),
+        (MapQuery((0, 0), (7, 0), octile=(7, 0)), "a.map", "SCEN_RANGE"),
+        (MapQuery((-1, 0), (1, 0), octile=(2, 0)), "a.map", "SCEN_RANGE"),
         (query(), "", "SCEN_MAP"),
         (query(), "a\tb", "SCEN_MAP"),
         (query(), "a ", "SCEN_MAP"),
     ],
 )
-def test_what_cannot_be_written(tmp_path: Path, bad: Query | ScenQuery, name: str, code: str) -> None:
+def test_what_cannot_be_written(tmp_path: Path, bad: MapQuery | ScenQuery, name: str, code: str) -> None:
     with pytest.raises(SettingError) as caught:
         write_scen(tmp_path / "a.scen", [bad], map_name=name, grid=Grid(np.zeros((3, 7), dtype=bool)))
     assert caught.value.code == code

@@ -17,7 +17,7 @@ from lampyris.io.scenario import scenario as nouns
 from lampyris.io.scenario.save import json_of, yaml_of
 from lampyris.io.scenario.scenario import Bundled, Made, MapFile
 from lampyris.io.text.strict_yaml import read_yaml
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.scenarios import completed
@@ -28,7 +28,7 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def some_body(rng: np.random.Generator, width: int, height: int) -> Traffic:
+def some_body(rng: np.random.Generator, width: int, height: int) -> ObstacleSpec:
     def cell() -> tuple[int, int]:
         return int(rng.integers(width)), int(rng.integers(height))
 

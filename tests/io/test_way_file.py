@@ -109,7 +109,7 @@ def test_metres_of_cells_come_back_as_those_cells(grid: Grid, tmp_path: Path) ->
 
 
 def test_a_point_between_cells_stays_where_it_is_and_a_repeated_one_is_left_out() -> None:
-    way = way_file.Way(np.array([[1.25, 2.0], [1.25, 2.0], [2.0, 2.00001], [1.25, 2.0]]), "cells")
+    way = way_file.PathPoints(np.array([[1.25, 2.0], [1.25, 2.0], [2.0, 2.00001], [1.25, 2.0]]), "cells")
     assert way.on(GRID).tolist() == [[1.25, 2.0], [2.0, 2.00001], [1.25, 2.0]]
     centre = GRID.to_points(-1.5 + 0.5 * 0.05, 2.25 + 0.5 * 0.05)
     assert centre == pytest.approx((0, 29), abs=1e-12)

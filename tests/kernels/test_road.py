@@ -11,7 +11,7 @@ from lampyris.kernels.motion.curve_motion import ceiling_push, chord, first_cont
 from lampyris.model.curve import Curve
 from lampyris.motion.cap import Cap
 from lampyris.motion.profile import feasible_profile
-from lampyris.sim.world.trajectory import Route, split
+from lampyris.sim.world.trajectory import CurveLookup, split
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -97,7 +97,7 @@ def snake(rng, resolution):
 @pytest.mark.parametrize("seed", range(40))
 def test_a_route_is_its_curve(seed):
     rng = np.random.default_rng(seed)
-    route = Route(snake(rng, float(rng.choice([0.1, 1.0]))))
+    route = CurveLookup(snake(rng, float(rng.choice([0.1, 1.0]))))
     for s in rng.uniform(0.0, route.length, 20).tolist():
         assert route.at(s) == pytest.approx(tuple(route.curve.at(np.array([s]))[0][0]), abs=1e-12)
         lines = route.lines
@@ -113,7 +113,7 @@ def test_the_first_contact(seed):
     rng = np.random.default_rng(seed)
     resolution = float(rng.choice([0.1, 0.5, 1.0]))
     curve = snake(rng, resolution)
-    route = Route(curve)
+    route = CurveLookup(curve)
     pushes = split(0.0, 1.0, 0.0, float(rng.uniform(0, 0.5)), float(rng.uniform(-1, 0.5)), None)
     pushes += split(1.0, 2.0, *pushes[-1].after(1.0), float(rng.uniform(0, 0.5)), None)
     m = 5
@@ -173,7 +173,7 @@ def test_discs_that_touch_by_design_are_not_in_contact():
     curve = Curve(
         np.array([[0.0, 0.0]]), np.array([[1.0, 0.0]]), np.array([10.0]), np.zeros(1), (10.0, 0.0), 1.0
     )
-    route, found = Route(curve), np.zeros(1)
+    route, found = CurveLookup(curve), np.zeros(1)
     leg = [np.array([x]) for x in (0.0, 8.0, 10.0, 1.0, -1.0, 0.0, 1.0)]
     one = np.array([0.0]), np.array([1.0]), np.array([0.0])
     args = (*route.lines, 1, 1.0, np.array([0.0, 8.0]), *one, 0, *leg, np.zeros(1, dtype=np.int64), found)

@@ -16,7 +16,7 @@ import pytest
 import lampyris
 from lampyris import model
 from lampyris._core.values import Value
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.plan import Jump, Plan
 
 WAYS: dict[str, Callable[[Any], Any]] = {
@@ -44,13 +44,13 @@ def nouns() -> dict[type, Any]:
     plan = lampyris.plan(scene, "ad-gso")
     trace, driven = lampyris.simulate(scene, "astar"), lampyris.drive(still, "astar")
     field, speeds = lampyris.solve_field(scene), lampyris.profile(plan, still)
-    seen = Seen(0, ((0, 0), (1, 0)))
+    seen = ObstacleTrack(0, ((0, 0), (1, 0)))
     found = [
         grid, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0],
         driven.tracks[0], driven.bodies[0], scene.moves, scene.robot, walks, scene.edits[0], seen,
         Change((0, 0), frozenset({(1, 1)}), bodies=(seen,)), lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),
-        lampyris.Movers(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
+        lampyris.ObstacleStates(np.ones((2, 2)), np.ones(2), np.ones(2), np.ones((2, 2))),
         *trace.events[:1], *driven.moments[:1],
     ]  # fmt: skip
     jump = next(one for one in found if isinstance(one, Jump))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.motion.safety import passive_acceleration
 from lampyris.motion.safety.passive_acceleration import Near, Push, Rails
@@ -16,7 +16,7 @@ def push(
     ceiling: Floats,
     s: float,
     v: float,
-    movers: Movers | None,
+    movers: ObstacleStates | None,
     robot: Robot,
     period: float,
     margin: float = 0.0,

@@ -7,7 +7,7 @@ import numpy as np
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.selfcheck._profile_ways import SIZE
 from lampyris.selfcheck._profile_ways import drawn_curve as random_curve
 
@@ -25,7 +25,7 @@ def random_robot(rng: np.random.Generator) -> Robot:
 
 def random_course(
     rng: np.random.Generator, *, zones: bool = True, robot: Robot | None = None, fine: float = 4.0
-) -> tuple[Course, Scene]:
+) -> tuple[SampledPath, Scene]:
     """A course and its scene: walls here and there, not under the way; zones in blocks; unknown cells."""
     resolution = float(rng.choice([0.1, 0.25, 1.0]))
     curve = random_curve(rng, resolution)

@@ -8,14 +8,14 @@ from lampyris.model.curve import Curve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.profile_on_nodes import with_nodes
 from lampyris.typing import Floats
 
 
-def case(k: int) -> tuple[Course, Profile, Profile, Robot]:
+def case(k: int) -> tuple[SampledPath, Profile, Profile, Robot]:
     """A straight way of 8 m, its profile, and the one through up to three crossing tracks."""
     rng = np.random.default_rng(k)
     robot = Robot(radius=0.2, a_max=float(rng.uniform(0.3, 1)), d_max=float(rng.uniform(0.5, 1.5)))

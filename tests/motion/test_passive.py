@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pushes import push
 
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.safety.passive_acceleration import Push, Rails, rails_of
 from reference.kernel_forms import use
@@ -19,7 +19,7 @@ ROBOT = Robot(radius=0.2, v_max=1.0, a_max=0.5, d_max=1.0)
 PERIOD = 0.1
 
 
-def wavy(n: int, length: float, wave: float = 1.0) -> Course:
+def wavy(n: int, length: float, wave: float = 1.0) -> SampledPath:
     x = np.linspace(0.0, length, 20 * n)
     xy = np.stack((x, wave * np.sin(x)), axis=-1)
     d = np.sqrt((np.diff(xy, axis=0) ** 2).sum(axis=1))
@@ -27,10 +27,10 @@ def wavy(n: int, length: float, wave: float = 1.0) -> Course:
     d = np.sqrt((np.diff(xy, axis=0) ** 2).sum(axis=1))
     s = np.concatenate(([0.0], np.cumsum(d)))
     n = len(s)
-    return Course(s, xy, np.tile((1.0, 0.0), (n, 1)), np.zeros(n), np.zeros(n, dtype=bool), 1.0)
+    return SampledPath(s, xy, np.tile((1.0, 0.0), (n, 1)), np.zeros(n), np.zeros(n, dtype=bool), 1.0)
 
 
-def ceiling_of(course: Course) -> np.ndarray:  # type: ignore[type-arg]
+def ceiling_of(course: SampledPath) -> np.ndarray:  # type: ignore[type-arg]
     made = feasible_profile(course.s, [("limit", np.full(len(course), 1.0))], a_max=1e9, d_max=ROBOT.d_max)
     x = made.v**2
     x[0] = x[1]
@@ -47,7 +47,7 @@ def motion(a: float, v: float, period: float, d_max: float) -> tuple[np.ndarray,
     return t, early * (v + 0.5 * a * early) + late * (v1 - 0.5 * d_max * late)
 
 
-def dense_gap(rails: Rails, s: float, v: float, a: float, movers: Movers) -> float:
+def dense_gap(rails: Rails, s: float, v: float, a: float, movers: ObstacleStates) -> float:
     """Least gap at worst until the robot stands."""
     t, way = motion(a, v, PERIOD, ROBOT.d_max)
     if way[-1] <= 0.0:
@@ -76,7 +76,7 @@ def test_every_push_is_safe_and_none_is_timid() -> None:
         )
         at = np.interp(s, course.s, course.xy[:, 0]), np.interp(s, course.s, course.xy[:, 1])
         m = int(rng.integers(1, 4))
-        movers = Movers(
+        movers = ObstacleStates(
             at + rng.normal(0, 1.2, (m, 2)), rng.uniform(0, 0.3, m), rng.uniform(0, 1, m), None, 0.05
         )
         made = push(rails, ceiling, s, v, movers, ROBOT, PERIOD)
@@ -99,7 +99,7 @@ def test_every_push_is_safe_and_none_is_timid() -> None:
     assert timid <= 8
 
 
-def drive(seed: int, dodge: float, course: Course) -> tuple[int, bool, float]:
+def drive(seed: int, dodge: float, course: SampledPath) -> tuple[int, bool, float]:
     """Pursuers at their top speed against the robot: contacts while it moves, whether it arrived, seconds."""
     rng = np.random.default_rng(seed)
     rails, ceiling = rails_of(course), ceiling_of(course)
@@ -109,7 +109,7 @@ def drive(seed: int, dodge: float, course: Course) -> tuple[int, bool, float]:
     s, v, contacts, t = 0.0, 0.0, 0, 0.0
     previous = True
     while t < 60.0 and s < course.s[-1] - 1e-6:
-        movers = Movers(xy, radius, top)
+        movers = ObstacleStates(xy, radius, top)
         a = push(rails, ceiling, s, v, movers, ROBOT, PERIOD).a
         # The invariant: where nothing was promised the robot stands still.
         full = dense_gap(rails, s, v, -ROBOT.d_max, movers) if v > 0 else math.inf
@@ -161,8 +161,8 @@ def test_alone_it_is_as_fast_as_may_be() -> None:
     assert t <= fastest + 5 * PERIOD
 
 
-def one(x: float, y: float, u: float, age: float = 0.0) -> Movers:
-    return Movers(np.array([(x, y)]), np.array([0.2]), np.array([u]), None, age)
+def one(x: float, y: float, u: float, age: float = 0.0) -> ObstacleStates:
+    return ObstacleStates(np.array([(x, y)]), np.array([0.2]), np.array([u]), None, age)
 
 
 def test_plain_cases() -> None:
@@ -185,7 +185,7 @@ def test_plain_cases() -> None:
     )
     wide = push(rails, ceiling, 4.0, 0.0, one(4.9, 0.0, 1.0), ROBOT, PERIOD, margin=0.45)
     assert wide.a < 0.01
-    single = Course(
+    single = SampledPath(
         np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1), np.zeros(1, dtype=bool), 1.0
     )
     assert push(rails_of(single), np.zeros(2), 0.0, 0.0, None, ROBOT, PERIOD).a <= 1e-6
@@ -201,7 +201,7 @@ def test_both_forms_say_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
         v = float(rng.uniform(0, 1)) * math.sqrt(np.interp(s, course.s, ceiling))
         m = int(rng.integers(0, 5))
         here = np.array([np.interp(s, rails.s, rails.x), np.interp(s, rails.s, rails.y)])
-        movers = Movers(here + rng.normal(0, 1.0, (m, 2)), np.full(m, 0.2), rng.uniform(0, 1, m))
+        movers = ObstacleStates(here + rng.normal(0, 1.0, (m, 2)), np.full(m, 0.2), rng.uniform(0, 1, m))
         asked.append((rails, ceiling, s, v, movers, ROBOT, PERIOD))
     answers = {}
     for form in ("plain", "compiled"):

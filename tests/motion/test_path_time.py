@@ -11,10 +11,10 @@ from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import RandomWalk, Recorded
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.timing import spacetime_lattice as lattices
-from lampyris.motion.timing.obstacle_tracks import Way, discs_of, tracks_from_recorded
+from lampyris.motion.timing.obstacle_tracks import CappedPath, discs_of, tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.reachability import Blocked, parts_of, walk
 from lampyris.selfcheck.twins.path_time_twin import least_gap, steps_to_goal
@@ -23,13 +23,13 @@ from reference.kernel_forms import use
 ROBOT = Robot(radius=0.25, v_max=1.0, a_max=0.5, d_max=1.0)
 
 
-def straight(length: float, n: int, resolution: float = 1.0) -> Course:
+def straight(length: float, n: int, resolution: float = 1.0) -> SampledPath:
     s = np.linspace(0.0, length, n)
     xy = np.stack((s / resolution, np.zeros(n)), axis=-1)
-    return Course(s, xy, np.tile((1.0, 0.0), (n, 1)), np.zeros(n), np.zeros(n, dtype=bool), resolution)
+    return SampledPath(s, xy, np.tile((1.0, 0.0), (n, 1)), np.zeros(n), np.zeros(n, dtype=bool), resolution)
 
 
-def bent(rng: np.random.Generator, length: float, stops: int = 0) -> Course:
+def bent(rng: np.random.Generator, length: float, stops: int = 0) -> SampledPath:
     """A polyline that wanders about."""
     n = int(length * 10) + 2
     s = np.linspace(0.0, length, n)
@@ -38,10 +38,10 @@ def bent(rng: np.random.Generator, length: float, stops: int = 0) -> Course:
     xy = np.concatenate((np.zeros((1, 2)), np.cumsum(step, axis=0)))
     stop = np.zeros(n, dtype=bool)
     stop[rng.integers(5, n - 5, stops)] = True
-    return Course(s, xy, np.tile((1.0, 0.0), (n, 1)), np.zeros(n), stop, 1.0)
+    return SampledPath(s, xy, np.tile((1.0, 0.0), (n, 1)), np.zeros(n), stop, 1.0)
 
 
-def crossing(rng: np.random.Generator, course: Course, seconds: float, count: int) -> list[Track]:
+def crossing(rng: np.random.Generator, course: SampledPath, seconds: float, count: int) -> list[Track]:
     """Tracks that each cross the course somewhere at some time."""
     made = []
     for _ in range(count):
@@ -54,13 +54,13 @@ def crossing(rng: np.random.Generator, course: Course, seconds: float, count: in
     return made
 
 
-def plain(course: Course, cap: np.ndarray, robot: Robot, v0: float = 0.0):  # type: ignore[type-arg,no-untyped-def]
+def plain(course: SampledPath, cap: np.ndarray, robot: Robot, v0: float = 0.0):  # type: ignore[type-arg,no-untyped-def]
     return feasible_profile(
         course.s, [("limit", cap)], a_max=robot.a_max, d_max=robot.d_max, v0=v0, stop=course.stop
     )
 
 
-def check_motion(p: Profile, robot: Robot, course: Course, ceiling: np.ndarray) -> None:  # type: ignore[type-arg]
+def check_motion(p: Profile, robot: Robot, course: SampledPath, ceiling: np.ndarray) -> None:  # type: ignore[type-arg]
     ds, dt = np.diff(p.s), np.diff(p.t)
     assert (ds >= 0.0).all()
     assert (dt > 0.0).all()
@@ -134,7 +134,7 @@ def test_the_walk_is_the_shortest_there_is() -> None:
         )
         assert lattice is not None
         tracks = crossing(rng, course, 3.0, 3)
-        way = Way(course.s, course.xy[:, 0].copy(), course.xy[:, 1].copy(), cap, course.stop)
+        way = CappedPath(course.s, course.xy[:, 0].copy(), course.xy[:, 1].copy(), cap, course.stop)
         discs = discs_of(tracks, 0.1, 0.0, 1.0)
         try:
             steps = len(walk(way, lattice, discs, 0.0, 20 * lattice.dt).place) - 1

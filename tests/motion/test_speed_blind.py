@@ -17,7 +17,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.safety.blind_areas import (
     BlindArea,
     blind_cap,
@@ -32,7 +32,7 @@ from reference.kernel_forms import use
 ROBOT = Robot(radius=0.2)
 
 
-def straight(points: list[tuple[float, float]], resolution: float, spacing: float) -> Course:
+def straight(points: list[tuple[float, float]], resolution: float, spacing: float) -> SampledPath:
     """A polyline driven without stops: corners count as bends of no length."""
     xy = np.array(points, dtype=np.float64)
     d = np.diff(xy, axis=0)
@@ -43,7 +43,9 @@ def straight(points: list[tuple[float, float]], resolution: float, spacing: floa
     return course_of(curve, spacing)
 
 
-def caps(course: Course, grid: Grid, settings: BlindArea | None = None, robot: Robot = ROBOT) -> np.ndarray:
+def caps(
+    course: SampledPath, grid: Grid, settings: BlindArea | None = None, robot: Robot = ROBOT
+) -> np.ndarray:
     scene = Scene(grid, (0, 0), (0, 0), robot=robot)
     (cap,) = blind_cap(course, scene, settings or BlindArea(), Around())
     assert cap.cause == "blind area"
@@ -270,11 +272,11 @@ def stopping(v: float, reaction: float) -> tuple[np.ndarray, np.ndarray]:
     return t, v * early + 0.5 * a * early**2 + w * late - 0.5 * p * late**2
 
 
-def at(course: Course, s: np.ndarray) -> np.ndarray:
+def at(course: SampledPath, s: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(s, course.s, course.xy[:, k]) for k in (0, 1)], axis=1)
 
 
-def ahead(course: Course, s0: float, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
+def ahead(course: SampledPath, s0: float, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points that going on, as far as the robot needs to stand, leads nearer to."""
     track = at(course, s0 + np.linspace(0.02, 0.8, 30)) + 0.5
     now = ((points - eye) ** 2).sum(axis=1)

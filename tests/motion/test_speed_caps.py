@@ -18,7 +18,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import Approach, PhysicalLaw
 from lampyris.motion.safety.surroundings import cells_distance, least_around, reach_of, room, zone_limits
@@ -28,7 +28,9 @@ from lampyris.referee.caps import check_caps
 FREE = Scene(Grid(np.zeros((40, 40), dtype=np.bool_), resolution=0.5), (0, 0), (1, 1))
 
 
-def straight(xy: tuple[float, float], to: tuple[float, float], resolution: float, spacing: float) -> Course:
+def straight(
+    xy: tuple[float, float], to: tuple[float, float], resolution: float, spacing: float
+) -> SampledPath:
     """A course along one line."""
     d = np.array(to) - np.array(xy)
     long = float(np.hypot(*d))

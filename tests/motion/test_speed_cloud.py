@@ -11,12 +11,12 @@ from scipy.integrate import quad
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
 from lampyris.motion.safety.danger_cloud import (
     NODES,
     Cloud,
@@ -34,21 +34,21 @@ from lampyris.motion.safety.danger_cloud import (
 SCENE = Scene(Grid(np.zeros((41, 101), dtype=bool), resolution=0.2), (0, 20), (100, 20), robot=Robot(0.2))
 
 
-def way() -> Course:
+def way() -> SampledPath:
     cells = np.array([(x, 20) for x in range(101)])
     return course_of_path(path_of(cells, SCENE.moves), 0.2)
 
 
 def cap(
-    movers: Movers | None, settings: CloudModel | None = None, course: Course | None = None
+    movers: ObstacleStates | None, settings: CloudModel | None = None, course: SampledPath | None = None
 ) -> Cap | None:
     found = cloud_cap(course or way(), SCENE, settings or CloudModel(), Around(movers=movers))
     return found[0] if found else None
 
 
-def one(xy: tuple[float, float], velocity: tuple[float, float] | None, **more: float) -> Movers:
+def one(xy: tuple[float, float], velocity: tuple[float, float] | None, **more: float) -> ObstacleStates:
     speed = None if velocity is None else np.array([velocity])
-    return Movers(np.array([xy]), np.array([0.3]), np.array([1.0]), speed, **more)
+    return ObstacleStates(np.array([xy]), np.array([0.3]), np.array([1.0]), speed, **more)
 
 
 # clouds ----------
@@ -158,7 +158,7 @@ def test_one_obstacle_head_on_by_hand() -> None:
 
 def test_without_obstacles_there_is_no_cap() -> None:
     assert cap(None) is None
-    assert cap(Movers(np.zeros((0, 2)), np.zeros(0), np.zeros(0))) is None
+    assert cap(ObstacleStates(np.zeros((0, 2)), np.zeros(0), np.zeros(0))) is None
 
 
 def test_a_crossing_obstacle_slows_and_a_receding_one_does_not() -> None:
@@ -183,7 +183,7 @@ def test_nodes_beyond_the_horizon_are_not_judged() -> None:
 
 def test_a_course_of_one_node() -> None:
     full = way()
-    point = Course(full.s[:1], full.xy[:1], full.heading[:1], full.curvature[:1], full.stop[:1], 0.2)
+    point = SampledPath(full.s[:1], full.xy[:1], full.heading[:1], full.curvature[:1], full.stop[:1], 0.2)
     found = cap(one((4, 20), (0, 0)), course=point)
     assert found is not None
     assert found.v.shape == (1,)
@@ -194,14 +194,14 @@ def test_the_worst_obstacle_is_named_and_more_obstacles_never_speed_up() -> None
     for _ in range(20):
         m = int(rng.integers(2, 6))
         xy = np.stack((rng.uniform(10, 60, m), rng.uniform(0, 40, m)), axis=1)
-        every = Movers(xy, np.full(m, 0.3), np.full(m, 1.0), rng.uniform(-0.7, 0.7, (m, 2)))
+        every = ObstacleStates(xy, np.full(m, 0.3), np.full(m, 1.0), rng.uniform(-0.7, 0.7, (m, 2)))
         whole = cap(every)
         assert whole is not None
         assert whole.about is not None
         alone = []
         for k in range(m):
             assert every.velocity is not None
-            part = cap(Movers(xy[k : k + 1], [0.3], [1.0], every.velocity[k : k + 1]))
+            part = cap(ObstacleStates(xy[k : k + 1], [0.3], [1.0], every.velocity[k : k + 1]))
             assert part is not None
             alone.append(part.v)
         table = np.array(alone)

@@ -15,12 +15,12 @@ from lampyris.errors import SettingError, UsageError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import path_of
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.bounds import Constant
 from lampyris.motion.laws.compare import compare, entry_of
@@ -35,12 +35,12 @@ OURS = ("physical", "uncertainty", "blind", "cloud")
 """Laws whose every rule looks at the map and the robot alone where nothing moves, ``three-speed`` besides."""
 
 
-def courses(seed: int, count: int, **how: Any) -> list[tuple[Course, Scene]]:
+def courses(seed: int, count: int, **how: Any) -> list[tuple[SampledPath, Scene]]:
     rng = np.random.default_rng(seed)
     return [random_course(rng, **how) for _ in range(count)]
 
 
-def at_nodes(made: Profile, course: Course) -> Floats:
+def at_nodes(made: Profile, course: SampledPath) -> Floats:
     """A profile's speeds at the nodes of its course; the optimum has more nodes, between them."""
     found = np.searchsorted(made.s, course.s)
     assert np.array_equal(made.s[found], course.s)
@@ -64,7 +64,7 @@ def test_every_law_drives_paths_of_one_and_two_nodes(law: str) -> None:
     still = Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), (3.0, 3.0), 0.5)
     made = laws.profile(course_of(still, 0.1), scene, law=law)
     assert (made.v.tolist(), made.duration) == ([0.0], 0.0)
-    short = Course(
+    short = SampledPath(
         np.array([0.0, 0.2]), np.array([[3.0, 3.0], [3.4, 3.0]]), np.tile((1.0, 0.0), (2, 1)), np.zeros(2),
         np.zeros(2, dtype=np.bool_), 0.5,
     )  # fmt: skip
@@ -244,7 +244,7 @@ def test_it_can_be_driven_on_every_course_and_obstacles_count() -> None:
         found = check_motion(made.s, made.v, made.a, made.t, a_max=1e9, d_max=1e9, v_max=scene.robot.v_max)
         assert found is None
         assert (made.v[course.stop] == 0).all()
-        discs = Movers(rng.uniform(5, 35, (30, 2)), np.full(30, 0.3 * course.resolution), np.ones(30))
+        discs = ObstacleStates(rng.uniform(5, 35, (30, 2)), np.full(30, 0.3 * course.resolution), np.ones(30))
         among = laws.profile(course, scene, law="dissertation", movers=discs)
         assert (among.v <= made.v + 1e-12).all()
         slower += among.duration > made.duration * 1.001
@@ -271,11 +271,11 @@ def test_a_course_within_two_cells_is_driven() -> None:
 
 
 def test_discs_cover_the_cells_that_they_touch() -> None:
-    one = Movers(np.array([[3.4, 3.0]]), np.array([0.05]), np.array([1.0]))
+    one = ObstacleStates(np.array([[3.4, 3.0]]), np.array([0.05]), np.array([1.0]))
     scene = Scene(Grid(np.zeros((9, 9), dtype=np.bool_)), (0, 3), (8, 3))
     course = api.course(np.array([[0.0, 3.0], [8.0, 3.0]]), scene)
 
-    def of(some: Movers | None) -> list[list[int]]:
+    def of(some: ObstacleStates | None) -> list[list[int]]:
         return covered(some, course, (9, 9)).tolist()
 
     assert of(one) == [[3, 3]]
@@ -284,7 +284,7 @@ def test_discs_cover_the_cells_that_they_touch() -> None:
     assert of(None) == []
     rng = np.random.default_rng(4)
     for _ in range(40):
-        some = Movers(rng.uniform(-4, 12, (5, 2)).round(1), rng.uniform(0, 3, 5).round(1), np.ones(5))
+        some = ObstacleStates(rng.uniform(-4, 12, (5, 2)).round(1), rng.uniform(0, 3, 5).round(1), np.ones(5))
         gx = np.maximum(np.abs(np.arange(9)[None, :, None] - some.xy[:, 0]) - 0.5, 0.0)
         gy = np.maximum(np.abs(np.arange(9)[:, None, None] - some.xy[:, 1]) - 0.5, 0.0)
         want = (gx * gx + gy * gy <= some.radius * some.radius).any(axis=2)
@@ -295,7 +295,7 @@ def test_a_disc_of_any_size_covers_no_more_than_the_rings_around_the_course_hold
     """A radius of 1e9 m in a file of obstacles: each cell of the disc was looked at, for hours."""
     scene = Scene(Grid(np.zeros((50, 50), dtype=np.bool_), resolution=0.01), (0, 3), (8, 3))
     course = api.course(np.array([[0.0, 3.0], [8.0, 3.0]]), scene)
-    huge = Movers(np.array([[3.4, 3.0], [2e9, 1e9]]), np.array([1e9, 3.0]), np.array([1.0, 1.0]))
+    huge = ObstacleStates(np.array([[3.4, 3.0], [2e9, 1e9]]), np.array([1e9, 3.0]), np.array([1.0, 1.0]))
     found = covered(huge, course, (50, 50))
     assert 5 * 9 <= len(found) <= 15 * 15
     law = laws.profile(course, scene, law="dissertation", movers=huge)
@@ -311,7 +311,7 @@ def test_an_arc_that_leaves_the_box_of_its_nodes_has_its_rings() -> None:
     bend = Curve(begin[None], heading, length, np.array([1 / radius]), (float(end[0]), float(end[1])), 1.0)
     course = course_of(bend, 1e6)
     assert course.xy[:, 1].max() < 214
-    top = Movers(np.array([[225.0, 224.0]]), np.array([2.0]), np.array([1.0]))
+    top = ObstacleStates(np.array([[225.0, 224.0]]), np.array([2.0]), np.array([1.0]))
     assert [225, 222] in covered(top, course, (450, 450)).tolist()
 
 

@@ -15,7 +15,7 @@ from lampyris.kernels.motion.speed_passes import clock
 from lampyris.motion.cap import Cap
 from lampyris.motion.profile import feasible_profile, stop_to_stop
 from lampyris.referee import check_motion
-from lampyris.selfcheck._profile_cases import Case, extreme, middling
+from lampyris.selfcheck._profile_cases import ProfileCase, extreme, middling
 from reference.kernel_forms import use
 
 
@@ -149,7 +149,7 @@ def test_caps_and_stops_must_be_one_a_node() -> None:
 # ---- the same motion seen in other ways ----
 
 
-def dyadic_case(rng: np.random.Generator) -> Case:
+def dyadic_case(rng: np.random.Generator) -> ProfileCase:
     """Distances in 1/1024 m, so that they are exact from either end."""
     case = middling(rng)
     s = np.concatenate(([0.0], np.cumsum(rng.integers(1, 5000, len(case.s) - 1) / 1024.0)))
@@ -161,7 +161,7 @@ def test_reversed_it_is_the_very_same_profile() -> None:
     for _ in range(300):
         case = dyadic_case(rng)
         there = case.made()
-        turned = Case(
+        turned = ProfileCase(
             case.s[-1] - case.s[::-1],
             [(name, v[::-1].copy()) for name, v in case.caps],
             case.d,
@@ -180,7 +180,7 @@ def test_other_units_give_the_same_bits() -> None:
         case = extreme(rng)
         metre, second = 2.0 ** int(rng.integers(-20, 20)), 2.0 ** int(rng.integers(-20, 20))
         speed, rate = metre / second, metre / second**2
-        scaled = Case(
+        scaled = ProfileCase(
             case.s * metre, [(c, v * speed) for c, v in case.caps], case.a * rate, case.d * rate, case.stop
         )
         one, two = case.made(), scaled.made()
@@ -205,7 +205,7 @@ def test_a_node_more_on_an_edge_changes_nothing_where_its_cap_is_between_and_hel
         between = math.sqrt(before.v[k - 1] ** 2 * (1 - here) + before.v[k] ** 2 * here)
         for cap in (between, np.inf) if between else ():  # from rest to rest, an edge is driven better whole
             caps = [(name, np.insert(v, k, cap)) for name, v in case.caps]
-            after = Case(s, caps, case.a, case.d, stop).made()
+            after = ProfileCase(s, caps, case.a, case.d, stop).made()
             np.testing.assert_allclose(np.delete(after.v, k), before.v, rtol=1e-12)
             if cap < np.inf:
                 assert after.v[k] == pytest.approx(between, rel=1e-12)

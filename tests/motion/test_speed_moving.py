@@ -7,11 +7,11 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving, moving_cap
 
 SCENE = Scene(
@@ -22,20 +22,22 @@ SCENE = Scene(
 )
 
 
-def wandering(rng: np.random.Generator, n: int, kappa: float = 0.0) -> Course:
+def wandering(rng: np.random.Generator, n: int, kappa: float = 0.0) -> SampledPath:
     turn = np.cumsum(rng.normal(0.0, 0.15, n))[:-1]
     ds = rng.uniform(0.02, 0.4, n - 1)
     s = np.concatenate(([0.0], np.cumsum(ds)))
     step = (ds / 0.25)[:, None] * np.stack((np.cos(turn), np.sin(turn)), axis=-1)
     xy = np.concatenate((np.full((1, 2), 20.0), 20.0 + np.cumsum(step, axis=0)))
-    return Course(s, xy, np.tile((1.0, 0.0), (n, 1)), np.full(n, kappa), np.zeros(n, dtype=bool), 0.25)
+    return SampledPath(s, xy, np.tile((1.0, 0.0), (n, 1)), np.full(n, kappa), np.zeros(n, dtype=bool), 0.25)
 
 
-def some(rng: np.random.Generator, m: int, age: float = 0.0) -> Movers:
-    return Movers(rng.uniform(0, 40, (m, 2)), rng.uniform(0, 0.5, m), rng.uniform(0, 2, m), None, age)
+def some(rng: np.random.Generator, m: int, age: float = 0.0) -> ObstacleStates:
+    return ObstacleStates(rng.uniform(0, 40, (m, 2)), rng.uniform(0, 0.5, m), rng.uniform(0, 2, m), None, age)
 
 
-def slow_cap(course: Course, movers: Movers, settings: MovingObstacles) -> tuple[list[float], list[int]]:
+def slow_cap(
+    course: SampledPath, movers: ObstacleStates, settings: MovingObstacles
+) -> tuple[list[float], list[int]]:
     """The same node by node, each edge at 400 points."""
     robot = SCENE.robot
     n = len(course)
@@ -74,7 +76,7 @@ def test_beside_a_slow_twin(settings: MovingObstacles) -> None:
         course, movers = wandering(rng, n), some(rng, m, 0.2)
         near = movers.xy.copy()
         near[0] = course.xy[n // 2] + rng.normal(0.0, 1.0, 2)
-        movers = Movers(near, movers.radius, movers.top_speed, None, 0.2)
+        movers = ObstacleStates(near, movers.radius, movers.top_speed, None, 0.2)
         made = moving_cap(course, SCENE, settings, Around(movers=movers))
         v = made[0].v if made else np.full(n, np.inf)
         about = made[0].about if made else np.full(n, -1)
@@ -128,14 +130,14 @@ def test_more_movers_faster_movers_older_news_never_speed_up() -> None:
     rng = np.random.default_rng(15)
     course, movers = wandering(rng, 60), some(rng, 8)
 
-    def speeds(movers: Movers) -> np.ndarray:  # type: ignore[type-arg]
+    def speeds(movers: ObstacleStates) -> np.ndarray:  # type: ignore[type-arg]
         made = moving_cap(course, SCENE, MovingObstacles(), Around(movers=movers))
         return np.minimum(made[0].v if made else np.inf, SCENE.robot.v_max)
 
     before = speeds(movers)
-    fewer = Movers(movers.xy[:-1], movers.radius[:-1], movers.top_speed[:-1])
-    faster = Movers(movers.xy, movers.radius, movers.top_speed + 0.3)
-    older = Movers(movers.xy, movers.radius, movers.top_speed, None, 0.4)
+    fewer = ObstacleStates(movers.xy[:-1], movers.radius[:-1], movers.top_speed[:-1])
+    faster = ObstacleStates(movers.xy, movers.radius, movers.top_speed + 0.3)
+    older = ObstacleStates(movers.xy, movers.radius, movers.top_speed, None, 0.4)
     assert (speeds(fewer) >= before).all()
     assert (speeds(faster) <= before).all()
     assert (speeds(older) <= before).all()
@@ -153,7 +155,7 @@ def test_stale_news_is_no_news(age: float) -> None:
 def test_nobody_there_says_nothing() -> None:
     course = wandering(np.random.default_rng(0), 5)
     assert moving_cap(course, SCENE, MovingObstacles(), Around()) == []
-    nobody = Movers(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    nobody = ObstacleStates(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
     assert moving_cap(course, SCENE, MovingObstacles(), Around(movers=nobody)) == []
 
 

@@ -13,7 +13,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.acceleration_switches import with_switches
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 
 
 def dense_optimum(curve: Curve, robot: Robot) -> float:
@@ -41,7 +41,7 @@ def dense_optimum(curve: Curve, robot: Robot) -> float:
     return sum(2 * (s[k] - s[k - 1]) / (v[k] + v[k - 1]) for k in range(1, len(s)))
 
 
-def drawn_course(rng: np.random.Generator) -> tuple[Course, Scene] | None:
+def drawn_course(rng: np.random.Generator) -> tuple[SampledPath, Scene] | None:
     """A course among scattered walls: cells of several sizes, turning circles of 0 to 5 cells, stops."""
     size = float(rng.choice([0.05, 0.25, 1.0]))
     blocked = rng.random((16, 16)) < float(rng.choice([0.0, 0.1, 0.25]))

@@ -8,14 +8,14 @@ from speed_courses import random_course
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of, zones_at
 from lampyris.referee.caps import check_caps
 
 
-def optimum_of_same_caps(course: Course, scene: Scene, spacing: float, creep: float = 0.1) -> float:
+def optimum_of_same_caps(course: SampledPath, scene: Scene, spacing: float, creep: float = 0.1) -> float:
     """Seconds of the quickest drive under the caps as they are at points so close: plain passes in v^2."""
     assert course.curve is not None
     robot = scene.robot
@@ -55,7 +55,7 @@ def test_ours_is_near_the_optimum_of_its_own_caps_and_never_quicker() -> None:
     assert np.mean(ratios) < 1.1
 
 
-def own_speeds(course: Course, scene: Scene) -> np.ndarray:
+def own_speeds(course: SampledPath, scene: Scene) -> np.ndarray:
     """What each edge allows over the mean of what its two ends allow for themselves."""
     assert course.curve is not None
     assert scene.zones is not None

@@ -13,10 +13,10 @@ from speed_courses import random_course
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.compare import compare
 from lampyris.motion.laws.rpp import (
@@ -83,7 +83,7 @@ def test_neither_bends_nor_walls_slow_below_the_least_but_the_approach_does() ->
     assert command(0.2, 0.0, min_speed=0.05) == pytest.approx(0.2)
 
 
-def bent(radius: float, resolution: float = 0.1) -> Course:
+def bent(radius: float, resolution: float = 0.1) -> SampledPath:
     """One metre straight, a quarter of a circle, one metre straight."""
     line, arc = 1.0 / resolution, radius / resolution
     curve = Curve(
@@ -127,7 +127,9 @@ def test_the_point_steered_for_is_found_by_hand() -> None:
         assert kappa[i] == pytest.approx(want, rel=1e-3, abs=1e-4)
 
 
-def scene_of(course: Course, robot: Robot | None = None, walls: tuple[tuple[int, int], ...] = ()) -> Scene:
+def scene_of(
+    course: SampledPath, robot: Robot | None = None, walls: tuple[tuple[int, int], ...] = ()
+) -> Scene:
     blocked = np.zeros((60, 60), dtype=np.bool_)
     for x, y in walls:
         blocked[y, x] = True
@@ -162,7 +164,7 @@ def test_walls_and_what_moves_slow_it_alike() -> None:
     robot = Robot(radius=0.1, a_max=50.0, d_max=50.0)
     wall = laws.profile(course, scene_of(course, robot, ((10, 8),)), law="rpp")
     body = laws.profile(course, scene_of(course, robot), law="rpp", obstacles=[(10, 8)])
-    disc = Movers(np.array([[10.0, 8.0]]), np.array([0.05]), np.array([1.0]))
+    disc = ObstacleStates(np.array([[10.0, 8.0]]), np.array([0.05]), np.array([1.0]))
     moving = laws.profile(course, scene_of(course, robot), law="rpp", movers=disc)
     free = laws.profile(course, scene_of(course, robot), law="rpp")
     assert wall.v.tolist() == body.v.tolist()

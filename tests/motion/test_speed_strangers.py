@@ -18,7 +18,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.safety.surroundings import reach_of, room
@@ -220,11 +220,11 @@ def test_room_is_never_more_than_there_is() -> None:
 # ---- laws --------------------------------------------------------------------------------------------
 
 
-def _line(n: int, length: float, res: float = 1.0) -> Course:
+def _line(n: int, length: float, res: float = 1.0) -> SampledPath:
     s = np.linspace(0.0, length, n) if n > 1 else np.zeros(1)
     xy = np.stack((2.0 + s / res, np.full(n, 2.0)), axis=1)
     heading = np.tile((1.0, 0.0), (n, 1))
-    return Course(s, xy, heading, np.zeros(n), np.zeros(n, dtype=bool), res)
+    return SampledPath(s, xy, heading, np.zeros(n), np.zeros(n, dtype=bool), res)
 
 
 @pytest.mark.parametrize("law", laws.names())

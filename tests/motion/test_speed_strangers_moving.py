@@ -22,14 +22,14 @@ from lampyris.errors import LampyrisError, SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers, Track
+from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.motion.cap import Around
 from lampyris.motion.geometry.curve import curve_of
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.profile import feasible_profile
 from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving_cap
 from lampyris.motion.safety.passive_acceleration import rails_of
@@ -112,14 +112,14 @@ def test_odd_polylines_are_refused_in_words(points: list[list[float]]) -> None:
 # ---- obstacles that may come from anywhere -----------------------------------------------------------
 
 
-def bounds(course: Course, robot: Robot) -> np.ndarray:
+def bounds(course: SampledPath, robot: Robot) -> np.ndarray:
     """Speeds that the robot's own limits allow at each node."""
     with np.errstate(divide="ignore"):
         return np.minimum(robot.v_max, np.sqrt(robot.lat_max / course.curvature))
 
 
 def least_gap(
-    curve: Curve, robot: Robot, movers: Movers, s: float, v: float, a: float, seconds: float
+    curve: Curve, robot: Robot, movers: ObstacleStates, s: float, v: float, a: float, seconds: float
 ) -> float:
     """What is left between the rims at worst while the robot pushes for so long and then brakes, sampled."""
     after = max(v + a * seconds, 0.0)
@@ -134,14 +134,16 @@ def least_gap(
     return float((apart - comes - movers.radius - robot.radius).min(initial=np.inf))
 
 
-def somebody(rng: np.random.Generator, curve: Curve, s: float) -> Movers:
+def somebody(rng: np.random.Generator, curve: Curve, s: float) -> ObstacleStates:
     """Up to four obstacles around a place of a curve, now and then right on it."""
     res, m = curve.resolution, int(rng.integers(0, 5))
     xy = curve.at(np.array([s]))[0] + rng.normal(size=(m, 2)) * float(rng.choice((0.5, 2.0, 5.0)))
     if m and rng.random() < 0.2:
         xy[0] = curve.at(np.array([s + 0.5 * res]))[0][0]
     radius = np.full(m, 0.3 * res * float(rng.choice((0, 1))))
-    return Movers(xy, radius, res * rng.choice((0.0, 0.5, 2.0), size=m), age=float(rng.choice((0.0, 0.2))))
+    return ObstacleStates(
+        xy, radius, res * rng.choice((0.0, 0.5, 2.0), size=m), age=float(rng.choice((0.0, 0.2)))
+    )
 
 
 def test_after_every_push_braking_is_safe() -> None:
@@ -206,10 +208,10 @@ def test_knowledge_that_is_no_number_is_none() -> None:
         given: dict[str, Any] = {"xy": [[1.0, 1.0]], "radius": [0.3], "top_speed": [0.5]}
         given[field] = [[NAN, 1.0]] if field == "xy" else [NAN]
         with pytest.raises(LampyrisError):
-            Movers(**given)
+            ObstacleStates(**given)
     course = course_of(bent_curve(np.random.default_rng(1), 1.0), 0.5)
     for age in (NAN, -1.0, 9.0):
-        old = Movers(np.array([[0.0, 0.0]]), np.array([0.3]), np.array([0.5]), age=age)
+        old = ObstacleStates(np.array([[0.0, 0.0]]), np.array([0.3]), np.array([0.5]), age=age)
         around = Around(movers=old)
         scene = Scene(Grid(np.zeros((30, 30), dtype=bool)), (15, 15), (1, 1))
         assert (moving_cap(course, scene, MovingObstacles(), around)[0].v == 0).all()
@@ -255,7 +257,7 @@ def test_ways_through_tracks_touch_nobody() -> None:
         assert p.duration >= alone.duration * (1 - 1e-9)
         goal = (round(curve.end[0]), round(curve.end[1]))
         scene = Scene(Grid(np.zeros((24, 24), dtype=bool), resolution=res), start, goal, robot=robot)
-        n, bodies = len(p.v), tuple(Body("recorded", one.radius, False) for one in tracks)
+        n, bodies = len(p.v), tuple(Obstacle("recorded", one.radius, False) for one in tracks)
         drive = Drive(
             scene, "", p.law, 0, Outcome.ARRIVED, (curve,), p.t, p.s, p.v, p.a, np.zeros(n, int), p.cause,
             p.about, tuple(tracks), bodies, (), 0.1,

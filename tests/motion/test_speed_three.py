@@ -9,12 +9,12 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around
-from lampyris.motion.geometry.sampled_path import Course, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path
 from lampyris.motion.safety.three_speed import (
     ThreeSpeed,
     ThreeSpeedControl,
@@ -29,18 +29,18 @@ from lampyris.motion.safety.three_speed import (
 SCENE = Scene(Grid(np.zeros((41, 101), dtype=bool), resolution=0.2), (0, 20), (100, 20), robot=Robot(0.2))
 
 
-def way() -> Course:
+def way() -> SampledPath:
     cells = np.array([(x, 20) for x in range(101)])
     return course_of_path(path_of(cells, SCENE.moves), 0.2)
 
 
-def speeds(movers: Movers | None, settings: ThreeSpeed | None = None) -> np.ndarray:
+def speeds(movers: ObstacleStates | None, settings: ThreeSpeed | None = None) -> np.ndarray:
     found = three_speed_cap(way(), SCENE, settings or ThreeSpeed(), Around(movers=movers))
     return np.minimum(found[0].v, 1.0) if found else np.ones(101)
 
 
-def one(xy: tuple[float, float], velocity: tuple[float, float]) -> Movers:
-    return Movers(np.array([xy]), np.array([0.3]), np.array([1.0]), np.array([velocity]))
+def one(xy: tuple[float, float], velocity: tuple[float, float]) -> ObstacleStates:
+    return ObstacleStates(np.array([xy]), np.array([0.3]), np.array([1.0]), np.array([velocity]))
 
 
 # the solver ----------
@@ -181,7 +181,7 @@ def test_control_learns_what_an_obstacle_does() -> None:
     for _ in range(3):
         control.update(one((20, 16.25), (0, 0.75)), 1.0, course, 0.8)
     assert control.belief[0, 1] > 0.8
-    both = Movers([[20, 16], [0, 0]], [0.3, 0.3], [1.0, 1.0], np.zeros((2, 2)))
+    both = ObstacleStates([[20, 16], [0, 0]], [0.3, 0.3], [1.0, 1.0], np.zeros((2, 2)))
     control.update(both, 1.0, course, 0.8)
     assert control.belief.tolist() == [[0.8, 0.15, 0.05]] * 2
     control.update(None, 1.0, course)
@@ -267,13 +267,13 @@ def test_it_speaks_only_as_far_ahead_as_it_is_told_to() -> None:
 
 def test_only_the_nearest_are_weighed_and_far_ones_change_nothing() -> None:
     near = one((15, 8), (0, 0.8))
-    far = Movers([[15, 8], [99, 0]], [0.3, 0.3], [1.0, 1.0], [[0, 0.8], [0, 0]])
+    far = ObstacleStates([[15, 8], [99, 0]], [0.3, 0.3], [1.0, 1.0], [[0, 0.8], [0, 0]])
     assert (speeds(near) == speeds(far)).all()
 
 
 def test_a_course_of_one_node() -> None:
     course = way()
-    point = Course(
+    point = SampledPath(
         course.s[:1], course.xy[:1], course.heading[:1], course.curvature[:1], course.stop[:1], 0.2
     )
     (cap,) = three_speed_cap(point, SCENE, ThreeSpeed(), Around(movers=one((2, 20), (0, 0))))
@@ -281,7 +281,7 @@ def test_a_course_of_one_node() -> None:
 
 
 def test_the_same_bytes_every_time() -> None:
-    movers = Movers([[15, 8], [25, 30]], [0.3, 0.3], [1.0, 1.0], [[0, 0.8], [0, -0.5]])
+    movers = ObstacleStates([[15, 8], [25, 30]], [0.3, 0.3], [1.0, 1.0], [[0, 0.8], [0, -0.5]])
     assert speeds(movers).tobytes() == speeds(movers).tobytes()
 
 

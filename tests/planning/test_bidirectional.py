@@ -15,7 +15,7 @@ from lampyris.model.path import path_of
 from lampyris.model.scene import Scene
 from lampyris.planning.graph.bidirectional_astar import BidirectionalAStar
 from lampyris.planning.graph.bidirectional_search import TwoSearches, TwoTerrainSearches, both_ends
-from lampyris.planning.graph.grid_graph import Answer, GridSearch
+from lampyris.planning.graph.grid_graph import GridSearch, SearchResult
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.referee import check_plan
 from lampyris.selfcheck.twins import terrain_twin
@@ -23,7 +23,7 @@ from lampyris.selfcheck.twins.field_twin import surd
 from reference.kernel_forms import use
 
 
-def told(answer: Answer) -> tuple[object, ...]:
+def told(answer: SearchResult) -> tuple[object, ...]:
     return answer.ending, answer.expansions, None if answer.cells is None else answer.cells.tolist()
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris import Budget, Change, Scene, Status, Stop
+from lampyris import Budget, CancelToken, Change, Scene, Status
 from lampyris._core import cancellation
 from lampyris.errors import SettingError
 from lampyris.kernels import _helpers
@@ -141,7 +141,7 @@ def test_a_field_looks_at_every_row_and_every_level(
 
 @pytest.mark.parametrize("name", OURS)
 def test_a_call_that_is_stopped_before_it_starts(name: str) -> None:
-    scene, stop = scene_of(), Stop()
+    scene, stop = scene_of(), CancelToken()
     session = open_(name, scene)
     stop.set()
     plan = session.plan(None, Budget(stop=stop))
@@ -169,10 +169,10 @@ def test_a_session_after_calls_that_were_stopped_anywhere_answers_as_a_fresh_one
     session, n, stopped = open_(name, scene), 0, 0
     change = Change(blocked=wall)
     looks: list[int] = [0]
-    is_over = cancellation.Watch.is_over.fget
+    is_over = cancellation.CancelScope.is_over.fget
     assert is_over is not None
 
-    def counted(self: cancellation.Watch) -> bool:
+    def counted(self: cancellation.CancelScope) -> bool:
         looks[0] -= 1
         if looks[0] == 0:
             self.word[0] = 1
@@ -188,7 +188,7 @@ def test_a_session_after_calls_that_were_stopped_anywhere_answers_as_a_fresh_one
             args[-1][0] = 1
         return real(self, args)
 
-    monkeypatch.setattr(cancellation.Watch, "is_over", property(counted))
+    monkeypatch.setattr(cancellation.CancelScope, "is_over", property(counted))
     monkeypatch.setattr(Kernel, "_run", run)
     for n in range(1, 12):
         looks[0] = n
@@ -219,7 +219,7 @@ def test_a_limit_ends_a_call_and_says_so() -> None:
 
 
 def test_another_thread_stops_a_call() -> None:
-    stop = Stop()
+    stop = CancelToken()
     planner = registry.make("mmas-dstar", {"iterations": 100_000, "swarm": 200})
     session = planner.open(scene_of(40), np.random.Generator(np.random.PCG64(1)))
     threading.Timer(0.1, stop.set).start()
@@ -228,13 +228,13 @@ def test_another_thread_stops_a_call() -> None:
 
 
 def test_an_outer_limit_stops_inner_calls_and_is_the_outer_ones_to_answer() -> None:
-    stop = Stop()
+    stop = CancelToken()
     session = open_("astar", scene_of())
     with cancellation.watching(stop=stop):
         stop.set()
-        with pytest.raises(cancellation.Halted):
+        with pytest.raises(cancellation.Cancelled):
             session.plan(None, Budget(seconds=60.0))
-        with cancellation.unheard():
+        with cancellation.shielded():
             assert session.plan().status is Status.FOUND
     assert session.plan().status is Status.FOUND
 
@@ -254,7 +254,7 @@ def test_without_a_limit_there_is_no_thread_and_no_word() -> None:
             True,
             0,
         )
-        cancellation.look()
+        cancellation.checkpoint()
     with cancellation.watching(seconds=50.0):
         assert clocks() == 1
     while clocks():
@@ -268,7 +268,7 @@ def test_ctrl_c_reaches_a_loop_that_reads_the_word_alone() -> None:
     def interrupted() -> None:
         with cancellation.interrupts():
             signal.raise_signal(signal.SIGINT)
-            cancellation.look()
+            cancellation.checkpoint()
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
@@ -280,7 +280,7 @@ def test_the_ctrl_c_that_a_study_takes_over_stops_no_loop_and_the_next_does() ->
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         pytest.skip("Ctrl-C is ignored here")
 
-    def heard(interrupt: cancellation.Stop, seconds: float) -> bool:
+    def heard(interrupt: cancellation.CancelToken, seconds: float) -> bool:
         until = time.perf_counter() + seconds
         while not interrupt.is_set and time.perf_counter() < until:
             time.sleep(0.001)
@@ -293,7 +293,7 @@ def test_the_ctrl_c_that_a_study_takes_over_stops_no_loop_and_the_next_does() ->
             signal.raise_signal(signal.SIGINT)
             # The study has given the handler back before the thread that listens reads of the signal.
             assert not heard(watch.stops[-1], 0.05)
-            cancellation.look()
+            cancellation.checkpoint()
             with pytest.raises(KeyboardInterrupt):
                 calm.check()
         with pytest.raises(KeyboardInterrupt):
@@ -320,12 +320,12 @@ def test_a_study_without_ctrl_c_leaves_the_next_one_to_nobody() -> None:
 def test_a_planner_that_answers_whatever_goes_wrong_is_stopped_all_the_same() -> None:
     def guest() -> Plan:
         try:
-            cancellation.look()
+            cancellation.checkpoint()
         except Exception:
             return Plan(Status.NO_PATH, "guest")
         return Plan(Status.FOUND, "guest")
 
-    stop = Stop()
+    stop = CancelToken()
     stop.set()
     assert within(Budget(stop=stop), "guest", guest).status is Status.CANCELLED
 
@@ -334,7 +334,7 @@ def test_a_limit_that_cannot_be_watched_leaves_no_watch_behind(monkeypatch: pyte
     def full(self: threading.Thread) -> None:
         raise RuntimeError("can't start new thread")
 
-    stop = Stop()
+    stop = CancelToken()
     monkeypatch.setattr(threading.Thread, "start", full)
     with pytest.raises(RuntimeError, match="new thread"), cancellation.watching(1.0, stop):
         pass

@@ -12,9 +12,9 @@ from lampyris.planning import field_cache
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
-from lampyris.planning.field_cache import Grounds
+from lampyris.planning.field_cache import FieldCache
 from lampyris.planning.living_map import LivingMap
 from lampyris.selfcheck.twins.edit_stories import story
 
@@ -25,7 +25,7 @@ def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:
         told = story(31, number)
         scene = Scene(Grid(told.blocked, terrain=told.terrain), told.start, told.goal, told.name)  # type: ignore[arg-type]
         living, under_walls = LivingMap(scene), {}
-        grounds = Grounds(living, moves_for(scene), told.goal, rho=0.4, gamma=0.6)
+        grounds = FieldCache(living, moves_for(scene), told.goal, rho=0.4, gamma=0.6)
         rng = np.random.default_rng(number)
         height, width = told.blocked.shape
         for edit in told.edits:
@@ -61,7 +61,7 @@ def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:
 
 def test_a_field_once_asked_for_is_kept() -> None:
     living = LivingMap(Scene(Grid(np.zeros((40, 40), np.bool_)), (0, 0), (20, 20)))
-    grounds = Grounds(living, MOVES["octile"], (20, 20), rho=0.4, gamma=0.6)
+    grounds = FieldCache(living, MOVES["octile"], (20, 20), rho=0.4, gamma=0.6)
     sets = [frozenset[tuple[int, int]](), *(frozenset({(k, 3), (k, 4)}) for k in range(3))]
     for sealed in sets:
         grounds.sealed(sealed)
@@ -78,7 +78,7 @@ def test_a_field_once_asked_for_is_kept() -> None:
 
 def test_a_copy_goes_its_own_way() -> None:
     free = np.ones((12, 12), np.bool_)
-    one = Mender(free, MOVES["sixteen"], (5, 5))
+    one = FieldRepairer(free, MOVES["sixteen"], (5, 5))
     one.mend(blocked=[(4, 4)])
     two = one.copy()
     one.mend(blocked=[(6, 6)])

@@ -23,7 +23,7 @@ from lampyris.planning.base import Budget
 from lampyris.planning.graph import jps_search
 from lampyris.planning.graph.astar import AStar
 from lampyris.planning.graph.bidirectional_astar import BidirectionalAStar
-from lampyris.planning.graph.grid_graph import Answer, GridSearch
+from lampyris.planning.graph.grid_graph import GridSearch, SearchResult
 from lampyris.planning.graph.jps import JumpPointSearch
 from lampyris.planning.graph.jps_search import JumpSearch, PackedMap, can_jump, jump_search
 from lampyris.referee import check_plan
@@ -34,11 +34,11 @@ EIGHT = ("octile", "dissertation")
 EXACT = [JumpPointSearch(), BidirectionalAStar()]
 
 
-def told(answer: Answer) -> tuple[object, ...]:
+def told(answer: SearchResult) -> tuple[object, ...]:
     return answer.ending, answer.expansions, None if answer.cells is None else answer.cells.tolist()
 
 
-def cost(answer: Answer, moves: Moves) -> int | None:
+def cost(answer: SearchResult, moves: Moves) -> int | None:
     return None if answer.cells is None else moves.exact(count_steps(answer.cells, moves))
 
 

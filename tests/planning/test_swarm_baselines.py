@@ -15,8 +15,8 @@ from lampyris.model.moves import MOVES
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
-from lampyris.planning.swarm.dstar_lpso import Dstar16Lpso, DstarLpso, StepPlanner
-from lampyris.planning.swarm.step_session import fan_of
+from lampyris.planning.swarm.dstar_lpso import Dstar16Lpso, DstarLpso
+from lampyris.planning.swarm.step_session import StepPlanner, fan_of
 from lampyris.referee import check_plan, sum_cost_to_go
 from lampyris.testing import check_planner
 from planning.swarm_scenes import NAMES, random_scene, scene_of

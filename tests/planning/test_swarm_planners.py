@@ -155,12 +155,12 @@ def test_ants_never_return_to_a_cell_and_pheromone_keeps_its_limits() -> None:
     memory = session._memory
     memory.begin(Change(), None)
     ground = memory.ground()
-    from lampyris.planning.swarm.session import Judge, Task
+    from lampyris.planning.swarm.session import FitnessEvaluator, Task
     from lampyris.planning.swarm.walks import walk_of
 
     task = Task(ground, np.array(scene.start), None, int(ground.to_go[ground.flat(np.array(scene.start))]))
     ants, decode = settings.begin(task, np.random.default_rng(1))
-    judge = Judge(settings, task, memory, decode)
+    judge = FitnessEvaluator(settings, task, memory, decode)
     for _ in range(12):
         ways = ants.ask()
         assert len(ways) == 12
@@ -190,7 +190,7 @@ def test_however_often_ants_look_they_find_the_same(part: int, monkeypatch: pyte
         with monkeypatch.context() as patch:
             for module in (mmas_dstar, pheromone, walks):
                 patch.setattr(module, "PART", part)
-                patch.setattr(module, "look", lambda name=module.__name__: looks.append(name))
+                patch.setattr(module, "checkpoint", lambda name=module.__name__: looks.append(name))
             assert essence(planned(settings, scene)) == essence(whole)
         # Each round gathers and judges every step, and counts the cells twice to have the best way in order.
         assert (

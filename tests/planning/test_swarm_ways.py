@@ -16,17 +16,17 @@ from lampyris.planning.swarm import walks
 from lampyris.planning.swarm.encoding import anywhere, evenly, on_lines, waypoints_of
 from lampyris.planning.swarm.fitness_terms import TERMS, Weights, score
 from lampyris.planning.swarm.potential_field import repulsion
-from lampyris.planning.swarm.search_space import Ground
-from lampyris.planning.swarm.walks import Lines, trace, walk_of
+from lampyris.planning.swarm.search_space import SearchSpace
+from lampyris.planning.swarm.walks import LineWalks, trace, walk_of
 from lampyris.selfcheck.twins.search_twin import cost_of, distances
 from planning.swarm_scenes import NAMES, random_scene, scene_of
 
 
-def ground_of(scene: Scene) -> Ground:
-    return Ground(scene, moves_for(scene), free_space(scene), frozenset())
+def ground_of(scene: Scene) -> SearchSpace:
+    return SearchSpace(scene, moves_for(scene), free_space(scene), frozenset())
 
 
-def open_ground(name: str, side: int = 17) -> Ground:
+def open_ground(name: str, side: int = 17) -> SearchSpace:
     return ground_of(Scene(Grid(np.zeros((side, side), dtype=bool)), (0, 0), (side - 1, side - 1), name))
 
 
@@ -78,7 +78,7 @@ def test_in_pieces_walks_are_what_they_are_at_once(part: int, monkeypatch: pytes
         assert len(list(at_once.pieces())) == 1
         worth = score(ground, at_once, Weights())
         monkeypatch.setattr(walks, "PART", part)
-        for batch in (Lines(ground, nodes), at_once):
+        for batch in (LineWalks(ground, nodes), at_once):
             pieces = list(batch.pieces())
             cut += len(pieces) > 1
             assert batch.steps == at_once.steps == sum(piece.ways.steps for piece in pieces)
@@ -107,16 +107,16 @@ def test_between_two_looks_a_bounded_number_of_steps_is_made(monkeypatch: pytest
     ground = open_ground("octile", 300)
     nodes = np.random.default_rng(1).integers(0, 300, size=(40, 60, 2))
     made: list[int] = []
-    legal = Ground.legal
+    legal = SearchSpace.legal
 
-    def counted(self: Ground, at: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def counted(self: SearchSpace, at: np.ndarray, step: np.ndarray) -> np.ndarray:
         made.append(at.size)
         return legal(self, at, step)
 
     looks: list[int] = []
-    monkeypatch.setattr(Ground, "legal", counted)
-    monkeypatch.setattr(walks, "look", lambda: looks.append(sum(made)))
-    batch = Lines(ground, nodes)
+    monkeypatch.setattr(SearchSpace, "legal", counted)
+    monkeypatch.setattr(walks, "checkpoint", lambda: looks.append(sum(made)))
+    batch = LineWalks(ground, nodes)
     score(ground, batch, Weights())
     assert sum(made) == batch.steps > 200_000
     assert max(b - a for a, b in pairwise([*looks, sum(made)])) <= walks.PART + 300

@@ -19,7 +19,7 @@ from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Planner
 from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.planning.living_map import LivingMap
 from lampyris.sim.grid.loop import Simulation
@@ -126,7 +126,7 @@ def test_a_field_that_is_repaired_has_the_terrain_again() -> None:
     for number in range(12):
         scene, _ = life(number)
         moves, terrain = MOVES[scene.moves.name].weighed(), scene.grid.terrain
-        mender = Mender(~scene.grid.blocked, moves, scene.goal, terrain=terrain)
+        mender = FieldRepairer(~scene.grid.blocked, moves, scene.goal, terrain=terrain)
         before = mender.snapshot()
         free = [(int(x), int(y)) for y, x in np.argwhere(~scene.grid.blocked)]
         cells = [c for c in free if c != scene.goal][::3]

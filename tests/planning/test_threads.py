@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from lampyris._core.cancellation import Halted
+from lampyris._core.cancellation import Cancelled
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris.errors import BusyError
 from lampyris.model.change import Change
@@ -29,7 +29,7 @@ from lampyris.model.traffic import RandomWalk
 from lampyris.planning import registry
 from lampyris.planning.base import Planner, Session, SessionBase, Traits
 from lampyris.planning.field.layers import moves_for
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.graph.astar import AStar
 from lampyris.planning.swarm.optimisers.box import Box
 from lampyris.planning.swarm.optimisers.glowworm import GSO
@@ -125,7 +125,9 @@ def test_ten_threads_on_one_session_a_thousand_calls(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", registry.names())
-@pytest.mark.parametrize("error", [KeyboardInterrupt, Halted, MemoryError, BusyError("BUSY", "of another")])
+@pytest.mark.parametrize(
+    "error", [KeyboardInterrupt, Cancelled, MemoryError, BusyError("BUSY", "of another")]
+)
 def test_a_call_that_raises_leaves_the_session_usable(name: str, error: Any) -> None:
     def fail() -> None:
         raise error
@@ -237,7 +239,7 @@ def test_ten_threads_drive_one_drive_to_the_end_of_one_thread() -> None:
 
 def test_ten_threads_mend_one_field() -> None:
     scene = scene_of(40)
-    mender = Mender(~scene.grid.blocked, moves_for(scene), scene.goal)
+    mender = FieldRepairer(~scene.grid.blocked, moves_for(scene), scene.goal)
     want, cell = mender.snapshot(), (20, 21)
     turns, count = Lock(), [0]
 

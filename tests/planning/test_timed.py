@@ -10,7 +10,7 @@ import pytest
 
 from lampyris import api
 from lampyris.errors import SettingError
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
@@ -36,7 +36,9 @@ def place(track: Sequence[Cell], period: int):
     return lambda t: track[t] if t < n else track[n - period + (t - n) % period]
 
 
-def asked(planner, free, moves: str, start: Cell, goal: Cell, bodies: Sequence[Seen], radius=0.0) -> Plan:
+def asked(
+    planner, free, moves: str, start: Cell, goal: Cell, bodies: Sequence[ObstacleTrack], radius=0.0
+) -> Plan:
     scene = Scene(Grid(~np.asarray(free)), start, goal, moves=moves, robot=Robot(radius=radius))
     return planner.open(scene, RNG).plan(Change(robot=start, bodies=tuple(bodies)))
 
@@ -78,7 +80,7 @@ def test_the_contract(planner) -> None:
 def test_it_waits_where_waiting_is_quickest() -> None:
     # A corridor one cell wide, and somebody crosses it.
     free = [[c == "." for c in row] for row in ("##.##", ".....", "##.##")]
-    crossing = Seen(0, ((2, 0), (2, 0), (2, 1), (2, 2)), 0, 1)
+    crossing = ObstacleTrack(0, ((2, 0), (2, 0), (2, 1), (2, 2)), 0, 1)
     plan = asked(Sipp(), free, "octile", (0, 1), (4, 1), [crossing])
     assert by_tick(plan) == [(0, 1), (1, 1), (1, 1), (2, 1), (3, 1), (4, 1)]
     assert plan.commit is None  # everything is known: nothing to ask again for
@@ -86,7 +88,7 @@ def test_it_waits_where_waiting_is_quickest() -> None:
 
 def test_somebody_on_the_goal_for_ever_is_told_from_walls() -> None:
     free = np.ones((3, 4), dtype=bool)
-    plan = asked(Sipp(), free, "octile", (0, 0), (3, 2), [Seen(0, ((3, 2),), 0, 1)])
+    plan = asked(Sipp(), free, "octile", (0, 0), (3, 2), [ObstacleTrack(0, ((3, 2),), 0, 1)])
     assert plan.status is Status.HEMMED_IN
     free[:, 2] = False
     assert asked(Sipp(), free, "octile", (0, 0), (3, 2), []).status is Status.NO_PATH
@@ -104,7 +106,7 @@ def test_both_searches_arrive_at_the_same_tick_among_many() -> None:
             for dx, dy in rng.integers(-1, 2, (40, 2)).tolist():
                 x, y = min(max(x + dx, 0), 29), min(max(y + dy, 0), 23)
                 track.append((x, y))
-            seen.append(Seen(k, tuple(track), 0, 1))
+            seen.append(ObstacleTrack(k, tuple(track), 0, 1))
         one, other = (asked(p, free, "octile", (0, 0), (29, 23), seen) for p in PLANNERS)
         assert one.status is other.status
         if one:
@@ -184,22 +186,22 @@ def test_nobody_waits_for_ever_before_one_that_never_moves(planner: str, forecas
 def test_what_is_hidden_of_a_track_is_its_future() -> None:
     scene = Scene(Grid(np.zeros((1, 9), dtype=bool)), (0, 0), (8, 0))
     # Ended at tick 2, on the only way: at tick 9 it is still there.
-    ended = Seen(0, ((3, 0), (2, 0), (1, 0)), 0, 1)
+    ended = ObstacleTrack(0, ((3, 0), (2, 0), (1, 0)), 0, 1)
     plan = (
         Sipp(tracks="hidden", horizon=3).open(scene, RNG).plan(Change(robot=(0, 0), bodies=(ended,), tick=9))
     )
     assert plan.schedule is not None
     assert plan.schedule[1] > 9 + 3
     # One that goes back and forth, by the tick: it is on (3, 0) and has come from (4, 0).
-    paces = Seen(0, ((3, 0), (4, 0)), 0, 2)
-    assert _hidden(paces, 10) == Seen(0, ((4, 0), (3, 0)), 9, None)
-    assert _hidden(ended, 1) == Seen(0, ((3, 0), (2, 0)), 0, None)
-    assert _hidden(ended, 0) == Seen(0, ((3, 0),), 0, None)
+    paces = ObstacleTrack(0, ((3, 0), (4, 0)), 0, 2)
+    assert _hidden(paces, 10) == ObstacleTrack(0, ((4, 0), (3, 0)), 9, None)
+    assert _hidden(ended, 1) == ObstacleTrack(0, ((3, 0), (2, 0)), 0, None)
+    assert _hidden(ended, 0) == ObstacleTrack(0, ((3, 0),), 0, None)
 
 
 def test_a_margin_keeps_the_robot_on_its_way() -> None:
     scene = Scene(Grid(np.zeros((7, 12), dtype=bool)), (0, 3), (11, 3))
-    still = Seen(0, ((5, 3),), 0, None)
+    still = ObstacleTrack(0, ((5, 3),), 0, None)
     seen = {}
     for margin in (0, 9):
         session = Sipp(margin=margin, forecast="still", horizon=50).open(scene, RNG)

@@ -14,7 +14,7 @@ from lampyris.model.obstacles import Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 
 PERIOD = 0.1
 
@@ -228,7 +228,7 @@ def random_track(
 
 
 def with_tracks(drive: Drive, tracks: list[Track], yields: bool = False) -> Drive:
-    bodies = tuple(Body("recorded", track.radius, yields) for track in tracks)
+    bodies = tuple(Obstacle("recorded", track.radius, yields) for track in tracks)
     return replace(drive, tracks=tuple(tracks), bodies=bodies)
 
 

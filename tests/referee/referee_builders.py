@@ -17,7 +17,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 
 Cell = tuple[int, int]
 
@@ -233,10 +233,10 @@ def random_trace(
     scene, path = random_query(rng, moves, radius, least=5, low=8, high=18, share=0.3)
     shapes = [footprint(radius)]
     frees = [disc_free(scene.grid, radius)]
-    bodies: list[Body] = []
+    bodies: list[Obstacle] = []
     for _ in range(count):
         r = float(rng.choice([0.0, 0.0, 0.4, 0.8, 1.2]))
-        bodies.append(Body("random-walk", r, True, footprint(r)))
+        bodies.append(Obstacle("random-walk", r, True, footprint(r)))
         shapes.append(bodies[-1].footprint)
         frees.append(disc_free(scene.grid, r))
     robot, at = [scene.start], [scene.start]
@@ -321,7 +321,7 @@ def with_body(trace: Trace, t0: int, track: list[Cell], radius: float = 0.0, yie
         trace,
         tracks=(*trace.tracks, np.array(track)),
         appears=(*trace.appears, t0),
-        bodies=(*trace.bodies, Body(kind, radius, yields, footprint(radius))),
+        bodies=(*trace.bodies, Obstacle(kind, radius, yields, footprint(radius))),
     )
 
 

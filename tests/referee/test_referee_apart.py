@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lampyris.model.obstacles import Track
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.referee.geometry.separation import bodies_violation, least_gap
 
-WALKER, CUTTER, TOLD = (Body(kind, 0.0, True) for kind in ("random-walk", "cutter", "recorded"))
+WALKER, CUTTER, TOLD = (Obstacle(kind, 0.0, True) for kind in ("random-walk", "cutter", "recorded"))
 
 
 def random_track(rng: np.random.Generator, size: float, end: float) -> Track:
@@ -80,7 +80,7 @@ def test_only_kinds_that_avoid_others_are_judged() -> None:
     for bodies, judged in (
         ([WALKER, WALKER], True), ([WALKER, TOLD], True), ([TOLD, WALKER], True), ([TOLD, TOLD], False),
         ([WALKER, CUTTER], False), ([CUTTER, TOLD], False),
-        ([WALKER, Body("of a new kind", 0.5, True)], True),
+        ([WALKER, Obstacle("of a new kind", 0.5, True)], True),
     ):  # fmt: skip
         assert (bodies_violation(tracks, bodies, 1.0, 2.0) is not None) == judged
 

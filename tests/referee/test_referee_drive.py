@@ -25,7 +25,7 @@ from lampyris.model.obstacles import Track
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.referee import certify, check_drive
 from lampyris.referee.drive import measure
 from lampyris.selfcheck.twins.drive_monitor import watch
@@ -262,7 +262,7 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
     (
         "a body's size",
         "body size",
-        lambda d: replace(with_tracks(d, [still(20, 20)]), bodies=(Body("recorded", 0.5, False),)),
+        lambda d: replace(with_tracks(d, [still(20, 20)]), bodies=(Obstacle("recorded", 0.5, False),)),
     ),
     ("a track too many", "bodies", lambda d: replace(d, tracks=(still(20, 20),))),
     ("nobody tells of the hit", "untold contact", lambda d: with_tracks(parked(d), [visitor(d)])),

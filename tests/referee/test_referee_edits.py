@@ -18,7 +18,7 @@ from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.referee import check_trace, edits
 from lampyris.referee import trace as judge_room
 from lampyris.selfcheck.twins.edit_twin import EditMonitor
@@ -232,7 +232,7 @@ def test_a_referee_that_knows_one_map_only_would_be_seen(monkeypatch: pytest.Mon
 def test_footprints_are_those_of_the_builders() -> None:
     for radius in (0.0, 0.4, 0.8, 1.0, 1.2):
         trace = trace_of(ROW, (Edit(1, ((0, 0),)),))
-        body = Body("patrol", radius, True, footprint(radius))
+        body = Obstacle("patrol", radius, True, footprint(radius))
         far = replace(trace, tracks=(np.array([(3, 9)] * 6),), appears=(0,), bodies=(body,))
         covered = edits._covered(far, 0)
         assert covered == {(0, 2)} | {(3 + dx, 9 + dy) for dx, dy in footprint(radius)}

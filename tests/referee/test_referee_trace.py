@@ -19,9 +19,9 @@ from lampyris.model.path import path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.referee import bodies, certify, check_trace
-from lampyris.referee.bodies import Crowd, Judge
+from lampyris.referee.bodies import AgentTracks, ClashDetector
 from lampyris.referee.geometry.shapes import disc_cells
 
 Rng = np.random.Generator
@@ -261,7 +261,7 @@ def appears_after_the_end(t: Trace, rng: Rng) -> Trace | None:
         t,
         appears=(*t.appears, t.ticks + 1),
         tracks=(*t.tracks, np.zeros((0, 2))),
-        bodies=(*t.bodies, Body("random-walk", 0.0, True)),
+        bodies=(*t.bodies, Obstacle("random-walk", 0.0, True)),
     )
 
 
@@ -419,7 +419,7 @@ def test_pairs_equal_the_definition(radii: tuple[float, ...], monkeypatch: pytes
         covers = [disc_cells(float(r), 1.0) for r in size]
         shapes = [footprint(float(r)) for r in size]
         want = first_clash(at, there, shapes)
-        got = Judge(Crowd(at.astype(np.int64), there, covers), side, side).first()
+        got = ClashDetector(AgentTracks(at.astype(np.int64), there, covers), side, side).first()
         assert (None if got is None else (got.tick, got.rule)) == want, (k, at.tolist(), size)
         name = "none" if want is None else want[1]
         seen[name] = seen.get(name, 0) + 1
@@ -447,7 +447,7 @@ def run_into(yields: bool = False, still: bool = True, body_moves: bool = True, 
     driven = [robot[0]] + [q for p, q in pairwise(robot) if p != q]
     return Trace(
         scene, "none", 0, Outcome.HIT, np.array(robot), (np.array(track),), (0,),
-        (Body("recorded", 0.0, yields),), np.zeros(n), ("waiting",) * n, "physical", "m/s", (),
+        (Obstacle("recorded", 0.0, yields),), np.zeros(n), ("waiting",) * n, "physical", "m/s", (),
         0, n - len(driven), 1, 0, path_of(np.array(driven), scene.moves),
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 
 
 def sample_room() -> Grid:
@@ -91,5 +91,5 @@ def sample_drive() -> Drive:
     return Drive(
         scene, "astar", "physical", 3, Outcome.ARRIVED, (curve,), np.array(t), np.array(s), np.array(v),
         np.array([*a, 0.0]), np.zeros(len(t), dtype=np.int64), (*cause, "goal"), np.array([*about, -1]),
-        tracks, (Body("crossing", 0.2, False), Body("patrol", 0.3, False)), moments, 0.1, 5.0, 1, 20,
+        tracks, (Obstacle("crossing", 0.2, False), Obstacle("patrol", 0.3, False)), moments, 0.1, 5.0, 1, 20,
     )  # fmt: skip

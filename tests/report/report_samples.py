@@ -14,7 +14,7 @@ from lampyris.model.plan import Candidate, Jump, Plan, Status
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 
 FOUR = MOVES["four"]
 
@@ -106,7 +106,7 @@ def sample_trace(outcome: Outcome = Outcome.ARRIVED, ticks: int | None = None) -
         t0 = 0 if k < 3 else 2
         tracks.append(np.array([[7 + k % 4, 3 + (t + k) % 4] for t in range(t0, n)]))
         appears.append(t0)
-    bodies = tuple(Body(kind, 0.6 if kind == "crossing" else 0.0, kind == "patrol") for kind in kinds)
+    bodies = tuple(Obstacle(kind, 0.6 if kind == "crossing" else 0.0, kind == "patrol") for kind in kinds)
     events = (
         Event(0, "replan", scene.start),
         Event(4, "wait", scene.start),

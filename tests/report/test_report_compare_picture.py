@@ -9,7 +9,7 @@ import pytest
 
 import lampyris
 from lampyris.errors import UsageError
-from lampyris.report.pictures.compare_picture import LOOKS, Speeds, Way, beside, draw_ways, look_of
+from lampyris.report.pictures.compare_picture import LOOKS, DrawnPath, Speeds, beside, draw_ways, look_of
 
 
 def test_every_look_is_its_own() -> None:
@@ -56,7 +56,7 @@ def _draw(out: Path) -> None:
     line = Speeds("one", "8 s", np.linspace(0, 8, 9), np.full(9, 0.5), "m/s", way=0)
     other = Speeds("two", "", np.linspace(0, 8, 9), np.full(9, 2.0), "VU")
     draw_ways(
-        grid, (0, 9), (7, 0), [Way("one", "cost 1", way), Way("two", "no path", np.zeros((0, 2)))], out,
+        grid, (0, 9), (7, 0), [DrawnPath("one", "cost 1", way), DrawnPath("two", "no path", np.zeros((0, 2)))], out,
         title="two planners on a map", told="words", speeds=[line, other], speeds_title="speeds",
         tracks=[way[::-1]],
     )  # fmt: skip

@@ -15,7 +15,7 @@ from lampyris.model.edit import Edit
 from lampyris.model.trace import Outcome, Trace
 from lampyris.report import style
 from lampyris.report.film import simulation_film, sprites
-from lampyris.report.film.film_frames import Stage
+from lampyris.report.film.film_frames import TraceRenderer
 from lampyris.report.film.simulation_film import film
 
 
@@ -63,7 +63,7 @@ def test_webp_keeps_every_pixel(tmp_path: Path) -> None:
     out = tmp_path / "run.webp"
     film(trace, out)
     pictures, _ = frames_of(out)
-    stage = Stage(trace, None, 1)
+    stage = TraceRenderer(trace, None, 1)
     last = stage.frame(float(trace.ticks))
     # One palette of 256 colours stands between the two; flat colours are in it.
     assert np.abs(pictures[-1].astype(int) - last).mean() < 1.0
@@ -83,13 +83,13 @@ def test_terrain_lies_under_a_film(tmp_path: Path) -> None:
         red, green, blue = shades[value].tolist()
         assert count(pictures[0][:-70], (red, green, blue), 3) > 500, value
     # Besides the ground, only the legend has more to say.
-    plain, with_terrain = (Stage(t, None, 1).frame(0.0) for t in (trace, hilly))
+    plain, with_terrain = (TraceRenderer(t, None, 1).frame(0.0) for t in (trace, hilly))
     assert count(with_terrain[-40:], tuple(shades[220].tolist())) > 50
     assert count(plain[-40:], tuple(shades[220].tolist())) == 0
 
 
 def test_bodies_glide_and_the_trail_stays() -> None:
-    stage = Stage(sample_trace(), None, 1)
+    stage = TraceRenderer(sample_trace(), None, 1)
     shots = [stage.frame(m) for m in (0.0, 0.5, 1.0, 6.0)]
     blue = [
         np.argwhere(np.abs(s[:-70].astype(int) - sprites.ROBOT).max(axis=-1) < 8).mean(axis=0) for s in shots
@@ -108,14 +108,14 @@ def test_events_flash_around_the_robot() -> None:
     trace = sample_trace()
     quiet = replace(trace, events=())
     for tick, colour in ((0, (123, 44, 191)), (4, (110, 110, 120))):
-        pair = [Stage(t, None, 1).frame(float(tick))[:-70] for t in (trace, quiet)]
+        pair = [TraceRenderer(t, None, 1).frame(float(tick))[:-70] for t in (trace, quiet)]
         assert count(pair[0], colour) > count(pair[1], colour) + 50
-    late = [Stage(t, None, 1).frame(6.0) for t in (trace, quiet)]
+    late = [TraceRenderer(t, None, 1).frame(6.0) for t in (trace, quiet)]
     assert (late[0] == late[1]).all()
 
 
 def test_obstacles_appear_when_they_appear() -> None:
-    stage = Stage(sample_trace(), None, 1)
+    stage = TraceRenderer(sample_trace(), None, 1)
     colour = sprites.KINDS["recorded"][1]
     # A flash of the same violet stands at tick 0; count where no robot is.
     early, late = stage.frame(1.5)[:-70, 300:], stage.frame(2.0)[:-70, 300:]
@@ -138,7 +138,7 @@ def test_a_long_run_stays_bounded_and_says_so(tmp_path: Path) -> None:
     shown = simulation_film._moments(trace.ticks, 16)
     assert len(shown.moments) <= simulation_film.MAX_FRAMES + 1
     assert (shown.moments[0], shown.moments[-1], shown.stride) == (0.0, 1000.0, 5)
-    plain, told = (Stage(trace, None, k).frame(0.0) for k in (1, 5))
+    plain, told = (TraceRenderer(trace, None, k).frame(0.0) for k in (1, 5))
     assert not (plain == told).all()
     for ticks, frames in ((0, 1), (1, 3), (120, 241), (121, 122), (240, 241), (241, 122)):
         assert len(simulation_film._moments(ticks, 16).moments) == frames
@@ -165,7 +165,7 @@ def test_films_of_large_maps_are_shrunk(size: tuple[int, int]) -> None:
         "physical", "m/s",
         (), 0, 0, 1, 0, None,
     )  # fmt: skip
-    picture = Stage(small, None, 1).frame(1.5)
+    picture = TraceRenderer(small, None, 1).frame(1.5)
     assert max(picture.shape[:2]) <= 660
 
 
@@ -189,7 +189,7 @@ def test_walls_are_drawn_from_their_tick_on_and_the_way_stays() -> None:
     taken = {c for t in range(trace.ticks + 1) for c in trace.obstacles_at(t)}
     free = [c for c in cells if c not in taken and max(abs(c[0] - x), abs(c[1] - y)) > 3][:4]
     edited = replace(trace, edits=(Edit(2, tuple(free)), Edit(4, (), tuple(free[:2]))))
-    with_walls, without = Stage(edited, 12), Stage(trace, 12)
+    with_walls, without = TraceRenderer(edited, 12), TraceRenderer(trace, 12)
     sheet = without._sheet
 
     def middle(frame: np.ndarray, cell: tuple[int, int]) -> bool:
@@ -208,7 +208,7 @@ def test_walls_are_drawn_from_their_tick_on_and_the_way_stays() -> None:
             same[py - 12 : py + 13, px - 12 : px + 13] = True
         assert same.all(), moment
     with_walls.rewind()
-    assert (with_walls.frame(0.0) == Stage(trace, 12).frame(0.0)).all()
-    late = Stage(edited, 12)
+    assert (with_walls.frame(0.0) == TraceRenderer(trace, 12).frame(0.0)).all()
+    late = TraceRenderer(edited, 12)
     late.frame(float(trace.ticks))
     assert (late.frame(float(trace.ticks)) == with_walls.frame(float(trace.ticks))).all()

@@ -11,7 +11,7 @@ from html_reader import read
 
 from lampyris.errors import InternalFault
 from lampyris.report.charts import pair_charts, study_charts
-from lampyris.report.charts.chart_parts import COLOURS, Line, Steps, look, thinned
+from lampyris.report.charts.chart_parts import COLOURS, ErrorBar, Steps, look, thinned
 from lampyris.report.charts.svg import clean
 from lampyris.report.html import page as html
 from lampyris.report.html.page import Markup
@@ -98,9 +98,9 @@ def charts(names: list[str]) -> list[Markup]:
     """One of each kind of figure."""
     n = len(names)
     rng = np.random.default_rng(n)
-    lines = [Line(v, v - 1, v + 1) for v in rng.uniform(5, 90, n)]
-    gone = [Line(NAN, NAN, NAN) for _ in names]
-    alone = [Line(3.0, NAN, NAN) for _ in names]
+    lines = [ErrorBar(v, v - 1, v + 1) for v in rng.uniform(5, 90, n)]
+    gone = [ErrorBar(NAN, NAN, NAN) for _ in names]
+    alone = [ErrorBar(3.0, NAN, NAN) for _ in names]
     values = [rng.uniform(1, 9, 6).tolist() for _ in names]
     values[0][0] = NAN
     steps = [Steps((1.0, 1.5, 3.0), (0.2, 0.5, 0.9)) for _ in names]
@@ -143,7 +143,7 @@ def test_figures_take_the_colours_and_the_font_of_the_page() -> None:
 
 def test_a_planner_has_its_colour_in_every_panel_of_shares() -> None:
     names, colours = ["a", "b"], COLOURS
-    panels = [(crowd, [Line(40.0, 30.0, 50.0)] * 2) for crowd in ("none", "some", "many")]
+    panels = [(crowd, [ErrorBar(40.0, 30.0, 50.0)] * 2) for crowd in ("none", "some", "many")]
     drawn = study_charts.dots("share", names, panels, "x", share=True)
     assert [c in drawn for c in colours] == [True, True, *[False] * (len(colours) - 2)]
 
@@ -167,7 +167,7 @@ def test_figures_of_many_queries_are_thinned() -> None:
     many = np.random.default_rng(1).normal(size=5000).tolist()
     steps = Steps(tuple(np.linspace(1, 9, 5000)), tuple(np.linspace(0, 1, 5000)))
     drawn = (
-        pair_charts.strips("a", [(0, "x", many, Line(0.0, -1.0, 1.0))], "x"),
+        pair_charts.strips("a", [(0, "x", many, ErrorBar(0.0, -1.0, 1.0))], "x"),
         study_charts.scatter("b", [("x", many, many)], "x", "y"),
         study_charts.profiles("c", [("x", steps)], "x"),
     )
@@ -183,7 +183,7 @@ def test_twenty_four_lines_can_be_told_apart() -> None:
 
 
 def test_figures_of_nothing_are_drawn() -> None:
-    nothing = Line(NAN, NAN, NAN)
+    nothing = ErrorBar(NAN, NAN, NAN)
     read(
         html.page(
             "p",

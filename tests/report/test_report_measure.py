@@ -21,7 +21,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome, Trace
-from lampyris.model.traffic import Body, Crossing, Patrol, RandomWalk
+from lampyris.model.traffic import Crossing, Obstacle, Patrol, RandomWalk
 from lampyris.planning.field.layers import clearance, free_space, moves_for
 from lampyris.planning.field.solve import solve
 from lampyris.report.data.measures import (
@@ -34,7 +34,7 @@ from lampyris.report.data.measures import (
     trace_metrics,
 )
 
-WALKER = Body("random-walk", 0.0, True)
+WALKER = Obstacle("random-walk", 0.0, True)
 SQRT2 = math.sqrt(2.0)
 
 
@@ -148,10 +148,10 @@ def test_near_misses_by_hand() -> None:
 def test_discs_larger_than_their_cells_count_with_their_radii() -> None:
     grid = Grid(np.zeros((20, 20), dtype=np.bool_), resolution=0.5)
     scene = Scene(grid, (2, 2), (3, 2), moves="octile", robot=Robot(radius=0.6))
-    big = Body("crossing", 0.8, False)
+    big = Obstacle("crossing", 0.8, False)
     made = trace_of(scene, [(2, 2), (3, 2)], [[(8, 2), (8, 2)]], outcome=Outcome.ARRIVED, bodies=(big,))
     assert near_by_tick(made) == pytest.approx([3.0 - 1.4, 2.5 - 1.4])
-    small = replace(made, bodies=(Body("crossing", 0.1, False),))
+    small = replace(made, bodies=(Obstacle("crossing", 0.1, False),))
     assert near_by_tick(small) == pytest.approx([3.0 - 0.85, 2.5 - 0.85])
 
 

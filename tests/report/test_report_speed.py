@@ -18,14 +18,14 @@ from PIL import Image
 from report_samples import sample_plan, sample_profile, sample_scene
 
 from lampyris.errors import UsageError
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.report import style
 from lampyris.report.charts.drive_chart import distance_to_obstacles, draw_drive
 from lampyris.report.charts.speed_compare import draw_comparison
 from lampyris.report.data.csv import DRIVE_COLUMNS, PROFILE_COLUMNS, write_drive_csv, write_profile_csv
 from lampyris.report.data.metrics import cause_shares, drive_shares, worth_telling
 from lampyris.report.data.serialize import drive_record, profile_record
-from lampyris.report.film.drive_film import DriveStage, film_drive
+from lampyris.report.film.drive_film import DriveRenderer, film_drive
 from lampyris.report.pictures.path_picture import draw_course
 
 
@@ -140,7 +140,7 @@ def test_shares_of_a_drive_are_of_its_stretches() -> None:
 @pytest.mark.parametrize("by", ["speed", "cause"])
 def test_a_curve_is_drawn_by_speed_or_by_cause(tmp_path: Path, by: str, figures: list[Any]) -> None:
     profile = sample_course()
-    movers = Movers([[12, 12], [40, 30]], [0.3, 0.0], [1, 1], [[1, 0], [0, 0]])
+    movers = ObstacleStates([[12, 12], [40, 30]], [0.3, 0.0], [1, 1], [[1, 0], [0, 0]])
     draw_course(
         sample_room(), profile, tmp_path / "a.png", by=by, movers=movers, given=profile.xy[::40], radius=0.2
     )  # type: ignore[index]
@@ -238,11 +238,11 @@ def test_a_drive_is_a_film_in_its_own_time(tmp_path: Path) -> None:
 
 def test_a_frame_is_what_was_at_that_moment() -> None:
     drive = sample_drive()
-    stage = DriveStage(drive, 8, 1, 16.0)
+    stage = DriveRenderer(drive, 8, 1, 16.0)
     early, later = stage.frame(1.0), stage.frame(3.9)
     assert early.shape == later.shape
     assert (early != later).any()
-    again = DriveStage(drive, 8, 1, 16.0)
+    again = DriveRenderer(drive, 8, 1, 16.0)
     again.frame(1.0)
     assert (again.frame(3.9) == later).all()
     again.rewind()

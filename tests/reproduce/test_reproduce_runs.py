@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from lampyris.io.maps import library
-from lampyris.reproduce import Report, Stage, Verdict, reproduce, work
+from lampyris.reproduce import Report, RunProgress, Verdict, reproduce, work
 from lampyris.reproduce.page import charts, page, story
 from lampyris.reproduce.runs import measured, results, runs
-from lampyris.reproduce.runs.measured import Costs, Kept
+from lampyris.reproduce.runs.measured import Costs, MemoryUse
 from lampyris.reproduce.runs.results import Difference
 from lampyris.reproduce.tables import printed as judged
 from lampyris.reproduce.tables import printed_data
@@ -24,7 +24,7 @@ from lampyris.reproduce.tables.verdict import KINDS
 from lampyris.study.analysis import compare
 from lampyris.study.design.study import Study
 
-KEPT = tuple(Kept(n, 90_000.0 - k, 95_000.0) for k, n in enumerate(measured.PLANNERS))
+KEPT = tuple(MemoryUse(n, 90_000.0 - k, 95_000.0) for k, n in enumerate(measured.PLANNERS))
 COSTS = Costs(
     queries=6, cells=2500, kept=KEPT,
     costs_alone=15_000, luciferin=20_000, window=576, field_s=4e-5, plan_s=2e-4, jump_s=1e-5, astar_s=1e-4,
@@ -47,9 +47,9 @@ BIG = runs.studies
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Path, list[Stage]]:
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Path, list[RunProgress]]:
     out = tmp_path_factory.mktemp("reproduction")
-    told: list[Stage] = []
+    told: list[RunProgress] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "studies", small)
         patch.setattr(measured, "measure", lambda quick=False: COSTS)
@@ -88,7 +88,7 @@ def test_drawn_queries_are_far_apart_and_the_same_every_time() -> None:
         assert 1.4 * min(dx, dy) + abs(dx - dy) >= runs.FAR
 
 
-def test_everything_is_written(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_everything_is_written(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, out, _ = made
     assert report.page == out / "index.html"
     assert all(place.is_file() for place in report.files)
@@ -123,7 +123,7 @@ class Reader(HTMLParser):
         self.ids.add(str(given.get("id")))
 
 
-def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, _, _ = made
     reader = Reader()
     words = report.page.read_text(encoding="utf-8")
@@ -136,7 +136,7 @@ def test_every_figure_is_on_the_page_with_its_verdict(made: tuple[Report, Path, 
         assert sign in words
 
 
-def test_tables_of_means_have_their_intervals_beneath(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_tables_of_means_have_their_intervals_beneath(made: tuple[Report, Path, list[RunProgress]]) -> None:
     """At 1280 pixels the widest of them would scroll sideways otherwise."""
     words = made[0].page.read_text(encoding="utf-8")
     for name in ("nt-means", "static-means", "moving-means"):
@@ -148,7 +148,7 @@ def test_tables_of_means_have_their_intervals_beneath(made: tuple[Report, Path, 
     assert "<small>[8 runs]</small>" in words
 
 
-def test_the_mark_of_a_missing_bar_is_explained(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_the_mark_of_a_missing_bar_is_explained(made: tuple[Report, Path, list[RunProgress]]) -> None:
     """The small studies, like quick ones, have no run of some pairs of the first map."""
     words = made[0].page.read_text(encoding="utf-8")
     assert words.count("A grey × stands for a pair without runs") == len(charts.BARS) + 1
@@ -159,7 +159,7 @@ def test_the_mark_of_a_missing_bar_is_explained(made: tuple[Report, Path, list[S
     assert "grey ×" in page._missing(replace(found, first=whole), "cost")
 
 
-def test_the_page_stands_on_the_runs(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_the_page_stands_on_the_runs(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, _, _ = made
     text = {r["id"]: v for r, v in zip(printed_data.rows("text"), report.tables["text"], strict=True)}
     assert "queries of our maps" in text["best-nt"].why
@@ -172,7 +172,9 @@ def test_the_page_stands_on_the_runs(made: tuple[Report, Path, list[Stage]]) -> 
     assert row.verdict == "impossible"
 
 
-def test_progress_ends_at_the_total_and_knows_the_time_left(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_progress_ends_at_the_total_and_knows_the_time_left(
+    made: tuple[Report, Path, list[RunProgress]],
+) -> None:
     _, _, told = made
     assert told[-1].done == told[-1].total == sum(len(s) for s in small().values())
     assert told[-1].seconds_left == 0.0
@@ -180,11 +182,11 @@ def test_progress_ends_at_the_total_and_knows_the_time_left(made: tuple[Report, 
     assert [s.done for s in told] == sorted(s.done for s in told)
 
 
-def test_what_is_in_the_stores_is_not_run_again(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_what_is_in_the_stores_is_not_run_again(made: tuple[Report, Path, list[RunProgress]]) -> None:
     report, out, _ = made
     verdicts = (out / "verdicts.csv").read_bytes()
     page = report.page.read_bytes()
-    told: list[Stage] = []
+    told: list[RunProgress] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "studies", small)
         patch.setattr(measured, "measure", lambda quick=False: COSTS)
@@ -195,7 +197,7 @@ def test_what_is_in_the_stores_is_not_run_again(made: tuple[Report, Path, list[S
     assert report.page.read_bytes() == page
 
 
-def test_units_are_queries_and_seeds_are_averaged(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_units_are_queries_and_seeds_are_averaged(made: tuple[Report, Path, list[RunProgress]]) -> None:
     """Against a plain reading of the exported rows."""
     _, out, _ = made
     with (out / "runs" / "static-quick.csv").open(encoding="utf-8", newline="") as file:
@@ -221,7 +223,7 @@ def fake(what: str, a: str, b: str, mean: float, holm: float) -> Difference:
     )  # fmt: skip
 
 
-def found_in(made: tuple[Report, Path, list[Stage]]) -> results.Results:
+def found_in(made: tuple[Report, Path, list[RunProgress]]) -> results.Results:
     """The results of the small studies."""
     _, out, _ = made
     with pytest.MonkeyPatch.context() as patch:
@@ -258,7 +260,7 @@ VARIANTS = {
 }
 
 
-def test_every_comparison_is_told_with_its_variant(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_every_comparison_is_told_with_its_variant(made: tuple[Report, Path, list[RunProgress]]) -> None:
     """All pairs with the two hybrids, all measures, where nothing moves and among moving obstacles."""
     found = found_in(made)
     assert list(VARIANTS) == [pair for pair in results.PAIRS if pair[1] != "astar"]
@@ -283,7 +285,7 @@ def test_every_comparison_is_told_with_its_variant(made: tuple[Report, Path, lis
         assert name in told.partition("there arrived")[2]
 
 
-def test_a_loss_in_the_comparison_as_printed_is_told(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_a_loss_in_the_comparison_as_printed_is_told(made: tuple[Report, Path, list[RunProgress]]) -> None:
     loss = {
         ("cost", "ad-gso", "improved"): (20.0, 44.0, 0.014),
         ("ticks", "ad-gso", "improved"): (9.0, 45.6, 0.03),
@@ -296,7 +298,7 @@ def test_a_loss_in_the_comparison_as_printed_is_told(made: tuple[Report, Path, l
     assert told.count("surely gains in: nothing") == 2
 
 
-def test_a_gain_is_claimed_only_where_it_holds(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_a_gain_is_claimed_only_where_it_holds(made: tuple[Report, Path, list[RunProgress]]) -> None:
     found = found_in(made)
     gain = {("iterations", *pair): (-5.0, -20.0, 0.001) for pair in VARIANTS}
     all_three = story.conclusion(dulled(found, gain), COSTS)
@@ -309,7 +311,7 @@ def test_a_gain_is_claimed_only_where_it_holds(made: tuple[Report, Path, list[St
     )
 
 
-def test_words_follow_the_numbers(made: tuple[Report, Path, list[Stage]]) -> None:
+def test_words_follow_the_numbers(made: tuple[Report, Path, list[RunProgress]]) -> None:
     """The same story told of other results says other things."""
     found = found_in(made)
     turned = [replace(d, mean=compare.mean([5.0, 5.0]), holm=0.001) for d in found.static_differences]

@@ -143,9 +143,9 @@ def test_an_answer_of_the_commit_size_is_late_if_it_is_so_twice(
         took = next(waiting)
         return deadline._Timed(Plan(Status.CANCELLED if by_hand else Status.LIMIT, "x"), took, took, False)
 
-    def ended(call: processes.Long, stopped: object) -> processes.Ended:
+    def ended(call: processes.Long, stopped: object) -> processes.ProcessEnding:
         took = next(waiting)
-        return processes.Ended(took, took, "")
+        return processes.ProcessEnding(took, took, "")
 
     monkeypatch.setattr(deadline._Judge, "PAUSES_S", (0.0, 0.0, 0.0))
     monkeypatch.setattr(deadline, "_timed", timed)
@@ -175,7 +175,9 @@ def test_a_late_answer_is_not_let_off_by_calls_that_were_over_before(
 
 
 def test_a_wrong_answer_is_not_asked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(deadline, "_ended", lambda call, stopped: processes.Ended(9.0, 9.0, "exit code 1"))
+    monkeypatch.setattr(
+        deadline, "_ended", lambda call, stopped: processes.ProcessEnding(9.0, 9.0, "exit code 1")
+    )
     found = outcome("ctrl-c", 1)
     assert [one.what for one in found.failures] == ["exit code 1"]
     assert "late at first" not in found.counts
@@ -215,13 +217,13 @@ def test_an_engine_that_went_wrong_is_not_asked_again(monkeypatch: pytest.Monkey
             made.append(self)
             self.closed = 0
 
-        def cancelled(self, call: processes.Long) -> processes.Ended:
-            return processes.Ended(0.0, 0.0, "wrong" if self is made[0] else "")
+        def cancelled(self, call: processes.Long) -> processes.ProcessEnding:
+            return processes.ProcessEnding(0.0, 0.0, "wrong" if self is made[0] else "")
 
         def close(self) -> None:
             self.closed += 1
 
-    monkeypatch.setattr(deadline, "Engine", OfWhichTheFirstIsWrong)
+    monkeypatch.setattr(deadline, "AppEngine", OfWhichTheFirstIsWrong)
     found = outcome("app", 4)
     assert [failure.what for failure in found.failures] == ["wrong"]
     assert [one.closed for one in made] == [1, 1]
@@ -252,7 +254,7 @@ def test_a_session_that_a_stop_has_harmed_is_seen(monkeypatch: pytest.MonkeyPatc
 
     def at_its_first_look(session: Session, seconds: float, *, by_hand: bool) -> deadline._Timed:
         # Whether a call is still at work when a thread stops it is the machine's affair; this one always is.
-        stop = cancellation.Stop()
+        stop = cancellation.CancelToken()
         stop.set()
         return deadline._Timed(session.plan(None, Budget(stop=stop)), 0.0, 0.0, False)
 

@@ -16,7 +16,7 @@ from lampyris.selfcheck.faults import CHECK, SPOILS
 from lampyris.sim import sensor as feed
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.drive import DriveSimulation
-from lampyris.sim.sensor import FAULTS, Watch
+from lampyris.sim.sensor import FAULTS, SensorMonitor
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:
@@ -46,7 +46,9 @@ def test_a_message_that_lists_more_obstacles_than_there_are_names_nobody_of_them
 
 
 def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Watch, "hear", lambda self, now, messages, robot, moving: _deaf(self, messages))
+    monkeypatch.setattr(
+        SensorMonitor, "hear", lambda self, now, messages, robot, moving: _deaf(self, messages)
+    )
     for kind in ("stops", "duplicates", "back-in-time"):
         assert run(kind, 6).failed >= 4, kind
 
@@ -54,15 +56,15 @@ def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("kind", ["nan", "missing", "jumps", "in-robot"])
 def test_it_sees_a_robot_that_notices_late(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of an obstacle of its own too: when that was wrong, the moment was not judged."""
-    sound = Watch.hear
+    sound = SensorMonitor.hear
     wrong: dict[int, int] = {}
 
-    def slow(self: Watch, now: float, messages: list[Any], robot: Any, moving: bool) -> str:
+    def slow(self: SensorMonitor, now: float, messages: list[Any], robot: Any, moving: bool) -> str:
         told = sound(self, now, messages, robot, moving)
         wrong[id(self)] = wrong.get(id(self), 0) + 1 if told else 0
         return told if wrong[id(self)] > 4 else ""
 
-    monkeypatch.setattr(Watch, "hear", slow)
+    monkeypatch.setattr(SensorMonitor, "hear", slow)
     assert any("what began at" in f.what for f in run(kind, 12).failures)
 
 
@@ -89,7 +91,7 @@ def test_a_scene_refused_for_another_reason_is_a_failure(monkeypatch: pytest.Mon
         scenes.harsh_drive(np.random.default_rng(1), 1)
 
 
-def _deaf(watch: Watch, messages: list[Any]) -> str:
+def _deaf(watch: SensorMonitor, messages: list[Any]) -> str:
     for message in messages[-1:]:
         watch._note(message)
         watch.last = message

@@ -90,7 +90,7 @@ def test_the_first_case_is_not_compared_with_itself(suite: Path, monkeypatch: py
     orders: list[int] = []
     honest = flake.run_tests
 
-    def noted(root: Path, asked: tuple[str, ...], order: int, *rest: Any) -> flake.Ran:
+    def noted(root: Path, asked: tuple[str, ...], order: int, *rest: Any) -> flake.SuiteRun:
         orders.append(order)
         return honest(root, asked, order, *rest)
 

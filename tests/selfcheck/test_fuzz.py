@@ -28,7 +28,7 @@ from lampyris.selfcheck import _fuzz_run, _fuzz_use, fuzz
 from lampyris.selfcheck._fuzz_targets import TARGETS
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Part
-from lampyris.selfcheck.fuzz import Case, mutant
+from lampyris.selfcheck.fuzz import FuzzedReader, mutant
 from lampyris.selfcheck.twins.map_files import bmp, npy, png
 from lampyris.selfcheck.twins.map_sizes import Uneven, size
 from lampyris.selfcheck.twins.watching import Readings
@@ -40,7 +40,7 @@ ASK = Ask()
 @pytest.mark.parametrize("name", TARGETS)
 def test_cases_are_varied(name: str) -> None:
     with folder() as place:
-        case = Case(name, place)
+        case = FuzzedReader(name, place)
         codes = Counter(case.read(mutant(ASK, name, number), number)[0] for number in range(200))
     read = codes.pop("", 0)
     assert read > 200 // 30, f"the mutations are too rough to tell anything: {codes}"
@@ -50,7 +50,7 @@ def test_cases_are_varied(name: str) -> None:
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_good_files_are_read(tmp_path: Path, name: str) -> None:
-    case = Case(name, tmp_path)
+    case = FuzzedReader(name, tmp_path)
     # Some are good for other options than those of number 1.
     refused = ("VALUES", "IMG_FORMAT", "IMG_DEPTH", "IMG_COLOUR", "IMG_ALPHA", "CSV_CELL", "NPY_VALUE")
     for data in TARGETS[name].mutants.seeds:
@@ -60,7 +60,7 @@ def test_good_files_are_read(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("path", sorted(KEPT.glob("*--*")), ids=lambda p: p.name)
 def test_what_went_wrong_once(tmp_path: Path, path: Path) -> None:
-    case = Case(path.name.split("--")[0], tmp_path)
+    case = FuzzedReader(path.name.split("--")[0], tmp_path)
     for number in range(35):  # with each choice of options
         case.read(path.read_bytes(), number)
 
@@ -166,11 +166,11 @@ def test_each_wrong_is_found(
     monkeypatch.setattr(fuzz, "HANGS_S", 1.5)
     monkeypatch.setattr(Readings, "PAUSES_S", (0.0, 0.0))
 
-    class Linked(Case):
+    class Linked(FuzzedReader):
         def _warm(self) -> None:
             os.symlink("/etc/passwd", self.folder / "link")
 
-    monkeypatch.setattr(fuzz, "Case", Linked)
+    monkeypatch.setattr(fuzz, "FuzzedReader", Linked)
     monkeypatch.setattr(fuzz, "TARGETS", {**TARGETS, "map": replace(TARGETS["map"], call=call)})
     outcome = fuzz.run(ASK, Part("map", 0, 10))
     assert (outcome.cases, outcome.failed) == (10, 1)
@@ -191,11 +191,11 @@ def test_the_least_of_some_readings_is_a_files_time(slow: int, monkeypatch: pyte
             now[0] += 1.5 if readings[0] <= slow else 0.25
         return TARGETS["map"].call(path, number)
 
-    class Cold(Case):
+    class Cold(FuzzedReader):
         def _warm(self) -> None:
             pass
 
-    monkeypatch.setattr(fuzz, "Case", Cold)
+    monkeypatch.setattr(fuzz, "FuzzedReader", Cold)
     monkeypatch.setattr(Readings, "PAUSES_S", (0.0, 0.0, 0.0))
     monkeypatch.setattr(fuzz.time, "process_time", lambda: now[0])
     monkeypatch.setattr(fuzz, "TARGETS", {**TARGETS, "map": replace(TARGETS["map"], call=call)})

@@ -13,7 +13,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.graph.session import GraphSession
-from lampyris.planning.incremental.search import Ground
+from lampyris.planning.incremental.search import SearchMap
 from lampyris.selfcheck import _grid_lists as lists
 from lampyris.selfcheck import grids
 from lampyris.selfcheck._answers import exact
@@ -161,7 +161,7 @@ def test_an_error_is_a_failure_and_does_not_stop_the_check(monkeypatch: pytest.M
     def crash(*args: Any) -> None:
         raise ZeroDivisionError("as if")
 
-    monkeypatch.setattr(Ground, "way", crash)
+    monkeypatch.setattr(SearchMap, "way", crash)
     made = outcome("4x4-drawn", 200)
     assert made.cases == 200
     assert 0 < made.failed < 200

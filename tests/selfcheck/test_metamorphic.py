@@ -59,7 +59,7 @@ def test_there_are_sixteen() -> None:
 def test_a_wrong_planner_is_seen(kind: str, defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.ask_with
 
-    def wrong(chosen: Any, scene: Scene) -> draw.Answer:
+    def wrong(chosen: Any, scene: Scene) -> draw.SearchAnswer:
         told = right(chosen, scene)
         return replace(told, cost=WRONG[defect](told.cost, scene)) if told.word == "found" else told
 
@@ -88,9 +88,9 @@ def test_a_wrong_field_is_seen(kind: str, defect: str, monkeypatch: pytest.Monke
 def test_a_wrong_verdict_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.ask_with
 
-    def wrong(chosen: Any, scene: Scene) -> draw.Answer:
+    def wrong(chosen: Any, scene: Scene) -> draw.SearchAnswer:
         told = right(chosen, scene)
-        return draw.Answer("no-path", -1) if told.word == "found" and scene.start[0] % 2 else told
+        return draw.SearchAnswer("no-path", -1) if told.word == "found" and scene.start[0] % 2 else told
 
     monkeypatch.setattr(draw, "ask_with", wrong)
     assert ask(kind).failed
@@ -99,7 +99,7 @@ def test_a_wrong_verdict_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_planner_that_is_not_exact_and_too_good(monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.ask_with
 
-    def wrong(chosen: Any, scene: Scene) -> draw.Answer:
+    def wrong(chosen: Any, scene: Scene) -> draw.SearchAnswer:
         told = right(chosen, scene)
         return replace(told, cost=told.cost - 1) if chosen.name == "theta-star" else told
 
@@ -178,7 +178,7 @@ def test_an_order_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_exception_is_a_failure_and_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(*_: Any) -> draw.Answer:
+    def broken(*_: Any) -> draw.SearchAnswer:
         raise RuntimeError("out of order")
 
     monkeypatch.setattr(draw, "ask_with", broken)

@@ -11,7 +11,7 @@ import pytest
 import lampyris
 from lampyris.errors import FileError
 from lampyris.selfcheck import mutants, registry, runner
-from lampyris.selfcheck._mutants_engine import Defect, Engine, Seen, load, times_found
+from lampyris.selfcheck._mutants_engine import Defect, MutantRun, MutationEngine, load, times_found
 from lampyris.selfcheck.check import Ask, Part, Tally
 from lampyris.selfcheck.runner import Range
 
@@ -65,13 +65,13 @@ def _defect(find: str, replace: str, *, cases: int = 10, equivalent: str = "") -
     ],
 )
 def test_what_becomes_of_a_defect(toy: Path, find: str, replace: str, cases: int, fate: str) -> None:
-    assert Engine(toy).judge(_defect(find, replace, cases=cases))[0] == fate
+    assert MutationEngine(toy).judge(_defect(find, replace, cases=cases))[0] == fate
 
 
 def test_each_defect_is_alone_in_the_copy_though_both_are_as_long_and_made_in_the_same_second(
     toy: Path,
 ) -> None:
-    engine = Engine(toy)
+    engine = MutationEngine(toy)
     fates = [engine.judge(_defect("STEP = 2", f"STEP = {n}"))[0] for n in (3, 4, 5)]
     fates.append(engine.judge(_defect("n + n", "n + 9"))[0])  # beyond the cases
     assert fates == ["killed", "killed", "killed", "survived"]
@@ -79,7 +79,7 @@ def test_each_defect_is_alone_in_the_copy_though_both_are_as_long_and_made_in_th
 
 def test_a_check_that_fails_without_the_defect_proves_nothing(toy: Path) -> None:
     (toy / "sums.py").write_text(SUMS.replace("STEP = 2", "STEP = 5"))
-    assert Engine(toy).judge(_defect("n < 50", "n < 60"))[0] == "unsound"
+    assert MutationEngine(toy).judge(_defect("n < 50", "n < 60"))[0] == "unsound"
 
 
 def test_a_check_that_does_not_end_has_not_seen_the_defect(
@@ -87,12 +87,12 @@ def test_a_check_that_does_not_end_has_not_seen_the_defect(
 ) -> None:
     monkeypatch.setattr("lampyris.selfcheck._mutants_engine.MORE", 0.5)
     defect = _defect("return STEP", "while n == 3: pass\n    return STEP")
-    assert Engine(toy).judge(defect)[0] == "endless"
+    assert MutationEngine(toy).judge(defect)[0] == "endless"
 
 
 def test_the_package_itself_is_left_alone(toy: Path) -> None:
     before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in toy.rglob("*.*")}
-    Engine(toy).judge(_defect("STEP = 2", "STEP = 3"))
+    MutationEngine(toy).judge(_defect("STEP = 2", "STEP = 3"))
     assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in toy.rglob("*.*")} == before
 
 
@@ -109,14 +109,14 @@ def test_the_package_itself_is_left_alone(toy: Path) -> None:
 )
 def test_what_counts_as_a_failure(fate: str, equivalent: str, failed: int) -> None:
     tally = Tally(Part("planner", 0, 1))
-    mutants.told(tally, 0, _defect("a", "b", equivalent=equivalent), fate, Seen(fate, "said", 1.0))
+    mutants.told(tally, 0, _defect("a", "b", equivalent=equivalent), fate, MutantRun(fate, "said", 1.0))
     assert tally.outcome().failed == failed
 
 
 def test_a_defect_that_nobody_sees_fails_the_check(toy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     both = (_defect("STEP = 2", "STEP = 3"), _defect("Twice", "Half"))
     monkeypatch.setattr(mutants, "defects", lambda group: both if group == "sim" else ())
-    engine = Engine(toy)
+    engine = MutationEngine(toy)
     monkeypatch.setattr(mutants, "_engine", lambda: engine)
     result = runner.run(mutants.CHECK, Ask(workers=2), Range(only="sim"))
     assert (result.outcome.cases, result.outcome.failed) == (2, 1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lampyris.selfcheck import _sittings, runner
-from lampyris.selfcheck._power import Change, Disk
+from lampyris.selfcheck._power import Disk, FileChange
 from lampyris.selfcheck._sitting_child import BACK_AFTER, clocks
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.oserrors import CHECK
@@ -101,7 +101,7 @@ def test_a_clock_that_is_set_back_goes_back_during_the_run() -> None:
 # ---- the disk that loses power --------------------
 
 
-def lost(*changes: Change, seeds: int = 60) -> set[tuple[tuple[str, bytes], ...]]:
+def lost(*changes: FileChange, seeds: int = 60) -> set[tuple[tuple[str, bytes], ...]]:
     """All that may be there after these, and no more."""
     found = set()
     for seed in range(seeds):
@@ -112,8 +112,8 @@ def lost(*changes: Change, seeds: int = 60) -> set[tuple[tuple[str, bytes], ...]
     return found
 
 
-def change(op: str, path: str = "/a", at: int = 0, data: bytes = b"") -> Change:
-    return Change(op, path, at, data, 0)
+def change(op: str, path: str = "/a", at: int = 0, data: bytes = b"") -> FileChange:
+    return FileChange(op, path, at, data, 0)
 
 
 MADE = (change("create"), change("folder", "/"))

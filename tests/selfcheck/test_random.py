@@ -17,7 +17,7 @@ from lampyris.selfcheck._answers import exact, own
 from lampyris.selfcheck._grid_costs import Q, cost_at, costs_to, room_for
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.runner import Range, run
-from lampyris.selfcheck.twins.changing_twin import World, costs
+from lampyris.selfcheck.twins.changing_twin import ChangingMap, costs
 from lampyris.selfcheck.twins.search_twin import cost_of
 
 
@@ -42,7 +42,7 @@ def test_the_quick_reference_agrees_with_a_plain_one_in_every_cell() -> None:
         terrain = _drawn_maps.terrain(rng, blocked) if case % 2 else None
         radius = float(rng.choice([0.0, *_worlds.RADII]))
         name = check.MOVES[case // 2 % 4]
-        world = World(blocked.tolist(), None if terrain is None else terrain.tolist(), radius)
+        world = ChangingMap(blocked.tolist(), None if terrain is None else terrain.tolist(), radius)
         free = room_for(blocked, radius)
         assert free.tolist() == world.free()
         if not free.any():

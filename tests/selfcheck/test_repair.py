@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lampyris.planning.field import repair as mending
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.incremental.search import Estimates, Waves
 from lampyris.planning.incremental.session import IncrementalSession
 from lampyris.planning.living_map import LivingMap
@@ -59,12 +59,12 @@ def test_large_maps_are_mended_by_the_real_rule() -> None:
 @pytest.mark.parametrize("kind", ["3x3", "stories", "long"])
 @pytest.mark.parametrize("deaf", ["freed", "blocked"])
 def test_a_mender_that_does_not_hear(kind: str, deaf: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    right = Mender.mend
+    right = FieldRepairer.mend
 
-    def mend(self: Mender, **given: Any) -> Any:
+    def mend(self: FieldRepairer, **given: Any) -> Any:
         return right(self, **{**given, deaf: ()})
 
-    monkeypatch.setattr(Mender, "mend", mend)
+    monkeypatch.setattr(FieldRepairer, "mend", mend)
     assert ask(kind, 0, {"3x3": 300, "stories": 20, "long": 1}[kind]).failed
 
 
@@ -107,10 +107,10 @@ def test_a_map_that_forgets_terrain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_exception_is_a_failure_and_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    def mend(self: Mender, **given: Any) -> Any:
+    def mend(self: FieldRepairer, **given: Any) -> Any:
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(Mender, "mend", mend)
+    monkeypatch.setattr(FieldRepairer, "mend", mend)
     for kind, cases in (("3x3", 20), ("stories", 3)):
         seen = ask(kind, 0, cases)
         assert (seen.cases, seen.failed) == (cases, cases)

@@ -12,8 +12,8 @@ from lampyris._core import exclusive
 from lampyris.model.change import Change
 from lampyris.planning import registry
 from lampyris.planning.adgso.session import AdGsoSession
-from lampyris.planning.field.repair import Mender
-from lampyris.planning.graph.grid_graph import Board
+from lampyris.planning.field.repair import FieldRepairer
+from lampyris.planning.graph.grid_graph import PaddedMap
 from lampyris.planning.graph.jps_search import PackedMap
 from lampyris.planning.incremental.session import IncrementalSession
 from lampyris.planning.living_map import LivingMap
@@ -49,8 +49,8 @@ def test_lives_are_eventful() -> None:
 
 
 def test_a_field_that_travels_without_its_views(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(Mender, "_own_state")
-    monkeypatch.delattr(Mender, "_take_state")
+    monkeypatch.delattr(FieldRepairer, "_own_state")
+    monkeypatch.delattr(FieldRepairer, "_take_state")
     assert lives("ad-gso").failed
 
 
@@ -77,12 +77,12 @@ def test_a_map_that_does_not_hear_of_walls_gone(monkeypatch: pytest.MonkeyPatch)
 
 def test_obstacles_that_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     @contextmanager
-    def closing(self: Board, cells: Iterable[Any]) -> Iterator[None]:
+    def closing(self: PaddedMap, cells: Iterable[Any]) -> Iterator[None]:
         for c in cells:
             self.free[self.flat(c)] = 0
         yield
 
-    monkeypatch.setattr(Board, "closing", closing)
+    monkeypatch.setattr(PaddedMap, "closing", closing)
     assert lives("astar").failed
 
 

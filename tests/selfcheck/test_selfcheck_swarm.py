@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lampyris.model.plan import Plan, Status
-from lampyris.planning.swarm.session import Judge, SwarmSession
+from lampyris.planning.swarm.session import FitnessEvaluator, SwarmSession
 from lampyris.selfcheck import swarm
 from lampyris.selfcheck.check import Ask, Outcome
 from lampyris.selfcheck.runner import Range, run
@@ -38,13 +38,13 @@ def test_the_cases_are_varied_and_pieces_give_the_whole() -> None:
 
 
 def test_a_way_longer_than_the_seed_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    genuine = Judge.__init__
+    genuine = FitnessEvaluator.__init__
 
-    def generous(self: Judge, *args: Any) -> None:
+    def generous(self: FitnessEvaluator, *args: Any) -> None:
         genuine(self, *args)
         self._most = np.inf
 
-    monkeypatch.setattr(Judge, "__init__", generous)
+    monkeypatch.setattr(FitnessEvaluator, "__init__", generous)
     made = outcome("gso", 250)
     assert made.failed > 0
     assert any("the least is" in f.what or "with its slack" in f.what for f in made.failures)
@@ -64,15 +64,15 @@ def test_slack_that_is_overdrawn_is_seen(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_best_that_gets_worse_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    genuine = Judge.__call__
+    genuine = FitnessEvaluator.__call__
 
-    def forgetful(self: Judge, asked: Any) -> Any:
+    def forgetful(self: FitnessEvaluator, asked: Any) -> Any:
         fitness = genuine(self, asked)
         if len(self.trace) > 1:
             self.trace[-1] += 1.0
         return fitness
 
-    monkeypatch.setattr(Judge, "__call__", forgetful)
+    monkeypatch.setattr(FitnessEvaluator, "__call__", forgetful)
     assert any("the best so far rose" in f.what for f in outcome("pso", 50).failures)
 
 

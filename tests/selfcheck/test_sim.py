@@ -18,7 +18,7 @@ from lampyris.selfcheck.twins.pace_twin import gains
 from lampyris.selfcheck.twins.quick_monitor import breaches
 from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim.grid import loop
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:
@@ -34,7 +34,7 @@ def test_it_holds_and_steps_are_made(kind: str, count: int) -> None:
 
 
 def test_a_robot_that_may_step_into_anybody_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(World, "robot_may", lambda self, step: True)
+    monkeypatch.setattr(Occupancy, "robot_may", lambda self, step: True)
     seen = run("walk", 60)
     assert seen.failed >= 5
     assert any("quick monitor" in f.what and "referee" in f.what for f in seen.failures)

@@ -17,11 +17,11 @@ from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.referee import check_drive
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.continuous_traffic import TrafficMotion
 from lampyris.sim.traffic.motion_sources import Roster
 from lampyris.sim.traffic.separation import Motions, beside_lanes
-from lampyris.sim.world.cell_index import Space
-from lampyris.sim.world.trajectory import Going, split
+from lampyris.sim.world.cell_index import CellIndex
+from lampyris.sim.world.trajectory import Trajectory, split
 
 
 def least_gap(tracks: list[Track], resolution: float, end: float, given: frozenset[int] = frozenset()):
@@ -89,14 +89,14 @@ def test_no_two_obstacles_overlap_whatever_the_robot_does(kind: str, seed: int) 
     scene = Scene(grid, (0, 3), (11, 3), moves, robot, traffic)
     roster = Roster()
     speed = float(rng.choice([0.3, 1.0, 3.0])) * resolution
-    crowd = CrowdMotion(speed, seed).open(scene, roster)
+    crowd = TrafficMotion(speed, seed).open(scene, roster)
     route = line((0.0, 3.0), (1.0, 0.0), 11.0 * resolution, resolution)
     s, v, until, push, end = 0.0, 0.0, 0, 0.5, 0.0
     for k in range(250):
         t, end = k * 0.1, (k + 1) * 0.1
         if k >= until:
             until, push = k + int(rng.integers(3, 25)), float(rng.choice([0.5, 0.5, -1.0, -1.0])) * resolution
-        going = Going(route, split(t, end, s, v, push if v < resolution or push < 0.0 else 0.0, None))
+        going = Trajectory(route, split(t, end, s, v, push if v < resolution or push < 0.0 else 0.0, None))
         crowd.advance(t, end, going)
         s, v = going.stretches[-1].after(end)
         if s > 11.0 * resolution:
@@ -152,7 +152,7 @@ def test_beside_a_lane_every_step_between_open_cells_is_clear_of_it(seed: int) -
         dx, dy = (int(v) for v in rng.integers(-1, 2, 2))
         track.append((min(max(track[-1][0] + dx, 0), 12), min(max(track[-1][1] + dy, 0), 12)))
     radius, size = (float(rng.choice([0.5, 0.6, 0.9, 1.3, 2.0])) for _ in range(2))
-    space = Space(Grid(np.zeros((13, 13), dtype=bool)))
+    space = CellIndex(Grid(np.zeros((13, 13), dtype=bool)))
     barred = beside_lanes(space, [Recorded(tuple(track), size)], radius, 1.0)
     lane = Motions()
     for a, b in pairwise(track):

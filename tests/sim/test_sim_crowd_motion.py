@@ -12,26 +12,28 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.continuous_traffic import TrafficMotion
 from lampyris.sim.traffic.motion_sources import Roster
-from lampyris.sim.world.trajectory import Going, Route, Stretch, split
+from lampyris.sim.world.trajectory import CurveLookup, Segment, Trajectory, split
 
 ROOM = grid_of(*["." * 12] * 12)
 
 
 def line(xy, heading, length, resolution=1.0):
     end = (xy[0] + heading[0] * length / resolution, xy[1] + heading[1] * length / resolution)
-    return Route(Curve(np.array([xy]), np.array([heading]), np.array([length]), np.zeros(1), end, resolution))
+    return CurveLookup(
+        Curve(np.array([xy]), np.array([heading]), np.array([length]), np.zeros(1), end, resolution)
+    )
 
 
 def standing(route, t, end):
-    return Going(route, [Stretch(t, end, 0.0, 0.0, 0.0)])
+    return Trajectory(route, [Segment(t, end, 0.0, 0.0, 0.0)])
 
 
 def run(scene, seconds, *, speed=None, seed=0, period=0.1, going=None, roster=None):
     """All legs, with the crowd and the roster."""
     roster = Roster() if roster is None else roster
-    crowd = CrowdMotion(speed, seed).open(scene, roster)
+    crowd = TrafficMotion(speed, seed).open(scene, roster)
     route = line((float(scene.start[0]), float(scene.start[1])), (1.0, 0.0), 5.0)
     legs = []
     for k in range(round(seconds / period)):
@@ -96,14 +98,14 @@ def test_who_yields_never_runs_into_a_robot_that_stands(seed):
     spec = (RandomWalk(8), Patrol(((1, 4), (12, 4), (12, 0), (1, 0))), RandomWalk(1, radius=0.7))
     scene = Scene(grid, (0, 2), (13, 2), robot=robot, traffic=spec)
     roster = Roster()
-    crowd = CrowdMotion(float(rng.choice([0.3, 1.0, 3.0])), seed).open(scene, roster)
+    crowd = TrafficMotion(float(rng.choice([0.3, 1.0, 3.0])), seed).open(scene, roster)
     route = line((0.0, 2.0), (1.0, 0.0), 13.0)
     s, v, clear, until, push = 0.0, 0.0, {}, 0, 0.5
     for k in range(400):
         t, end = k * 0.1, (k + 1) * 0.1
         if k >= until:
             until, push = k + int(rng.integers(3, 25)), float(rng.choice([0.5, 0.5, -1.0, -1.0]))
-        going = Going(route, split(t, end, s, v, push if v < 1.0 or push < 0.0 else 0.0, None))
+        going = Trajectory(route, split(t, end, s, v, push if v < 1.0 or push < 0.0 else 0.0, None))
         legs = crowd.advance(t, end, going)
         s, v = going.stretches[-1].after(end)
         if s > 12.0:
@@ -127,7 +129,7 @@ def test_who_is_halted_goes_back_and_who_waits_goes_on():
     )
     route = line((0.0, 0.0), (1.0, 0.0), 7.0)
     roster = Roster()
-    crowd = CrowdMotion(1.0, 0).open(scene, roster)
+    crowd = TrafficMotion(1.0, 0).open(scene, roster)
     place = 0.0
     seen = []
     for k in range(120):
@@ -136,7 +138,7 @@ def test_who_is_halted_goes_back_and_who_waits_goes_on():
             place = 3.2  # it is somewhere between (5, 0) and (4, 0)
         if k == 70:
             place = 0.0
-        legs = crowd.advance(t, end, Going(route, [Stretch(t, end, place, 0.0, 0.0)]))
+        legs = crowd.advance(t, end, Trajectory(route, [Segment(t, end, place, 0.0, 0.0)]))
         row = legs[-1]
         seen.append(float(row[3] + row[5] * (row[2] - row[1])))
     assert min(seen[23:70]) > 4.1  # it never came on
@@ -152,12 +154,12 @@ def test_a_patrol_that_is_cut_off_at_the_end_of_its_route_keeps_to_it(seed):
         grid_of("....."), (0, 0), (4, 0), robot=Robot(radius=0.2), traffic=(Patrol(((3, 0), (1, 0))),)
     )
     route, roster = line((0.0, 0.0), (1.0, 0.0), 4.0), Roster()
-    crowd = CrowdMotion(1.0, 0).open(scene, roster)
+    crowd = TrafficMotion(1.0, 0).open(scene, roster)
     shuttle = crowd.crowd.drivers[0]
     for k in range(600):
         t, end = k * 0.1, (k + 1) * 0.1
         place = float(rng.choice([0.0, 1.6, 2.4, 4.0]))
-        crowd.advance(t, end, Going(route, [Stretch(t, end, place, 0.0, 0.0)]))
+        crowd.advance(t, end, Trajectory(route, [Segment(t, end, place, 0.0, 0.0)]))
         assert shuttle.route[shuttle.at] == crowd.world.where[0]
         assert 0.9 <= roster.corners[0][-1][1] <= 3.1
 
@@ -165,4 +167,4 @@ def test_a_patrol_that_is_cut_off_at_the_end_of_its_route_keeps_to_it(seed):
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), "fast", True])
 def test_speeds_that_are_none(speed):
     with pytest.raises(SettingError, match="OBSTACLE_SPEED"):
-        CrowdMotion(speed, 0).open(Scene(ROOM, (0, 0), (1, 0)), Roster())
+        TrafficMotion(speed, 0).open(Scene(ROOM, (0, 0), (1, 0)), Roster())

@@ -12,16 +12,16 @@ from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.sim.traffic.adversary import Cutter, line_is_clear, square_distances
+from lampyris.sim.traffic.adversary import Adversary, line_is_clear, square_distances
 from lampyris.sim.traffic.motion_sources import Opening, Roster, stream
-from lampyris.sim.world.trajectory import Going, Route, Stretch
+from lampyris.sim.world.trajectory import CurveLookup, Segment, Trajectory
 
 
 def opened(cutter, seed, blocked=None, robot=None):
     blocked = np.zeros((20, 20), dtype=bool) if blocked is None else blocked
     scene = Scene(Grid(blocked), (0, 10), (19, 10), robot=robot or Robot(radius=0.3))
     roster = Roster()
-    route: Route = line((0.0, 10.0), (1.0, 0.0), 19.0)
+    route: CurveLookup = line((0.0, 10.0), (1.0, 0.0), 19.0)
     return cutter.open(Opening(scene, roster, stream(seed, 1), route)), roster, route, scene
 
 
@@ -34,12 +34,12 @@ def runs_of(seed):
     rng = np.random.default_rng(seed)
     blocked = rng.random((20, 20)) < 0.1
     blocked[10] = False
-    running, roster, route, _ = opened(Cutter(1.5, count=3, wait=2.0), seed, blocked)
+    running, roster, route, _ = opened(Adversary(1.5, count=3, wait=2.0), seed, blocked)
     legs = []
     for k in range(300):
         t, end = k * 0.1, (k + 1) * 0.1
         s = min(0.5 * t, 18.0)
-        legs.append(running.advance(t, end, Going(route, [Stretch(t, end, s, 0.5, 0.0)])))
+        legs.append(running.advance(t, end, Trajectory(route, [Segment(t, end, s, 0.5, 0.0)])))
     table = np.concatenate(legs)
     assert len(roster.bodies) == 3
     ran = 0
@@ -69,11 +69,11 @@ def test_it_meets_a_robot_that_does_not_mind():
     """Most runs come near a robot that drives on at one speed."""
     near = 0
     for seed in range(40):
-        running, _, route, _ = opened(Cutter(1.0, wait=3.0, near=4.0), seed)
+        running, _, route, _ = opened(Adversary(1.0, wait=3.0, near=4.0), seed)
         least = math.inf
         for k in range(180):
             t, end = k * 0.1, (k + 1) * 0.1
-            legs = running.advance(t, end, Going(route, [Stretch(t, end, t, 1.0, 0.0)]))
+            legs = running.advance(t, end, Trajectory(route, [Segment(t, end, t, 1.0, 0.0)]))
             for row in legs:
                 gap = np.hypot(*(row[3:5] - route.at(row[1]))) - 0.8
                 least = min(least, gap)
@@ -94,7 +94,7 @@ def test_it_meets_a_robot_that_does_not_mind():
 )
 def test_settings_that_are_none(given):
     with pytest.raises(SettingError, match="CUTTER"):
-        Cutter(**{"top_speed": 1.0, **given})
+        Adversary(**{"top_speed": 1.0, **given})
 
 
 def test_lines_and_squares_against_a_slow_look():

@@ -26,8 +26,8 @@ from lampyris.referee.drive import measure
 from lampyris.sim.continuous.drive import DriveSimulation, drive
 from lampyris.sim.continuous.leg import closed_cells, comfort, curve_from
 from lampyris.sim.continuous.settings import MAX_PASSED
-from lampyris.sim.sensor import Told
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.sensor import ObstacleMessage
+from lampyris.sim.traffic.adversary import Adversary
 
 ROOM = grid_of(*["." * 16] * 16)
 LANE = grid_of("." * 20)
@@ -55,7 +55,7 @@ def random_run(seed, law="physical", **settings):
         spec.append(Crossing(int(rng.integers(1, 3))))
     if rng.random() < 0.4:
         spec.append(Patrol(tuple((x, y) for y, x in others)))
-    cutters = [Cutter(float(rng.uniform(0.2, 2)), count=int(rng.integers(0, 3)), wait=5.0)]
+    cutters = [Adversary(float(rng.uniform(0.2, 2)), count=int(rng.integers(0, 3)), wait=5.0)]
     moves = str(rng.choice(["octile", "dissertation"]))
     planner = (AStar(), ThetaStar(), AdGso())[int(rng.integers(3))]
     speed = float(rng.uniform(0.2, 1.5)) * robot.v_max
@@ -138,7 +138,7 @@ def test_the_states_are_those_recorded(seed):
     """Step by step beside the whole story: places, speeds, obstacles."""
     spec = (RandomWalk(4), Crossing(2))
     scene = Scene(ROOM, (0, 0), (15, 15), robot=Robot(radius=0.3, v_max=1.2), traffic=spec)
-    one = DriveSimulation(scene, AStar(), seed=seed, on_hit="go-on", sources=[Cutter(0.8)])
+    one = DriveSimulation(scene, AStar(), seed=seed, on_hit="go-on", sources=[Adversary(0.8)])
     states = []
     while one.outcome is None:
         one.step()
@@ -235,7 +235,7 @@ def test_a_way_round_obstacles_keeps_off_walls():
         grid = Grid(rng.random((12, 12)) < 0.15)
         scene = Scene(grid, (0, 0), (11, 11), robot=Robot(radius=float(rng.choice([0.3, 0.5, 0.7]))))
         n = int(rng.integers(1, 6))
-        told = Told(0.0, rng.uniform(0, 11, (n, 2)), np.full(n, 0.5), np.ones(n))
+        told = ObstacleMessage(0.0, rng.uniform(0, 11, (n, 2)), np.full(n, 0.5), np.ones(n))
         shut = closed_cells(scene, told) - {(0, 0)}
         plan = AStar().open(scene, rng).plan(Change(robot=(0, 0), obstacles=shut))
         if plan:
@@ -387,7 +387,7 @@ def test_a_robot_among_the_quickest_obstacles_asks_again():
     quickest = MAX_PASSED * ROOM.resolution / 0.1
     run = drive(scene, AStar(), obstacle_speed=quickest, on_hit="go-on", time_limit=12.0)
     assert run.replans >= 1
-    told = Told(0.0, np.array([[1.0, 1.0]]), np.zeros(1), np.array([1e9]))
+    told = ObstacleMessage(0.0, np.array([[1.0, 1.0]]), np.zeros(1), np.array([1e9]))
     shut = closed_cells(scene, told, comfort(scene, told, (0.0, 0.0), 0.1))
     assert shut == {(x, y) for x in range(ROOM.width) for y in range(ROOM.height)}
 

@@ -20,7 +20,7 @@ from lampyris.referee import check_drive
 from lampyris.selfcheck._sim_scenes import PROMISE, harsh_drive
 from lampyris.selfcheck.twins.use_files import GRIDS
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.traffic.adversary import Adversary
 
 
 def harsh_run(seed: int, near: float = 25.0, **fixed: object) -> Drive | None:
@@ -57,7 +57,7 @@ def test_ways_round_obstacles_beside_walls(seed):
     spec = (RandomWalk(6), Crossing(3))
     scene = Scene(grid, (15, 22), (4, 11), robot=Robot(radius=0.256202), traffic=spec)
     how = {"patience": 1.0, "noise": 0.05, "know": "tracks", "on_hit": "go-on", "time_limit": 60.0}
-    run = drive(scene, AStar(), seed=seed, sources=[Cutter(1.0, count=2, wait=4.0)], give_up=30.0, **how)
+    run = drive(scene, AStar(), seed=seed, sources=[Adversary(1.0, count=2, wait=4.0)], give_up=30.0, **how)
     assert check_drive(run) is None
 
 

@@ -17,18 +17,20 @@ from lampyris.model.traffic import Patrol, RandomWalk
 from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.sensor import FAULTS, FaultyFeed, PerfectFeed, Told, Watch
+from lampyris.sim.sensor import FAULTS, FaultySensor, ObstacleMessage, PerfectSensor, SensorMonitor
 
 FAR = (50.0, 50.0)
 
 
 def told(stamp, *places, top=1.0):
     n = len(places)
-    return Told(stamp, np.array(places, dtype=float).reshape(-1, 2), np.full(n, 0.5), np.full(n, top))
+    return ObstacleMessage(
+        stamp, np.array(places, dtype=float).reshape(-1, 2), np.full(n, 0.5), np.full(n, top)
+    )
 
 
 def watch(**more):
-    one = Watch(resolution=1.0, radius=0.3, **more)
+    one = SensorMonitor(resolution=1.0, radius=0.3, **more)
     assert one.hear(1.0, [told(1.0, (0, 0), (5, 5))], FAR, True) == ""
     return one
 
@@ -114,17 +116,17 @@ def test_noise_is_allowed_for():
 def test_faults_leave_the_rest_alone():
     truth = told(2.0, (1, 1), (2, 2))
     for kind in FAULTS:
-        feed = FaultyFeed(kind, at=5.0, goal=(3, 3))
+        feed = FaultySensor(kind, at=5.0, goal=(3, 3))
         assert feed.tell(2.0, truth, FAR) == [truth], kind
-    assert PerfectFeed().tell(2.0, truth, FAR) == [truth]
+    assert PerfectSensor().tell(2.0, truth, FAR) == [truth]
     with pytest.raises(SettingError, match="did you mean stops"):
-        FaultyFeed("stop", at=1.0)
+        FaultySensor("stop", at=1.0)
     with pytest.raises(SettingError, match="goal"):
-        FaultyFeed("goal-gone", at=1.0)
+        FaultySensor("goal-gone", at=1.0)
 
 
 def test_late_messages_come_later():
-    feed = FaultyFeed("late", at=1.0, by=0.25)
+    feed = FaultySensor("late", at=1.0, by=0.25)
     got = []
     for k in range(30):
         now = 0.1 * k
@@ -141,7 +143,7 @@ def spoilt(kind, seed, lasts=np.inf):
     robot = Robot(radius=0.2, v_max=1.5, a_max=float(rng.uniform(0.3, 2)), d_max=float(rng.uniform(0.5, 2)))
     spec = (RandomWalk(3), Patrol(((8, 3), (12, 3))))
     scene = Scene(ROOM, (0, 0), (15, 15), robot=robot, traffic=spec)
-    feed = FaultyFeed(
+    feed = FaultySensor(
         kind, at=float(rng.uniform(1.0, 8.0)), lasts=lasts, body=int(rng.integers(3)), goal=(15, 15)
     )
     return drive(scene, AStar(), seed=seed, feed=feed, obstacle_speed=0.7), feed
@@ -159,7 +161,7 @@ def test_a_short_fault_is_survived(kind):
 
 def test_no_data_from_the_beginning():
     scene = Scene(ROOM, (0, 0), (15, 15), traffic=(RandomWalk(2),))
-    run = drive(scene, AStar(), feed=FaultyFeed("stops", at=0.0))
+    run = drive(scene, AStar(), feed=FaultySensor("stops", at=0.0))
     assert run.outcome is Outcome.STOPPED
     assert run.sentence == "No message has arrived, from 0 s on."
     assert (run.v == 0.0).all()
@@ -168,7 +170,7 @@ def test_no_data_from_the_beginning():
 
 def test_a_map_update_elsewhere_is_driven_round():
     run, _ = spoilt("goal-gone", 0)
-    feed = FaultyFeed("goal-gone", at=3.0, goal=(8, 8))
+    feed = FaultySensor("goal-gone", at=3.0, goal=(8, 8))
     run = drive(replace(run.scene, traffic=()), AStar(), feed=feed)
     assert run.outcome is Outcome.ARRIVED
     assert run.replans == 1
@@ -182,9 +184,9 @@ def test_a_map_update_elsewhere_is_driven_round():
 def test_a_feed_of_one_drive_tells_the_next_nothing_of_it():
     """A faulty feed kept the late messages of the drive before, and handed them to the next one."""
     scene = Scene(Grid(np.zeros((8, 12), bool)), (0, 0), (11, 7), traffic=RandomWalk(2))
-    feed = FaultyFeed("late", at=0.0, by=0.2)
+    feed = FaultySensor("late", at=0.0, by=0.2)
     first, second = (drive(scene, AStar(), seed=3, feed=feed, max_age=1.0) for _ in range(2))
     assert (first.outcome, first.t.tolist(), first.s.tolist()) == (
         second.outcome, second.t.tolist(), second.s.tolist()
     )  # fmt: skip
-    assert feed == FaultyFeed("late", at=0.0, by=0.2)
+    assert feed == FaultySensor("late", at=0.0, by=0.2)

@@ -11,7 +11,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.sim.continuous.leg import closed_cells, covered_cells
-from lampyris.sim.sensor import Told
+from lampyris.sim.sensor import ObstacleMessage
 
 HUGE = 1e9
 """What a message may say at most, of a place and of a radius."""
@@ -35,7 +35,7 @@ def test_cells_that_obstacles_close_and_cover_are_those_of_the_definition(seed: 
     )
     radius = rng.choice([0.0, 0.5, 1.0, 2.3, 40.0, HUGE], n) * resolution
     more = None if rng.random() < 0.5 else rng.choice([0.0, 1.7, HUGE], n) * resolution
-    told = Told(0.0, xy, radius, np.ones(n))
+    told = ObstacleMessage(0.0, xy, radius, np.ones(n))
     closed, covered = set(), []
     for k, (x, y) in enumerate(xy.tolist()):
         far = (radius[k] + scene.robot.radius + (0.0 if more is None else more[k])) / resolution

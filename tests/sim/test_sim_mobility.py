@@ -15,8 +15,8 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk
 from lampyris.sim.traffic.mobility import MOBILITIES, crowd, patrols
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import Space, robot_shape
-from lampyris.sim.world.world import World
+from lampyris.sim.world.cell_index import CellIndex, robot_shape
+from lampyris.sim.world.world import Occupancy
 
 GRID = load_grid("env-1")
 SCENE = Scene(GRID, (1, 1), (48, 48))
@@ -66,8 +66,8 @@ def test_patrols_that_fit_are_taken_by_the_simulation(radius: float, moves: str)
         count = 14 if radius == 0 else 4
         for fit in (scene, None):
             full = replace(scene, traffic=crowd("patrol", count, scene.grid, seed, radius=radius, fit=fit))
-            space = Space(full.grid)
-            world = World(space, robot_shape(full, space), space.number(full.start))
+            space = CellIndex(full.grid)
+            world = Occupancy(space, robot_shape(full, space), space.number(full.start))
             try:
                 assert len(open_traffic(full, world, seed).bodies) == count
             except LampyrisError:

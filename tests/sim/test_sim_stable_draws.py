@@ -15,22 +15,22 @@ from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.sim.grid import loop
 from lampyris.sim.traffic import obstacle_draws
-from lampyris.sim.traffic.continuous_traffic import CrowdMotion
+from lampyris.sim.traffic.continuous_traffic import TrafficMotion
 from lampyris.sim.traffic.mobility import MOBILITIES, crowd
 from lampyris.sim.traffic.motion_sources import Roster
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import Space, robot_shape
-from lampyris.sim.world.world import World
+from lampyris.sim.world.cell_index import CellIndex, robot_shape
+from lampyris.sim.world.world import Occupancy
 
 
 def starts(scene: Scene, seed: int) -> list[tuple[str, tuple[int, int]]]:
     """Kind and first cell of every obstacle."""
-    space = Space(scene.grid)
-    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    space = CellIndex(scene.grid)
+    world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     crowd = open_traffic(scene, world, seed)
     return [(body.kind, space.cell(n)) for body, n in zip(crowd.bodies, world.where, strict=True)]
 
@@ -46,7 +46,7 @@ def test_what_is_drawn_is_accepted_on_any_map_at_any_radius(kind: str, number: i
     start, goal, drawn, told = (free[int(k)] for k in rng.permutation(len(free))[:4])
     radius = float(rng.choice([0.0, 0.3, 0.7, 1.2]))
     moves = list(MOVES.values())[number % 4]
-    before: tuple[Traffic, ...] = ()
+    before: tuple[ObstacleSpec, ...] = ()
     if number % 2:
         before = (RandomWalk(1, starts=(drawn,)), Recorded((told,)))
     robot = Robot(radius=float(rng.choice([0.0, 0.8])))
@@ -62,7 +62,7 @@ def test_what_is_drawn_is_accepted_on_any_map_at_any_radius(kind: str, number: i
     full_scene = replace(scene, traffic=(*before, *more))
     for open_ in (
         lambda: starts(full_scene, number),
-        lambda: CrowdMotion(None, number).open(full_scene, Roster()),
+        lambda: TrafficMotion(None, number).open(full_scene, Roster()),
     ):
         refused = ""
         try:
@@ -105,8 +105,8 @@ CROWD = (RandomWalk(30), Crossing(8), RandomWalk(4, radius=0.9), Patrol(((20, 20
 
 def painted(scene: Scene, seed: int) -> Scene:
     """The scene with one free cell painted, far from where all obstacles begin and from their routes."""
-    space = Space(scene.grid)
-    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    space = CellIndex(scene.grid)
+    world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     crowd = open_traffic(scene, world, seed)
     used = {space.cell(c) for d in crowd.drivers for c in getattr(d, "route", ())}
     used |= {space.cell(n) for n in world.where} | {scene.start, scene.goal}

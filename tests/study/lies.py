@@ -13,21 +13,21 @@ from one_samples import (
 )  # fmt: skip
 
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Study
+from lampyris.study.design.study import Study, StudyTraffic
 from lampyris.study.execution import drive_evidence, evidence
-from lampyris.study.execution.verify import Judge
+from lampyris.study.execution.verify import ResultVerifier
 
 FORMS = {
     "plan": evidence._PLAN, "profile": evidence._PROFILE, "simulate": evidence._TRACE,
     "drive": drive_evidence._FORM,
 }  # fmt: skip
-LIVE = Crowd("random-walk", 6, tracks="live")
-REPLAYED = Crowd("random-walk", 6)
+LIVE = StudyTraffic("random-walk", 6, tracks="live")
+REPLAYED = StudyTraffic("random-walk", 6)
 
 
 def judged(study: Study, result: Any) -> Row:
     (job,) = study.jobs()
-    return Judge().row(job, result, ground_of(study))
+    return ResultVerifier().row(job, result, ground_of(study))
 
 
 def honest(study: Study) -> dict[str, Any]:

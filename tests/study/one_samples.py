@@ -13,9 +13,9 @@ from lampyris.model.grid import Grid
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World, canonical
+from lampyris.study.design.study import Config, Job, Study, StudyMap, StudyTraffic, World, canonical
 from lampyris.study.design.study_map import pack
-from lampyris.study.execution.verify import Judge
+from lampyris.study.execution.verify import ResultVerifier
 from lampyris.study.execution.worker import work
 from lampyris.typing import Cell
 
@@ -32,31 +32,31 @@ def grid_of(seed: int = 0, size: int = 16, share: float = 0.12) -> Grid:
     return Grid(blocked, name=f"random-{seed}", resolution=0.5)
 
 
-def planner(name: str, **settings: Any) -> Who:
+def planner(name: str, **settings: Any) -> Config:
     """A planner with all its settings."""
-    return Who(name, {**registry.settings_of(registry.planner_class(name)), **settings})
+    return Config(name, {**registry.settings_of(registry.planner_class(name)), **settings})
 
 
-def law(name: str, **settings: Any) -> Who:
+def law(name: str, **settings: Any) -> Config:
     """A law with all its settings."""
-    return Who(name, {**laws.settings_of(name), **settings})
+    return Config(name, {**laws.settings_of(name), **settings})
 
 
 def study_of(
     kind: Any,
-    planners: Sequence[Who | str] = ("astar",),
-    crowd: Crowd = Crowd("random-walk", 6),  # noqa: B008
+    planners: Sequence[Config | str] = ("astar",),
+    crowd: StudyTraffic = StudyTraffic("random-walk", 6),  # noqa: B008
     *,
     grid: Grid | None = None,
     start: Cell = (0, 0),
     goal: Cell | None = None,
-    law_of: Who | str = "physical",
+    law_of: Config | str = "physical",
     published: float | None = None,
     **more: Any,
 ) -> Study:
     """One world, one law."""
     grid = grid_of() if grid is None else grid
-    ground = Ground(grid.name, grid, map_hash(grid))
+    ground = StudyMap(grid.name, grid, map_hash(grid))
     end = (grid.width - 1, grid.height - 1) if goal is None else goal
     who = tuple(planner(p) if isinstance(p, str) else p for p in planners)
     speed = law(law_of) if isinstance(law_of, str) else law_of
@@ -77,12 +77,12 @@ def results_of(study: Study) -> list[dict[str, Any]]:
     return told
 
 
-def ground_of(study: Study) -> Ground:
+def ground_of(study: Study) -> StudyMap:
     """The one map of a study."""
     return next(iter(study.grounds.values()))
 
 
 def rows_of(study: Study) -> list[Row]:
     """All its rows, judged."""
-    judge, ground = Judge(), ground_of(study)
+    judge, ground = ResultVerifier(), ground_of(study)
     return [judge.row(j, r, ground) for j, r in zip(study.jobs(), results_of(study), strict=True)]

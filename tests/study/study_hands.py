@@ -16,7 +16,7 @@ import numpy as np
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World, canonical
+from lampyris.study.design.study import Config, Job, Study, StudyMap, StudyTraffic, World, canonical
 
 TROUBLE = "STUDY_HANDS_TROUBLE"
 """Names a folder in which a worker that is to die counts its deaths."""
@@ -29,11 +29,11 @@ def study_of(seeds: int = 10, maps: int = 2, **more: Any) -> Study:
         blocked = np.zeros((8, 9), dtype=np.bool_)
         blocked[number, 3] = True
         grid = Grid(blocked, name=f"m{number}")
-        ground = Ground(f"m{number}", grid, map_hash(grid))
+        ground = StudyMap(f"m{number}", grid, map_hash(grid))
         worlds += [World(ground, (0, 0), (8, 7)), World(ground, (0, 7), (8, 0))]
     return Study(
-        "hands", "simulate", tuple(worlds), (Who("a"), Who("b", {"n": 1})), (Who("law"),),
-        seeds=tuple(range(seeds)), crowds=(Crowd(), Crowd("random-walk", 3)), **more,
+        "hands", "simulate", tuple(worlds), (Config("a"), Config("b", {"n": 1})), (Config("law"),),
+        seeds=tuple(range(seeds)), crowds=(StudyTraffic(), StudyTraffic("random-walk", 3)), **more,
     )  # fmt: skip
 
 
@@ -142,7 +142,7 @@ def raises(letter: bytes) -> bytes:
 class Judge:
     """Makes a row of a number; refuses one that is not the job's."""
 
-    def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+    def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
         evidence = result["evidence"]
         if "n" in evidence and evidence["n"] != int(job.key[:8], 16):
             raise ValueError("not the number of this job")

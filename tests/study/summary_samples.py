@@ -11,7 +11,7 @@ import numpy as np
 from lampyris.model.grid import Grid
 from lampyris.study.analysis.runs import Runs, runs_of
 from lampyris.study.design.row import Ending, Row
-from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World
+from lampyris.study.design.study import Config, Job, Study, StudyMap, StudyTraffic, World
 
 Made = tuple[Ending, Mapping[str, Any]]
 
@@ -22,7 +22,7 @@ def study(
     maps: int = 2,
     queries: int = 3,
     seeds: int = 2,
-    crowds: Sequence[Crowd] = (Crowd(), Crowd("random-walk", 5)),
+    crowds: Sequence[StudyTraffic] = (StudyTraffic(), StudyTraffic("random-walk", 5)),
     laws: Sequence[str] = ("dissertation",),
     **more: Any,
 ) -> Study:
@@ -30,13 +30,13 @@ def study(
     worlds = []
     for m in range(maps):
         grid = Grid(np.zeros((6, 8 + m), dtype=np.bool_))
-        ground = Ground(f"map {m}", grid, f"{m:064x}")
+        ground = StudyMap(f"map {m}", grid, f"{m:064x}")
         worlds += [World(ground, (0, 0), (7, q)) for q in range(queries)]
     return Study(
         **{"name": "made up", "kind": "simulate"} | more,
         worlds=tuple(worlds),
-        planners=tuple(Who(p) for p in planners),
-        laws=tuple(Who(law) for law in laws),
+        planners=tuple(Config(p) for p in planners),
+        laws=tuple(Config(law) for law in laws),
         crowds=tuple(crowds),
         seeds=tuple(range(seeds)),
     )

@@ -13,12 +13,12 @@ from lampyris.study.analysis import compare
 from lampyris.study.analysis.best import FEWEST, Best, best
 from lampyris.study.analysis.runs import Runs, runs_of
 from lampyris.study.analysis.summary import per_unit
-from lampyris.study.design.study import Crowd
+from lampyris.study.design.study import StudyTraffic
 
 
 def runs(make: Callable[[int, int], dict[str, Any]], seeds: int, planners: str = "abc") -> Runs:
     """Of one world: ``make(seed, entrant)``."""
-    one = study(tuple(planners), maps=1, queries=1, seeds=seeds, crowds=(Crowd(),))
+    one = study(tuple(planners), maps=1, queries=1, seeds=seeds, crowds=(StudyTraffic(),))
     many = len(planners)
     return runs_of(one, [(k, "done", "", make(k // many, k % many)) for k in range(many * seeds)])
 

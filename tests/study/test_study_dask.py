@@ -24,7 +24,7 @@ from lampyris.errors import UsageError
 from lampyris.study.design.study import RESULTS, Study
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution import cluster as clustering
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.execution import Execution
 from lampyris.study.execution.run import run
 
 HERE = Path(__file__).resolve().parent
@@ -55,7 +55,7 @@ from lampyris.errors import LampyrisError
 from lampyris.study.execution import cluster
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.run import run
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.execution import Execution
 import study_hands as hands
 asked = json.loads(sys.argv[1])
 cluster.ANSWERS_IN = asked.get("answers_in", 10.0)
@@ -68,7 +68,7 @@ ours = {"_work": getattr(hands, asked.get("work", "slow")), "_judge": hands.Judg
 study = load_study(asked["file"]) if "file" in asked else hands.study_of(15)
 out = {}
 try:
-    finished = run(study, sink, where=Where(dask=asked["dask"], shuffle=asked.get("shuffle")),
+    finished = run(study, sink, where=Execution(dask=asked["dask"], shuffle=asked.get("shuffle")),
                    **({} if "file" in asked else ours))
     out["died"] = finished.died
 except LampyrisError as fault:
@@ -219,7 +219,7 @@ def test_without_the_package_it_is_said_what_to_install(monkeypatch: pytest.Monk
         run(
             hands.study_of(),
             list,
-            where=Where(dask="tcp://127.0.0.1:1"),
+            where=Execution(dask="tcp://127.0.0.1:1"),
             _work=hands.work,
             _judge=hands.Judge(),
         )

@@ -18,7 +18,7 @@ from lampyris.errors import LampyrisError, UsageError
 from lampyris.report.html.table import Tab
 from lampyris.study.analysis import export
 from lampyris.study.analysis.export import latex, write_csv, write_latex, write_parquet
-from lampyris.study.analysis.table import Table, table_of
+from lampyris.study.analysis.table import ResultTable, table_of
 from lampyris.study.design.row import Row
 
 HARD = [
@@ -38,7 +38,7 @@ HARD = [
 ]
 
 
-def sample(more: dict[str, Any] | None = None, **study_words: Any) -> Table:
+def sample(more: dict[str, Any] | None = None, **study_words: Any) -> ResultTable:
     of = study(**study_words)
     given = rows(of)
     given = [

@@ -23,7 +23,7 @@ from lampyris.io.text.strict_yaml import read_yaml
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.sim.continuous.settings import Settings
-from lampyris.study.design.study import Crowd, Study, canonical
+from lampyris.study.design.study import Study, StudyTraffic, canonical
 from lampyris.study.design.study_file import json_schema, load_study
 from lampyris.study.design.worlds import spread
 
@@ -80,7 +80,7 @@ def test_maps_and_planners_are_enough() -> None:
         "s",
         "plan",
         "octile",
-        (Crowd(),),
+        (StudyTraffic(),),
         (0,),
         0,
     )
@@ -130,7 +130,7 @@ memory: true
         True,
     )
     assert (s.robot["radius"], s.robot["v_max"], s.seeds) == (0.5, 2.0, (5, 2))
-    assert s.crowds == (Crowd(), Crowd("mixed", 9, 0.5, 0.25, "live"))
+    assert s.crowds == (StudyTraffic(), StudyTraffic("mixed", 9, 0.5, 0.25, "live"))
     assert (s.expansions, s.seconds) == (None, 2.5)
     assert s.drive["period"] == 0.5
     assert set(s.drive) == set(Settings.__slots__)
@@ -147,7 +147,7 @@ def test_the_preset_and_the_kind_where_nothing_is_said() -> None:
         50,
         9,
     )
-    assert s.crowds == (Crowd("random-walk", 3),)
+    assert s.crowds == (StudyTraffic("random-walk", 3),)
     assert load({**GUIDE, "traffic": [{"count": 3}], "kind": "plan"}).kind == "plan"
     assert load({**GUIDE, "kind": "simulate"}).kind == "simulate"
 
@@ -224,8 +224,8 @@ def test_traffic_grids() -> None:
         ALL + "traffic: [none, {kind: patrol, radius: 0.5, grid: {count: [1, 2], tracks: [live, replayed]}}]"
     )
     assert s.crowds == (
-        Crowd(), Crowd("patrol", 1, None, 0.5, "live"), Crowd("patrol", 1, None, 0.5, "replayed"),
-        Crowd("patrol", 2, None, 0.5, "live"), Crowd("patrol", 2, None, 0.5, "replayed"),
+        StudyTraffic(), StudyTraffic("patrol", 1, None, 0.5, "live"), StudyTraffic("patrol", 1, None, 0.5, "replayed"),
+        StudyTraffic("patrol", 2, None, 0.5, "live"), StudyTraffic("patrol", 2, None, 0.5, "replayed"),
     )  # fmt: skip
 
 

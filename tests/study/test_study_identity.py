@@ -18,7 +18,7 @@ import pytest
 from lampyris.selfcheck import _small_studies as study_small
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
-from lampyris.study.execution.execution import Progress, Where
+from lampyris.study.execution.execution import Execution, Progress
 from lampyris.study.execution.run import run
 from lampyris.study.store.store import Store
 
@@ -101,7 +101,7 @@ def test_a_cluster_does_not_show(
             killed_at.append(progress.done)
 
     with Store.create(path, made) as store:
-        finished = run(made, store.add, where=Where(dask=address), progress=kill)
+        finished = run(made, store.add, where=Execution(dask=address), progress=kill)
         assert study_small.exported(made, store.rows()) == known(kind, seeds)
     assert finished.ran == finished.total
     assert 0 < killed_at[0] < finished.total

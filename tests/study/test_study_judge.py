@@ -21,8 +21,8 @@ from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
 from lampyris.planning import registry
 from lampyris.report.data.measures import METRICS
-from lampyris.study.design.study import Crowd
-from lampyris.study.execution.worker import Ran, run_job
+from lampyris.study.design.study import StudyTraffic
+from lampyris.study.execution.worker import RunResult, run_job
 
 
 @pytest.mark.parametrize("kind", ["plan", "simulate"])
@@ -39,7 +39,7 @@ def test_what_every_planner_comes_to_stands(kind: str, who: str) -> None:
 @pytest.mark.parametrize("law_", ["physical", "dissertation", "uncertainty", "blind", "rpp", "optimum"])
 def test_what_every_law_comes_to_stands(law_: str) -> None:
     for kind in ("plan", "drive", *(("simulate",) if law_ in ("physical", "dissertation") else ())):
-        (row,) = rows_of(study_of(kind, ("astar",), Crowd("random-walk", 4), law_of=law_))
+        (row,) = rows_of(study_of(kind, ("astar",), StudyTraffic("random-walk", 4), law_of=law_))
         assert row.ending == "done", (kind, row.error)
         assert row.metrics["speed_mean"] > 0
 
@@ -52,7 +52,7 @@ def test_other_moves_wide_robots_and_terrain_stand(moves: str, radius: float) ->
     for grid in (bare, Grid(bare.blocked, terrain=terrain, name="t", resolution=0.5)):
         for kind in ("plan", "simulate", "drive"):
             made = study_of(
-                kind, ("astar",), Crowd("mixed", 3, radius=radius), grid=grid, moves=moves,
+                kind, ("astar",), StudyTraffic("mixed", 3, radius=radius), grid=grid, moves=moves,
                 robot={**ROBOT, "radius": radius},
             )  # fmt: skip
             for row in rows_of(made):
@@ -61,7 +61,7 @@ def test_other_moves_wide_robots_and_terrain_stand(moves: str, radius: float) ->
 
 def test_the_judges_noun_is_the_workers() -> None:
     """Metrics of the row are those of the run itself, through the front door."""
-    study = study_of("plan", ("astar",), Crowd(), law_of="physical", published=21.0)
+    study = study_of("plan", ("astar",), StudyTraffic(), law_of="physical", published=21.0)
     (job,), (row,) = study.jobs(), rows_of(study)
     scene = Scene(ground_of(study).grid, (0, 0), (18, 15))
     plan = lampyris.plan(scene, "astar")
@@ -72,7 +72,7 @@ def test_the_judges_noun_is_the_workers() -> None:
     assert row.metrics["time_s"] == profile.duration
     assert row.metrics["expansions"] == plan.expansions
     assert row.metrics["reference_ok"] is False
-    ran: Ran = run_job(job.plain, ground_of(study).grid)
+    ran: RunResult = run_job(job.plain, ground_of(study).grid)
     assert isinstance(ran.noun, Plan)
     assert ran.profile is not None
 

@@ -22,7 +22,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.path import path_of
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
-from lampyris.study.design.study import Crowd
+from lampyris.study.design.study import StudyTraffic
 from lampyris.study.execution import evidence
 from lampyris.study.execution.site import world_of
 from lampyris.study.execution.worker import run_job
@@ -54,7 +54,7 @@ def test_lies_about_what_a_result_is() -> None:
 
 
 def test_lies_about_a_plan() -> None:
-    study = study_of("plan", ("astar",), Crowd())
+    study = study_of("plan", ("astar",), StudyTraffic())
     true = honest(study)
 
     def shorter(result: Any) -> None:
@@ -93,7 +93,7 @@ def test_a_way_through_walls_is_refused() -> None:
     size = 12
     blocked = np.zeros((size, size), dtype=np.bool_)
     blocked[3:9, 5] = True
-    study = study_of("plan", ("astar",), Crowd(), grid=Grid(blocked, name="w"))
+    study = study_of("plan", ("astar",), StudyTraffic(), grid=Grid(blocked, name="w"))
     true = honest(study)
     cells = np.stack([np.arange(size)] * 2, axis=1)
     scene = Scene(Grid(np.zeros_like(blocked)), (0, 0), (size - 1, size - 1))
@@ -112,7 +112,7 @@ def test_a_way_through_walls_is_refused() -> None:
 
 @pytest.mark.parametrize("law_", ["physical", "dissertation"])
 def test_speeds_that_no_robot_could_drive_are_refused(law_: str) -> None:
-    study = study_of("plan", ("astar",), Crowd(), law_of=law_)
+    study = study_of("plan", ("astar",), StudyTraffic(), law_of=law_)
     true = honest(study)
 
     def faster(a: dict[str, Any]) -> None:
@@ -133,7 +133,7 @@ def test_speeds_that_no_robot_could_drive_are_refused(law_: str) -> None:
 
 @pytest.mark.parametrize("crowd", [REPLAYED, LIVE])
 @pytest.mark.parametrize("law_", ["physical", "dissertation"])
-def test_lies_about_a_simulation(crowd: Crowd, law_: str) -> None:
+def test_lies_about_a_simulation(crowd: StudyTraffic, law_: str) -> None:
     study = study_of("simulate", ("ad-gso",), crowd, law_of=law_)
     true = honest(study)
 
@@ -186,10 +186,10 @@ def test_a_robot_that_drives_through_obstacles_is_refused() -> None:
     grid = Grid(np.zeros((3, 14), dtype=np.bool_), name="lane", resolution=0.5)
     seen = 0
     for seed in range(12):
-        crowd = Crowd("random-walk", 9)
+        crowd = StudyTraffic("random-walk", 9)
         study = study_of("simulate", ("astar",), crowd, grid=grid, start=(0, 1), goal=(13, 1), seeds=(seed,))
         alone = study_of(
-            "simulate", ("astar",), Crowd(), grid=grid, start=(0, 1), goal=(13, 1), seeds=(seed,)
+            "simulate", ("astar",), StudyTraffic(), grid=grid, start=(0, 1), goal=(13, 1), seeds=(seed,)
         )
         (true,), (lie,) = results_of(study), results_of(alone)
         made = {**true, "ending": "done", "evidence": {**lie["evidence"], "bodies": 9}}
@@ -309,9 +309,9 @@ def test_lies_about_a_drive_among_obstacles_that_yield() -> None:
 
 def test_a_drive_past_its_time_limit_is_refused() -> None:
     """Told honestly otherwise: it is what the same drive came to under a limit that it kept."""
-    study = study_of("drive", ("astar",), Crowd())
+    study = study_of("drive", ("astar",), StudyTraffic())
     true = honest(study)
-    (job,) = (short := study_of("drive", ("astar",), Crowd(), drive={"time_limit": 5.0})).jobs()
+    (job,) = (short := study_of("drive", ("astar",), StudyTraffic(), drive={"time_limit": 5.0})).jobs()
     (cut,) = results_of(short)
     assert judged(short, cut).metrics["outcome"] == "timeout"
     refused(short, {**true, "key": job.key}, "the limit is 5.0 s")
@@ -322,17 +322,19 @@ def test_giving_up_is_refused_of_a_planner_that_misses_no_way() -> None:
     walls = np.zeros((5, 5), dtype=np.bool_)
     walls[:, 2] = True
     for kind in ("simulate", "drive"):
-        closed = study_of(kind, ("astar",), Crowd(), grid=Grid(walls, name="w"))
+        closed = study_of(kind, ("astar",), StudyTraffic(), grid=Grid(walls, name="w"))
         (cut,) = results_of(closed)
         assert judged(closed, cut).metrics["outcome"] == "no-path"
-        free = study_of(kind, ("astar",), Crowd(), grid=Grid(np.zeros((5, 5), dtype=np.bool_), name="f"))
+        free = study_of(
+            kind, ("astar",), StudyTraffic(), grid=Grid(np.zeros((5, 5), dtype=np.bool_), name="f")
+        )
         (job,) = free.jobs()
         refused(free, {**cut, "key": job.key}, "misses none")
 
 
 def test_optimal_settings_of_others_are_not_believed() -> None:
     """A planner that may miss ways may say that there is none; one that never does may not."""
-    study = study_of("plan", (planner("ad-gso"),), Crowd(), law_of=law("physical"))
+    study = study_of("plan", (planner("ad-gso"),), StudyTraffic(), law_of=law("physical"))
     true = honest(study)
     made = copy.deepcopy(true)
     made["evidence"].update(status="iteration-limit", path=None, profile=None, optimal=None)

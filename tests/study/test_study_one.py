@@ -23,12 +23,12 @@ from lampyris.planning import registry
 from lampyris.planning.base import Budget, Traits
 from lampyris.sim.grid import loop
 from lampyris.sim.traffic.mobility import crowd
-from lampyris.study.design.study import Crowd, Study, Who, canonical
+from lampyris.study.design.study import Config, Study, StudyTraffic, canonical
 from lampyris.study.execution import site
 from lampyris.study.execution import worker as one
 from lampyris.study.execution.worker import run_job, work
 
-LIVE = Crowd("random-walk", 6, tracks="live")
+LIVE = StudyTraffic("random-walk", 6, tracks="live")
 
 
 def result_of(study: Any) -> dict[str, Any]:
@@ -48,7 +48,7 @@ def test_a_result_is_told_under_the_key_of_its_job() -> None:
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 def test_what_is_kept_changes_nothing(kind: str) -> None:
     """The same bytes from a worker that has run nothing, that has run it before, and in another order."""
-    crowd_ = LIVE if kind == "drive" else Crowd("random-walk", 6)
+    crowd_ = LIVE if kind == "drive" else StudyTraffic("random-walk", 6)
     _same_whatever_was_kept(study_of(kind, ("astar", "ad-gso"), crowd_, seeds=(0, 1)))
 
 
@@ -77,7 +77,7 @@ def _same_whatever_was_kept(study: Study) -> None:
 @pytest.mark.parametrize("who", ["ad-gso", "astar", "sipp", "dstar-lite"])
 @pytest.mark.parametrize("law_", ["physical", "dissertation"])
 def test_a_simulation_is_that_of_the_loop(who: str, law_: str) -> None:
-    study = study_of("simulate", (who,), Crowd("mixed", 6, tracks="live"), law_of=law_, seeds=(3,))
+    study = study_of("simulate", (who,), StudyTraffic("mixed", 6, tracks="live"), law_of=law_, seeds=(3,))
     (job,) = study.jobs()
     grid = ground_of(study).grid
     made = run_job(job.plain, grid).noun
@@ -113,11 +113,11 @@ def test_the_fast_kernel_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
 def test_the_expansions_of_every_call_are_bounded(kind: str) -> None:
-    free = result_of(study_of(kind, ("astar",), Crowd()))
-    bound = result_of(study_of(kind, ("astar",), Crowd(), expansions=5, patience=2))
+    free = result_of(study_of(kind, ("astar",), StudyTraffic()))
+    bound = result_of(study_of(kind, ("astar",), StudyTraffic(), expansions=5, patience=2))
     assert free["ending"] == bound["ending"] == "done"
     assert free["evidence"] != bound["evidence"]
-    (row,) = rows_of(study_of(kind, ("astar",), Crowd(), expansions=5, patience=2))
+    (row,) = rows_of(study_of(kind, ("astar",), StudyTraffic(), expansions=5, patience=2))
     assert row.ending == "done"
     assert not row.metrics["arrived"]
     assert row.metrics["outcome"] == {"plan": "limit", "simulate": "blocked", "drive": "timeout"}[kind]
@@ -147,12 +147,12 @@ def test_a_run_may_go_fast_under_a_budget_that_binds_nobody() -> None:
 
 def test_a_wrong_question_is_refused() -> None:
     for study, code in (
-        (study_of("simulate", crowd=Crowd("random-walk", 400)), "OBSTACLE_ROOM"),
-        (study_of("simulate", crowd=Crowd("random-walk", 3, rate=0.5)), "CROWD_RATE"),
+        (study_of("simulate", crowd=StudyTraffic("random-walk", 400)), "OBSTACLE_ROOM"),
+        (study_of("simulate", crowd=StudyTraffic("random-walk", 3, rate=0.5)), "CROWD_RATE"),
         (study_of("simulate", (planner("ad-gso", nt=0),)), "NT"),
         (study_of("simulate", (planner("ad-gso", no_such=1),)), "SETTING"),
         (study_of("plan", law_of=law("physical", creep=7)), "LAW_SETTING"),
-        (study_of("simulate", crowd=Crowd("swarm", 3)), "MOBILITY"),
+        (study_of("simulate", crowd=StudyTraffic("swarm", 3)), "MOBILITY"),
         (study_of("drive", drive={"period": -1.0}), "DRIVE_SETTING"),
         (study_of("simulate", moves="hops"), "MOVES"),
     ):
@@ -169,7 +169,9 @@ def test_a_blocked_end_is_an_answer_whatever_the_crowd() -> None:
     blocked = grid_of().blocked.copy()
     blocked[0, 0] = True
     for kind in ("plan", "simulate", "drive"):
-        (row,) = rows_of(study_of(kind, crowd=Crowd("random-walk", 5000), grid=Grid(blocked, name="b")))
+        (row,) = rows_of(
+            study_of(kind, crowd=StudyTraffic("random-walk", 5000), grid=Grid(blocked, name="b"))
+        )
         assert (row.ending, row.metrics["outcome"], row.metrics["found"]) == ("done", "start-occupied", False)
         assert row.metrics["optimal"] is None
 
@@ -215,7 +217,7 @@ def test_whatever_a_planner_raises_is_told_in_a_line(
     odd: Any, monkeypatch: pytest.MonkeyPatch, kind: str, raised: BaseException, ending: str, error: str
 ) -> None:
     monkeypatch.setattr(odd, "how", raised)
-    study = study_of(kind, (Who("odd"),), Crowd())
+    study = study_of(kind, (Config("odd"),), StudyTraffic())
     result = result_of(study)
     assert result["ending"] == ending
     assert result["error"].startswith(error)
@@ -227,7 +229,7 @@ def test_whatever_a_planner_raises_is_told_in_a_line(
 def test_ctrl_c_is_nobodys_result(odd: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(odd, "how", KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        result_of(study_of("plan", (Who("odd"),), Crowd()))
+        result_of(study_of("plan", (Config("odd"),), StudyTraffic()))
 
 
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])

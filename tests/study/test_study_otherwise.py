@@ -21,8 +21,8 @@ from lampyris.study.analysis.summary import summarise
 from lampyris.study.analysis.summary_tables import tabs
 from lampyris.study.analysis.table import table_of
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Study
-from lampyris.study.execution.verify import Judge
+from lampyris.study.design.study import Study, StudyTraffic
+from lampyris.study.execution.verify import ResultVerifier
 from lampyris.study.front import run_study
 from lampyris.study.otherwise import remark
 from lampyris.study.page.page import page_of
@@ -41,7 +41,7 @@ def corridor() -> Grid:
 def study(kind: str, **more: Any) -> Study:
     """A planner whose wish cannot be kept, beside one that has none."""
     far = replace(planner("ad-gso", keep_away=3), label="far")
-    return study_of(kind, (far, "astar"), Crowd(), grid=corridor(), start=(0, 2), goal=(11, 2), **more)
+    return study_of(kind, (far, "astar"), StudyTraffic(), grid=corridor(), start=(0, 2), goal=(11, 2), **more)
 
 
 @pytest.mark.parametrize("kind", ["plan", "simulate", "drive"])
@@ -73,7 +73,7 @@ def test_the_page_the_tables_and_the_summary_say_it() -> None:
 
 
 def test_nothing_is_said_where_all_was_done_as_asked() -> None:
-    one = study_of("plan", ("astar",), Crowd())
+    one = study_of("plan", ("astar",), StudyTraffic())
     assert summarise(runs_of(one, run_study(one).records())).notes == ()
 
 
@@ -95,13 +95,13 @@ def test_rows_of_before_they_had_it_are_read_as_without(tmp_path: Path) -> None:
 
 
 def test_notes_of_a_worker_are_cut_and_cannot_command_a_terminal() -> None:
-    one = study_of("plan", ("astar",), Crowd())
+    one = study_of("plan", ("astar",), StudyTraffic())
     (job,), (result,) = list(one.jobs()), results_of(one)
     ground = next(iter(one.grounds.values()))
 
     def row(notes: Any) -> Row:
         evidence = {**result["evidence"], "notes": notes}
-        return Judge().row(job, {**result, "evidence": evidence}, ground)
+        return ResultVerifier().row(job, {**result, "evidence": evidence}, ground)
 
     assert row(["\x1b[2J"]).metrics["notes"] == "?[2J"
     for n, kept in ((499, 499), (500, 500), (501, 500)):

@@ -17,15 +17,15 @@ import study_hands as hands
 from summary_samples import study
 
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Ground, Job, Study, Who
+from lampyris.study.design.study import Config, Job, Study, StudyMap
 from lampyris.study.execution import run as running
 from lampyris.study.execution.batches import entrants
-from lampyris.study.execution.eta import Pace
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.eta import EtaEstimator
+from lampyris.study.execution.execution import Execution
 
 
 def test_the_seconds_left_are_those_of_the_last_stretch() -> None:
-    pace = Pace(100.0)
+    pace = EtaEstimator(100.0)
 
     def left(now: float, came: int) -> float | None:
         for _ in range(came):
@@ -43,7 +43,7 @@ def test_the_seconds_left_are_those_of_the_last_stretch() -> None:
 
 
 def test_slow_jobs_have_a_pace_from_the_first_one_on() -> None:
-    pace = Pace(0.0)
+    pace = EtaEstimator(0.0)
     assert pace.left(30.0, 10) is None
     pace.came("a", 60.0)
     assert pace.left(60.0, 9) == pytest.approx(540.0)
@@ -52,7 +52,7 @@ def test_slow_jobs_have_a_pace_from_the_first_one_on() -> None:
 
 
 def test_nothing_is_said_before_every_entrant_or_a_twentieth_is_back() -> None:
-    pace = Pace(0.0, 2)
+    pace = EtaEstimator(0.0, 2)
     for k in range(40):
         pace.came("quick", 0.1)
         assert pace.left(0.1 * (k + 1), 959 - k) is None
@@ -60,7 +60,7 @@ def test_nothing_is_said_before_every_entrant_or_a_twentieth_is_back() -> None:
     assert pace.left(13.0, 959) is None  # its first run may have compiled
     pace.came("slow", 9.0)
     assert pace.left(22.0, 958) is not None
-    alone = Pace(0.0, 2)
+    alone = EtaEstimator(0.0, 2)
     for _ in range(49):
         alone.came("quick", 0.1)
     assert alone.left(4.9, 951) is None
@@ -71,7 +71,7 @@ def test_nothing_is_said_before_every_entrant_or_a_twentieth_is_back() -> None:
 
 
 def test_who_could_not_be_timed_counts_as_its_others() -> None:
-    pace = Pace(0.0, 1)
+    pace = EtaEstimator(0.0, 1)
     for second in range(1, 12):
         pace.came("a", 2.0 if second % 2 else None)
         left = pace.left(2.0 * second, 10)
@@ -101,7 +101,7 @@ def test_quick_and_slow_planners_do_not_make_it_swing(workers: int, shuffle: boo
         free[k] += seconds
         back.append((free[k], e, seconds))
     back.sort()
-    end, pace = back[-1][0], Pace(0.0, len(takes), workers)
+    end, pace = back[-1][0], EtaEstimator(0.0, len(takes), workers)
     worst, silent, spoken = 1.0, 0.0, 0
     told = 0.0
     for n, (now, e, seconds) in enumerate(back, 1):
@@ -123,7 +123,7 @@ def test_quick_and_slow_planners_do_not_make_it_swing(workers: int, shuffle: boo
 class Timed(hands.Judge):
     """Says how long each run took."""
 
-    def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+    def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
         made = super().row(job, result, ground)
         return replace(made, timing={"wall_s": 7.0 if job.labels["planner"] == "b" else 0.5})
 
@@ -132,7 +132,7 @@ def test_a_study_tells_its_pace_of_every_run(monkeypatch: pytest.MonkeyPatch) ->
     told: list[tuple[Hashable, float | None]] = []
     made: list[tuple[int, int]] = []
 
-    class Spy(Pace):
+    class Spy(EtaEstimator):
         def __init__(self, now: float, entrants: int = 1, early: int = 1) -> None:
             made.append((entrants, early))
             super().__init__(now, entrants, early)
@@ -141,9 +141,9 @@ def test_a_study_tells_its_pace_of_every_run(monkeypatch: pytest.MonkeyPatch) ->
             told.append((who, seconds))
             super().came(who, seconds)
 
-    monkeypatch.setattr(running, "Pace", Spy)
+    monkeypatch.setattr(running, "EtaEstimator", Spy)
     one = hands.study_of(3)
-    running.run(one, lambda rows: None, where=Where(1), _work=hands.work, _judge=Timed())
+    running.run(one, lambda rows: None, where=Execution(1), _work=hands.work, _judge=Timed())
     assert made == [(2, 1)]
     assert Counter(told) == {(("a", "law"), 0.5): 24, (("b", "law"), 7.0): 24}
 
@@ -151,6 +151,6 @@ def test_a_study_tells_its_pace_of_every_run(monkeypatch: pytest.MonkeyPatch) ->
 def test_entrants_of_equal_settings_are_one() -> None:
     one = study(("a", "b", "c"), laws=("physical", "constant"))
     assert entrants(one) == 6
-    twice = (*one.planners, Who("a", {}, "a again"))
+    twice = (*one.planners, Config("a", {}, "a again"))
     same = Study(**{f: getattr(one, f) for f in one.__slots__} | {"planners": twice})
     assert (len(same), entrants(same)) == (len(one) * 4 // 3, 6)

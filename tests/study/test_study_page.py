@@ -14,7 +14,7 @@ from lampyris.errors import FileError, UsageError
 from lampyris.study.analysis.runs import runs_of
 from lampyris.study.analysis.summary import summarise
 from lampyris.study.analysis.table import table_of
-from lampyris.study.design.study import Crowd, Study, Who
+from lampyris.study.design.study import Config, Study, StudyTraffic
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.worker import run_job
 from lampyris.study.page.films import choose
@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from html_reader import Reader, read
 from test_report_html import HOSTILE
 
-ONE_CROWD = (Crowd(),)
+ONE_CROWD = (StudyTraffic(),)
 
 
 def page(one: Study, make: object, tmp_path: Path, **more: object) -> str:
@@ -55,7 +55,9 @@ def test_seconds_and_memory_are_left_out_unless_asked_for(tmp_path: Path) -> Non
 
 
 def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
-    one = study(about="Which is shorter?", crowds=(Crowd(), Crowd("random-walk", 5, tracks="live")))
+    one = study(
+        about="Which is shorter?", crowds=(StudyTraffic(), StudyTraffic("random-walk", 5, tracks="live"))
+    )
     words = told(page(one, by_chance(4), tmp_path))
     for wanted in (
         "made up", "Which is shorter?", "72 runs: 3 methods on 6 queries of 2 maps", "map 0",
@@ -68,7 +70,7 @@ def test_a_page_says_what_was_asked_and_how_it_ended(tmp_path: Path) -> None:
 
 def test_a_page_says_it_in_words_for_people(tmp_path: Path) -> None:
     one = study(
-        crowds=(Crowd("patrol", 1), Crowd("random-walk", 5), Crowd("crossing", 2)),
+        crowds=(StudyTraffic("patrol", 1), StudyTraffic("random-walk", 5), StudyTraffic("crossing", 2)),
         seeds=90, expansions=5_000_000, robot={"jerk_max": None, "radius": 0.25, "reverse": True},
     )  # fmt: skip
     words = told(page(one, lambda w, c, s, e: ("done", metrics(9.0 + e)), tmp_path))
@@ -121,7 +123,7 @@ def test_hostile_names_are_shown_and_not_obeyed(tmp_path: Path) -> None:
     for k in range(0, len(HOSTILE) - 3, 5):
         names = HOSTILE[k : k + 4]
         one = study(("a", "b"), maps=1, queries=2, seeds=1, crowds=ONE_CROWD, name=names[0], about=names[1])
-        planners = (Who("ad-gso", {names[2]: names[3]}, names[2]), Who("astar", {}, names[3] or "-"))
+        planners = (Config("ad-gso", {names[2]: names[3]}, names[2]), Config("astar", {}, names[3] or "-"))
         one = Study(**{f: getattr(one, f) for f in one.__slots__} | {"planners": planners})
         runs = runs_of(one, [(k, "done", "", metrics(10.0 + k, outcome=names[0])) for k in range(len(one))])
         read(page_of(runs, summarise(runs), films=False))
@@ -163,14 +165,14 @@ def test_of_crowds_of_one_kind_success_is_drawn_over_their_numbers(tmp_path: Pat
     def fewer(w: int, c: int, s: int, e: int) -> tuple[str, dict[str, object]]:
         return "done", metrics(9.0, arrived=c + e < 4)
 
-    some = (Crowd("random-walk", 10), Crowd(), Crowd("random-walk", 5))
+    some = (StudyTraffic("random-walk", 10), StudyTraffic(), StudyTraffic("random-walk", 5))
     text = page(study(crowds=some), fewer, tmp_path)
     assert "over the number of obstacles (random walkers)" in told(text)
     (drawn,) = re.findall(
         r"<svg[^>]*density.*?</svg>|<svg(?:(?!</svg>).)*moving obstacles.*?</svg>", text, re.DOTALL
     )
     assert all(f">{count}<" in drawn for count in (0, 5, 10))
-    for crowds in (some[:2], (*some, Crowd("patrol", 3))):
+    for crowds in (some[:2], (*some, StudyTraffic("patrol", 3))):
         assert "over the number of obstacles" not in told(page(study(crowds=crowds), fewer, tmp_path))
 
 

@@ -14,13 +14,13 @@ from lampyris.errors import LampyrisError
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.study.design.serialize import differing, study_of, study_plain
-from lampyris.study.design.study import Crowd, Ground, Study, Who, World
+from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
 
 
-def ground(name: str, seed: int, resolution: float = 1.0) -> Ground:
+def ground(name: str, seed: int, resolution: float = 1.0) -> StudyMap:
     """A map."""
     grid = Grid(np.random.default_rng(seed).random((8, 9)) < 0.2, name=name, resolution=resolution)
-    return Ground(name, grid, map_hash(grid))
+    return StudyMap(name, grid, map_hash(grid))
 
 
 A, B = ground("a", 1), ground("b", 2, 0.05)
@@ -29,9 +29,12 @@ STUDY = Study(
     about="words",
     kind="simulate",
     worlds=(World(A, (0, 0), (5, 5)), World(A, (0, 0), (5, 6), 7.5), World(B, (1, 1), (2, 2))),
-    planners=(Who("astar", {}), Who("ad-gso", {"nt": 10, "rho": 0.4, "iter_max": None}, "ours", "dist 1.0")),
-    laws=(Who("physical", {"creep": 0.1}), Who("dissertation", {})),
-    crowds=(Crowd(), Crowd("random-walk", 5, 0.1, 0.2, "live")),
+    planners=(
+        Config("astar", {}),
+        Config("ad-gso", {"nt": 10, "rho": 0.4, "iter_max": None}, "ours", "dist 1.0"),
+    ),
+    laws=(Config("physical", {"creep": 0.1}), Config("dissertation", {})),
+    crowds=(StudyTraffic(), StudyTraffic("random-walk", 5, 0.1, 0.2, "live")),
     seeds=(3, 1),
     moves="octile",
     robot={"radius": 0.0, "jerk_max": None},
@@ -100,7 +103,7 @@ CHANGES: list[tuple[dict[str, Any], str]] = [
     ({"planners": (STUDY.planners[0], replace(STUDY.planners[1], origin="dist 1.1"))},
      "planners.1.origin: 'dist 1.0' and 'dist 1.1'"),
     ({"laws": (STUDY.laws[0],)}, "laws: 2 values and 1 values"),
-    ({"crowds": (Crowd(), Crowd("random-walk", 6, 0.1, 0.2, "live"))}, "crowds.1.count: 5 and 6"),
+    ({"crowds": (StudyTraffic(), StudyTraffic("random-walk", 6, 0.1, 0.2, "live"))}, "crowds.1.count: 5 and 6"),
     ({"seeds": (3, 2)}, "seeds.1: 1 and 2"),
     ({"seeds": (3, 1, 2)}, "seeds: [3, 1] and [3, 1, 2]"),
 ]  # fmt: skip

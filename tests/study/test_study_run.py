@@ -20,11 +20,11 @@ import study_hands as hands
 
 from lampyris.errors import LampyrisError, SettingError, UsageError
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, canonical
+from lampyris.study.design.study import Config, Job, Study, StudyMap, StudyTraffic, canonical
 from lampyris.study.execution import batches as batching
 from lampyris.study.execution import run as running
 from lampyris.study.execution.batches import Batch, Batches, Letters, shuffled
-from lampyris.study.execution.execution import Finished, Progress, Where
+from lampyris.study.execution.execution import Execution, Finished, Progress
 from lampyris.study.execution.pool import Processes
 from lampyris.study.execution.run import results_of, run
 
@@ -54,10 +54,10 @@ def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     "where",
-    [Where(2), Where(4), Where(shuffle=1), Where(2, shuffle=2)],
+    [Execution(2), Execution(4), Execution(shuffle=1), Execution(2, shuffle=2)],
     ids=["2", "4", "shuffled", "2 shuffled"],
 )
-def test_rows_are_the_same_wherever_and_in_whatever_order(where: Where) -> None:
+def test_rows_are_the_same_wherever_and_in_whatever_order(where: Execution) -> None:
     study = hands.study_of(30)
     straight, finished = ran(study)
     assert set(straight) == {job.key for job in study.jobs()}
@@ -82,7 +82,7 @@ def test_what_is_done_is_not_asked_again() -> None:
         rest, finished = ran(study, done=kind(done))
         assert set(rest) == set(every) - set(done)
         assert (finished.total, finished.before, finished.ran) == (160, 97, 63)
-    nothing, finished = ran(study, hands.raises, done=set(every), where=Where(2))
+    nothing, finished = ran(study, hands.raises, done=set(every), where=Execution(2))
     assert not nothing
     assert finished.before == finished.total == 160
 
@@ -91,8 +91,9 @@ def test_equal_settings_under_two_labels_are_one_run() -> None:
     study = hands.study_of(3)
     twice = Study(
         "twice", "simulate", (*study.worlds, study.worlds[1]),
-        (Who("a"), Who("b", {"n": 1}), Who("b", {"n": 1}, "again"), Who("b", {"n": 1}, "guest", "g 1.0")),
-        (Who("law"), Who("law", label="other name")), crowds=(Crowd(), Crowd("random-walk", 3), Crowd()),
+        (Config("a"), Config("b", {"n": 1}), Config("b", {"n": 1}, "again"), Config("b", {"n": 1}, "guest", "g 1.0")),
+        (Config("law"), Config("law", label="other name")),
+        crowds=(StudyTraffic(), StudyTraffic("random-walk", 3), StudyTraffic()),
         seeds=(0, 1, 2),
     )  # fmt: skip
     keys = {job.key for job in twice.jobs()}
@@ -103,7 +104,7 @@ def test_equal_settings_under_two_labels_are_one_run() -> None:
 
 
 def test_workers_are_other_processes_with_one_thread_each() -> None:
-    rows, _ = ran(hands.study_of(5), hands.stranger, where=Where(2))
+    rows, _ = ran(hands.study_of(5), hands.stranger, where=Execution(2))
     pids = {row.metrics["pid"] for row in rows.values()}
     assert len(pids) == 2
     assert os.getpid() not in pids
@@ -185,7 +186,7 @@ def test_a_job_that_kills_its_worker_is_a_row_and_the_others_go_on(trouble: Path
     study = hands.study_of(4)
     killers = {job.key for job in study.jobs() if hands.marked(job.plain)}
     assert 1 <= len(killers) <= 4
-    rows, finished = ran(study, hands.dies_of_marked, where=Where(2))
+    rows, finished = ran(study, hands.dies_of_marked, where=Execution(2))
     assert {key for key, row in rows.items() if row.ending == "failed"} == killers
     assert all(rows[key].error.startswith("WORKER_DIED: ") for key in killers)
     assert finished.failed == len(killers)
@@ -216,7 +217,7 @@ def test_a_job_of_which_a_worker_died_waits_until_nothing_else_is_left() -> None
 
 def test_workers_that_die_of_something_else_cost_no_row(trouble: Path) -> None:
     study = hands.study_of(30)
-    rows, finished = ran(study, hands.dies_five_times, where=Where(2))
+    rows, finished = ran(study, hands.dies_five_times, where=Execution(2))
     assert finished.died == 5
     assert rows == ran(study)[0]
 
@@ -227,7 +228,7 @@ def test_workers_that_die_of_something_else_cost_no_row(trouble: Path) -> None:
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_answer_that_cannot_be_used_is_asked_for_again(trouble: Path, work: Any, workers: int) -> None:
     study = hands.study_of(30)
-    rows, _ = ran(study, work, where=Where(workers))
+    rows, _ = ran(study, work, where=Execution(workers))
     assert rows == ran(study)[0]
     assert list(trouble.iterdir()), "no answer was spoilt"
 
@@ -244,7 +245,7 @@ def test_a_job_that_is_never_answered_for_fails_alone(work: Any) -> None:
 
 def test_the_row_of_another_job_is_none_of_this_one() -> None:
     class Confused(hands.Judge):
-        def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+        def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
             right = super().row(job, result, ground)
             return replace(right, key="f" * 64) if hands.marked(job.plain) else right
 
@@ -258,13 +259,13 @@ def test_the_row_of_another_job_is_none_of_this_one() -> None:
 def test_workers_without_one_usable_answer_end_the_study_and_store_nothing(workers: int) -> None:
     rows: list[Row] = []
     with pytest.raises(LampyrisError, match="a worker with a fault") as caught:
-        run(hands.study_of(), rows.extend, where=Where(workers), _work=hands.raises, _judge=hands.Judge())
+        run(hands.study_of(), rows.extend, where=Execution(workers), _work=hands.raises, _judge=hands.Judge())
     assert caught.value.code == "WORKER_ANSWER"
     assert not rows
 
 
 def test_a_small_study_without_one_usable_answer_has_its_rows() -> None:
-    study = Study("s", "plan", hands.study_of().worlds[:1], (Who("a"),), (Who("law"),))
+    study = Study("s", "plan", hands.study_of().worlds[:1], (Config("a"),), (Config("law"),))
     rows, finished = ran(study, hands.raises)
     assert finished.failed == len(rows) == 1
 
@@ -273,7 +274,7 @@ def test_processes_that_cannot_start_are_a_typed_error(monkeypatch: pytest.Monke
     monkeypatch.setattr("lampyris.study.execution.pool._warm", [])
     monkeypatch.setattr("lampyris.study.execution.pool.begin", hands.dies_at_once)
     with pytest.raises(LampyrisError) as caught:
-        run(hands.study_of(), list, where=Where(2), _work=hands.work, _judge=hands.Judge())
+        run(hands.study_of(), list, where=Execution(2), _work=hands.work, _judge=hands.Judge())
     assert caught.value.code == "WORKER_START"
 
 
@@ -348,7 +349,7 @@ def test_a_sink_that_raises_ends_the_study_and_is_not_called_again(workers: int)
         raise OSError("no space left")
 
     with pytest.raises(OSError, match="no space left"):
-        run(hands.study_of(50), full, where=Where(workers), _work=hands.slow, _judge=hands.Judge())
+        run(hands.study_of(50), full, where=Execution(workers), _work=hands.slow, _judge=hands.Judge())
     assert calls == 1
 
 
@@ -371,7 +372,7 @@ def test_progress_tells_every_row_once_and_ends_complete(workers: int) -> None:
     study = hands.study_of(10)
     told: list[Progress] = []
     done = {job.key for job in islice(study.jobs(), 30)}
-    rows, _ = ran(study, hands.slow, done=done, where=Where(workers), progress=told.append)
+    rows, _ = ran(study, hands.slow, done=done, where=Execution(workers), progress=told.append)
     assert [p.done for p in told] == sorted(p.done for p in told)
     assert (told[0].done, told[-1].done, told[-1].total) == (30, 160, 160)
     assert told[-1].seconds_left == 0
@@ -383,14 +384,14 @@ def test_progress_tells_every_row_once_and_ends_complete(workers: int) -> None:
 @pytest.mark.parametrize("workers", [0, -1, 10_000])
 def test_a_number_of_workers_out_of_range_is_refused(workers: int) -> None:
     with pytest.raises(SettingError):
-        Where(workers)
+        Execution(workers)
 
 
 def test_an_address_that_is_none_is_refused() -> None:
     with pytest.raises(UsageError):
-        Where(dask="localhost")
+        Execution(dask="localhost")
     with pytest.raises(SettingError):
-        Where(shuffle=-1)
+        Execution(shuffle=-1)
 
 
 # ---- ends from outside --------------------
@@ -398,7 +399,7 @@ def test_an_address_that_is_none_is_refused() -> None:
 SCRIPT = """
 import json, signal, sys
 from lampyris.study.execution.run import run
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.execution import Execution
 import study_hands as hands
 # A suite in the background hands down that it is ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -406,7 +407,7 @@ def sink(rows):
     for row in rows:
         print(row.key, row.metrics["pid"], flush=True)
 try:
-    run(hands.study_of(500), sink, where=Where(int(sys.argv[1])), _work=hands.stranger, _judge=hands.Judge())
+    run(hands.study_of(500), sink, where=Execution(int(sys.argv[1])), _work=hands.stranger, _judge=hands.Judge())
 except KeyboardInterrupt:
     print("stopped", flush=True)
     sys.exit(130)

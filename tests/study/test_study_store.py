@@ -16,8 +16,8 @@ from store_samples import bytes_of, child, filled, names, rows, study
 from lampyris.errors import BusyError, InternalFault, LampyrisError, UsageError
 from lampyris.study.design.row import Row
 from lampyris.study.design.serialize import study_plain
-from lampyris.study.design.study import Crowd, Study, Who
-from lampyris.study.store.lock import Hold, Witness, witness_of
+from lampyris.study.design.study import Config, Study, StudyTraffic
+from lampyris.study.store.lock import StoreLock, Witness, witness_of
 from lampyris.study.store.store import Store, open_for
 
 
@@ -172,9 +172,9 @@ def test_open_for_makes_it_then_finds_it_again(tmp_path: Path) -> None:
     [
         ({"seeds": 2}, "seeds"), ({"root": 1}, "root: 0 and 1"), ({"moves": "four"}, "moves"),
         ({"seconds": 1.0}, "seconds"), ({"expansions": 5}, "expansions"), ({"robot": {"r": 1.0}}, "robot"),
-        ({"crowds": (Crowd("random-walk", 4),)}, "crowds.0.count: 3 and 4"), ({"kind": "simulate"}, "kind"),
-        ({"planners": (Who("astar", {"weight": 2.0}), Who("ad-gso", {"swarm": 8}))}, "weight: 1.0 and 2.0"),
-        ({"laws": (Who("constant", {"speed": 1}),)}, "laws.0.settings.speed"), ({"ticks": 9}, "ticks"),
+        ({"crowds": (StudyTraffic("random-walk", 4),)}, "crowds.0.count: 3 and 4"), ({"kind": "simulate"}, "kind"),
+        ({"planners": (Config("astar", {"weight": 2.0}), Config("ad-gso", {"swarm": 8}))}, "weight: 1.0 and 2.0"),
+        ({"laws": (Config("constant", {"speed": 1}),)}, "laws.0.settings.speed"), ({"ticks": 9}, "ticks"),
         ({"memory": True}, "memory"), ({"worlds": study().worlds[:1]}, "maps"),
     ],
 )  # fmt: skip
@@ -264,13 +264,13 @@ def test_the_lock_goes_with_its_process_and_what_it_acknowledged_stays(tmp_path:
 
 def test_the_locks_file_may_go_and_come_while_others_ask_for_it(tmp_path: Path) -> None:
     path = tmp_path / "a"
-    first = Hold(path)
+    first = StoreLock(path)
     first.write(Witness(3, "f" * 64))
     with pytest.raises(LampyrisError, match="STORE_BUSY"):
-        Hold(path)
+        StoreLock(path)
     first.release(remove=False)
     assert witness_of(path) == Witness(3, "f" * 64)
-    second = Hold(path)
+    second = StoreLock(path)
     assert witness_of(path) == Witness(3, "f" * 64)
     second.write(Witness(4, "e" * 64))
     second.write(Witness(5, "d" * 64))
@@ -321,10 +321,10 @@ def test_a_lock_on_a_file_that_was_just_removed_is_none(
         real(fd, how)
 
     monkeypatch.setattr("fcntl.flock", late)
-    hold = Hold(path)
+    hold = StoreLock(path)
     assert len(calls) == 3
     with pytest.raises(LampyrisError, match="STORE_BUSY"):
-        Hold(path)
+        StoreLock(path)
     hold.release(remove=True)
 
 
@@ -335,14 +335,14 @@ def test_an_interrupt_in_the_middle_leaves_all_or_nothing(
     given = rows(of)
     with Store.create(tmp_path / "a", of) as store:
         store.add(given[:5])
-        real = Hold.write
+        real = StoreLock.write
 
-        def interrupted(self: Hold, witness: Witness) -> None:
+        def interrupted(self: StoreLock, witness: Witness) -> None:
             real(self, witness)
             raise KeyboardInterrupt
 
         with monkeypatch.context() as patch:
-            patch.setattr(Hold, "write", interrupted)
+            patch.setattr(StoreLock, "write", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 store.add(given[5:9])
         assert store.add(given[5:12]) == 3

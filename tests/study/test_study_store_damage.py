@@ -21,7 +21,8 @@ from lampyris.study.store import new_store
 from lampyris.study.store import repair as mending
 from lampyris.study.store.carve import carved
 from lampyris.study.store.file import PAGE
-from lampyris.study.store.store import Repaired, Store, open_for, repair
+from lampyris.study.store.repair import Repaired, repair
+from lampyris.study.store.store import Store, open_for
 
 CODES = {"STORE_DAMAGED", "STORE_FORMAT", "STORE_VERSION", "STUDY_PLAIN", "STUDY_MAP", "PACKED_MAP"}
 FRAME = PAGE + 24
@@ -356,8 +357,8 @@ def test_a_repair_that_is_killed_loses_nothing(
         new_store.sync_folder,
     )
     counted(
-        "lampyris.study.store.lock.Hold.start",
-        store_lock.Hold.start,
+        "lampyris.study.store.lock.StoreLock.start",
+        store_lock.StoreLock.start,
     )
     with pytest.raises(Killed):
         repair(path)

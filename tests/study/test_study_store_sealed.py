@@ -12,7 +12,8 @@ from store_samples import bytes_of, filled, rows, study
 from lampyris.errors import InternalFault, LampyrisError
 from lampyris.study.design.row import Row
 from lampyris.study.store.file import HEAD, chained, seal
-from lampyris.study.store.store import Store, open_for, repair
+from lampyris.study.store.repair import repair
+from lampyris.study.store.store import Store, open_for
 
 
 def forge(path: Path, n: int, **columns: str) -> None:

@@ -9,12 +9,12 @@ import pytest
 from store_samples import filled, rows, study
 
 from lampyris.report.data.measures import METRICS
-from lampyris.study.analysis.table import LABELS, TIMING, Table, code_of, table_of
+from lampyris.study.analysis.table import LABELS, TIMING, ResultTable, code_of, table_of
 from lampyris.study.design.row import Row
 from lampyris.study.store.store import Store
 
 
-def same(a: Table, b: Table) -> bool:
+def same(a: ResultTable, b: ResultTable) -> bool:
     """Whether two tables are equal, types and all."""
     return repr((a.columns, a.metrics, a.timing, a.asked)) == repr((b.columns, b.metrics, b.timing, b.asked))
 

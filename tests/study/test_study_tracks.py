@@ -18,9 +18,9 @@ from lampyris.sim.traffic import recorded
 from lampyris.sim.traffic.mobility import crowd
 from lampyris.sim.traffic.recorded import check_tracks
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import Space, body_shape, robot_shape
-from lampyris.sim.world.world import World
-from lampyris.study.design.study import Crowd
+from lampyris.sim.world.cell_index import CellIndex, body_shape, robot_shape
+from lampyris.sim.world.world import Occupancy
+from lampyris.study.design.study import StudyTraffic
 from lampyris.study.execution import obstacle_tracks
 from lampyris.study.execution import worker as one
 from lampyris.study.execution.obstacle_tracks import Replay
@@ -38,8 +38,8 @@ def scene_of(kind: str, count: int = 7, radius: float = 0.0, seed: int = 0, move
 
 def drawn(scene: Scene, seed: int, ticks: int) -> Any:
     """The same by the simulator's own traffic, tick by tick; int (ticks + 1, bodies, 2)."""
-    space = Space(scene.grid)
-    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    space = CellIndex(scene.grid)
+    world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     crowd_ = open_traffic(scene, world, seed)
     out = [[space.cell(n) for n in world.where]]
     for tick in range(1, ticks + 1):
@@ -76,7 +76,7 @@ def test_nobody_ever_covers_start_or_goal_and_the_simulator_takes_the_tracks(
             for end in (scene.start, scene.goal):
                 apart = np.sqrt(((cells - end) ** 2).sum(axis=1)) * scene.grid.resolution
                 assert apart.min() > radius
-        space = Space(scene.grid)
+        space = CellIndex(scene.grid)
         shape = body_shape(scene, space, radius, None)
         cover = frozenset({space.number(scene.start), space.number(scene.goal)})
         lanes = check_tracks(space, [(k, t, shape) for k, t in enumerate(made)], cover)
@@ -90,7 +90,7 @@ def test_one_world_has_one_set_of_tracks_whoever_plans() -> None:
     for kind in ("random-walk", "mixed"):
         for law_ in ("physical", "dissertation"):
             who = ("ad-gso", "astar", "dstar-lite", "sipp", planner("ad-gso", nt=3))
-            study = study_of("simulate", who, Crowd(kind, 6), law_of=law(law_), seeds=(0, 1))
+            study = study_of("simulate", who, StudyTraffic(kind, 6), law_of=law(law_), seeds=(0, 1))
             for job in study.jobs():
                 one._forget()
                 noun = run_job(job.plain, ground_of(study).grid).noun
@@ -108,15 +108,17 @@ def test_one_world_has_one_set_of_tracks_whoever_plans() -> None:
 def test_a_run_that_outlasts_its_tracks_is_run_with_longer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody stands still because nobody was drawn: with tracks to the last tick the result is the same."""
     grid = grid_of()
-    study = study_of("simulate", ("astar", "ad-gso"), Crowd("crossing", 9), grid=grid, seeds=tuple(range(6)))
+    study = study_of(
+        "simulate", ("astar", "ad-gso"), StudyTraffic("crossing", 9), grid=grid, seeds=tuple(range(6))
+    )
     asked: list[int] = []
-    among = one.World.among
+    among = one.StudyWorld.among
 
     def noted(world: Any, ticks: int) -> Scene:
         asked.append(ticks)
         return among(world, ticks)
 
-    monkeypatch.setattr(one.World, "among", noted)
+    monkeypatch.setattr(one.StudyWorld, "among", noted)
     longer = 0
     for job in study.jobs():
         asked.clear()
@@ -132,11 +134,13 @@ def test_a_run_that_outlasts_its_tracks_is_run_with_longer_ones(monkeypatch: pyt
         assert np.array_equal(whole.robot, made.robot)
         assert whole.outcome == made.outcome
         assert all(map(np.array_equal, whole.tracks, made.tracks))
-    monkeypatch.setattr(one.World, "among", among)
+    monkeypatch.setattr(one.StudyWorld, "among", among)
     # A run that is long for certain: nobody arrives while the budget lets nobody plan.
-    held = study_of("simulate", ("astar",), Crowd("crossing", 3), expansions=1, patience=200, grid=grid)
+    held = study_of(
+        "simulate", ("astar",), StudyTraffic("crossing", 3), expansions=1, patience=200, grid=grid
+    )
     (job,) = held.jobs()
-    monkeypatch.setattr(one.World, "among", noted)
+    monkeypatch.setattr(one.StudyWorld, "among", noted)
     asked.clear()
     made = run_job(job.plain, grid).noun
     assert isinstance(made, Trace)
@@ -149,8 +153,8 @@ def test_planners_that_see_traffic_see_it_to_the_last_tick(monkeypatch: pytest.M
     study = study_of("simulate", ("sipp",), ticks=90)
     (job,) = study.jobs()
     asked: list[int] = []
-    among = one.World.among
-    monkeypatch.setattr(one.World, "among", lambda w, t: (asked.append(t), among(w, t))[1])
+    among = one.StudyWorld.among
+    monkeypatch.setattr(one.StudyWorld, "among", lambda w, t: (asked.append(t), among(w, t))[1])
     run_job(job.plain, ground_of(study).grid)
     assert asked == [90]
 
@@ -176,7 +180,7 @@ def test_the_quick_look_at_tracks_never_lets_a_meeting_pass() -> None:
     """Random tracks of a small place: what is said to be far apart is so one by one, and often it is said."""
     grid = Grid(np.zeros((5, 6), dtype=np.bool_))
     scene = Scene(grid, (0, 0), (5, 4), moves="octile")
-    space = Space(grid)
+    space = CellIndex(grid)
     shape = body_shape(scene, space, 0.0, None)
     rng = np.random.default_rng(5)
     said = {True: 0, False: 0}

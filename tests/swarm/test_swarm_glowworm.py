@@ -11,7 +11,7 @@ from lampyris.errors import SettingError
 from lampyris.planning.swarm.optimisers.box import Box
 from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
 from lampyris.planning.swarm.optimisers.glowworm import GSO, GlowwormSwarm, adaptive_gso, igso, roulette
-from lampyris.planning.swarm.optimisers.loop import Stop, maximise
+from lampyris.planning.swarm.optimisers.loop import StoppingRule, maximise
 from lampyris.planning.swarm.optimisers.steps import CoolingStep, DecayingStep, FixedStep
 from lampyris.selfcheck.twins import glowworm_twin
 
@@ -95,7 +95,7 @@ def _caught(function: str, seeds: range, n: int, sensor: float) -> list[int]:
     found = []
     for seed in seeds:
         swarm = GSO(n=n, sensor=sensor).start(f.box, np.random.default_rng(seed))
-        maximise(swarm, f, Stop(250))
+        maximise(swarm, f, StoppingRule(250))
         found.append(f.caught(swarm.positions))
     return found
 
@@ -129,7 +129,7 @@ def test_the_greedy_choice_is_sooner_at_the_highest_peak() -> None:
         arrived[choice] = 0
         for seed in range(8):
             swarm = GSO(n=60, sensor=3.0, choice=choice).start(J1.box, np.random.default_rng(seed))
-            maximise(swarm, J1, Stop(40))
+            maximise(swarm, J1, StoppingRule(40))
             arrived[choice] += int((np.hypot(*(swarm.positions - np.array([J1.peaks[0]])).T) < 0.1).sum())
     assert arrived["greedy"] > 1.5 * arrived["roulette"], arrived
 
@@ -178,7 +178,7 @@ def test_wanderers_go_back_unless_it_is_better_there() -> None:
 def test_igso_and_the_adaptive_step_find_the_highest_peak() -> None:
     for settings in (igso(n=40, horizon=120, most=0.5), adaptive_gso(n=60)):
         swarm = settings.start(J1.box, np.random.default_rng(4))
-        found = maximise(swarm, J1, Stop(120))
+        found = maximise(swarm, J1, StoppingRule(120))
         assert found.value > 8.0
 
 

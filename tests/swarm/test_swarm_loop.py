@@ -11,7 +11,7 @@ from lampyris.errors import SettingError
 from lampyris.planning.swarm.optimisers.box import Box
 from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
 from lampyris.planning.swarm.optimisers.glowworm import GSO
-from lampyris.planning.swarm.optimisers.loop import Optimiser, Stop, maximise, minimise
+from lampyris.planning.swarm.optimisers.loop import Optimiser, StoppingRule, maximise, minimise
 from lampyris.planning.swarm.optimisers.particle import PSO, FixedInertia, SuccessInertia, apso
 
 BOX = Box(np.full(3, -5.0), np.full(3, 5.0))
@@ -24,7 +24,7 @@ def bowl(points: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("settings", [PSO(n=20), PSO(n=20, ring=1), apso(20)])
 def test_particles_find_the_bottom_of_a_bowl(settings: PSO) -> None:
-    found = minimise(settings.start(BOX, np.random.default_rng(0)), bowl, Stop(150))
+    found = minimise(settings.start(BOX, np.random.default_rng(0)), bowl, StoppingRule(150))
     assert found.value < 1e-3
     np.testing.assert_allclose(found.best, [1, 0, -2], atol=0.05)
     assert bowl(found.best[np.newaxis])[0] == found.value
@@ -43,38 +43,40 @@ def test_best_so_far_never_worsens_and_the_same_seed_gives_the_same_bytes(settin
             seen.append(float(bowl(points).min()))
             return bowl(points)
 
-        found = minimise(swarm, watched, Stop(40))
+        found = minimise(swarm, watched, StoppingRule(40))
         assert list(found.best_by_iteration) == list(np.minimum.accumulate(seen))
         runs.append((found.best.tobytes(), swarm.ask().tobytes(), found.best_by_iteration))
     assert runs[0] == runs[1]
 
 
 def test_maximise_is_minimise_of_the_negative() -> None:
-    a = minimise(PSO(n=9).start(BOX, np.random.default_rng(1)), bowl, Stop(20))
-    b = maximise(PSO(n=9).start(BOX, np.random.default_rng(1)), lambda p: -bowl(p), Stop(20))
+    a = minimise(PSO(n=9).start(BOX, np.random.default_rng(1)), bowl, StoppingRule(20))
+    b = maximise(PSO(n=9).start(BOX, np.random.default_rng(1)), lambda p: -bowl(p), StoppingRule(20))
     assert a.best.tobytes() == b.best.tobytes()
     assert a.value == -b.value
     assert a.best_by_iteration == tuple(-v for v in b.best_by_iteration)
 
 
 def test_every_stop_rule_stops() -> None:
-    def run(stop: Stop, watch: object = None) -> tuple[str, int, int]:
+    def run(stop: StoppingRule, watch: object = None) -> tuple[str, int, int]:
         swarm = PSO(n=10).start(BOX, np.random.default_rng(0))
         found = minimise(swarm, bowl, stop, watch)  # type: ignore[arg-type]
         return found.why, found.iterations, found.evaluations
 
-    assert run(Stop(7)) == ("iterations", 7, 70)
-    assert run(Stop(7, evaluations=39)) == ("evaluations", 3, 30)
-    why, rounds, _ = run(Stop(10_000, target=0.5))
+    assert run(StoppingRule(7)) == ("iterations", 7, 70)
+    assert run(StoppingRule(7, evaluations=39)) == ("evaluations", 3, 30)
+    why, rounds, _ = run(StoppingRule(10_000, target=0.5))
     assert why == "target"
     assert rounds < 200
     calls = iter([False, False, True])
-    assert run(Stop(7), lambda: next(calls)) == ("watch", 2, 20)
+    assert run(StoppingRule(7), lambda: next(calls)) == ("watch", 2, 20)
     flat = minimise(
-        PSO(n=4).start(BOX, np.random.default_rng(0)), lambda p: np.zeros(len(p)), Stop(50, patience=6)
+        PSO(n=4).start(BOX, np.random.default_rng(0)),
+        lambda p: np.zeros(len(p)),
+        StoppingRule(50, patience=6),
     )
     assert (flat.why, flat.iterations) == ("patience", 7)
-    nothing = minimise(PSO(n=4).start(BOX, np.random.default_rng(0)), bowl, Stop(3, evaluations=2))
+    nothing = minimise(PSO(n=4).start(BOX, np.random.default_rng(0)), bowl, StoppingRule(3, evaluations=2))
     assert nothing.best is None
     assert nothing.value == math.inf
 
@@ -82,7 +84,7 @@ def test_every_stop_rule_stops() -> None:
 @pytest.mark.parametrize("wrong", [{"iterations": 0}, {"patience": 1.5}, {"target": math.nan}])
 def test_stop_rules_out_of_range(wrong: dict[str, object]) -> None:
     with pytest.raises(SettingError):
-        Stop(**wrong)  # type: ignore[arg-type]
+        StoppingRule(**wrong)  # type: ignore[arg-type]
 
 
 def test_one_particle_moves_by_the_published_equation() -> None:

@@ -2,7 +2,7 @@
 
 Whoever limits a call opens a *watch*; whatever runs inside looks at it. A watch is one word of memory, 0
 until the call is to stop. Compiled loops read that word every few hundred cells
-(:mod:`lampyris.kernels._jit`), others ask :func:`look`. A thread of its own sets the word when the time is
+(:mod:`lampyris.kernels._jit`), others ask :func:`checkpoint`. A thread of its own sets the word when the time is
 out: the loops let go of the interpreter, so it is never kept from doing so. Without a limit there is no
 thread, and every result is what it would be without any of this.
 
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     """int64, (1,): 0, or 1 once the call is to stop."""
 
 
-class Halted(BaseException):
-    """The call was stopped. Raised by :func:`look` and by kernels; whoever opened the watch catches it.
+class Cancelled(BaseException):
+    """The call was stopped. Raised by :func:`checkpoint` and by kernels; whoever opened the watch catches it.
 
     Not an ``Exception``: a guest's planner that makes an answer of whatever goes wrong inside it would make
     one of this, too, and its call would never end as stopped.
@@ -56,7 +56,7 @@ def _never() -> Word:
     return _new()
 
 
-class Stop:
+class CancelToken:
     """Stops every call that was given it, now and later: ``Budget(stop=stop)``.
 
     ``set`` may be called from any thread. In a handler of :mod:`signal` it works too, but Python runs those
@@ -67,7 +67,7 @@ class Stop:
 
     def __init__(self) -> None:
         self._is_set = False
-        self._watches: dict[int, Watch] = {}
+        self._watches: dict[int, CancelScope] = {}
 
     @property
     def is_set(self) -> bool:
@@ -81,18 +81,18 @@ class Stop:
         for watch in list(self._watches.values()):
             watch.tell()
 
-    def join(self, watch: Watch) -> None:
+    def join(self, watch: CancelScope) -> None:
         """Have a watch told, too, when this is."""
         self._watches[id(watch)] = watch
         if self._is_set:
             watch.tell()
 
-    def leave(self, watch: Watch) -> None:
+    def leave(self, watch: CancelScope) -> None:
         """Let go of a watch."""
         self._watches.pop(id(watch), None)
 
 
-class _Interrupt(Stop):
+class _Interrupt(CancelToken):
     """What Ctrl-C sets."""
 
     __slots__ = ("is_left",)
@@ -103,7 +103,7 @@ class _Interrupt(Stop):
         """Whether the next Ctrl-C is somebody else's; whoever reads of it says that it was the one."""
 
 
-class Watch:
+class CancelScope:
     """One call's limit.
 
     Parameters
@@ -115,9 +115,9 @@ class Watch:
 
     __slots__ = ("_is_told", "_over", "_word", "deadline", "outer", "stop", "stops")
     deadline: float
-    stops: tuple[Stop, ...]
+    stops: tuple[CancelToken, ...]
 
-    def __init__(self, seconds: float | None, stop: Stop | None, outer: Watch | None) -> None:
+    def __init__(self, seconds: float | None, stop: CancelToken | None, outer: CancelScope | None) -> None:
         self.outer = outer
         self.stop = stop
         self._is_told = False
@@ -181,11 +181,11 @@ class Watch:
         return self.stop is not None and self.stop.is_set
 
 
-class _Here(threading.local):
-    watch: Watch | None = None
+class _ThreadScope(threading.local):
+    watch: CancelScope | None = None
 
 
-_here = _Here()
+_here = _ThreadScope()
 _listening: _Interrupt | None = None
 """What :func:`interrupts` sets, while it listens."""
 
@@ -196,17 +196,17 @@ def word() -> Word:
     return _never() if here is None else here.word
 
 
-def watch() -> Watch | None:
+def watch() -> CancelScope | None:
     """The innermost watch of this thread."""
     return _here.watch
 
 
-def look() -> None:
+def checkpoint() -> None:
     """Go on, or not: for loops in Python, and between two steps that take a while.
 
     Raises
     ------
-    Halted : the call is to stop.
+    Cancelled : the call is to stop.
     KeyboardInterrupt : because of Ctrl-C.
     """
     here = _here.watch
@@ -219,16 +219,16 @@ def halt() -> None:
 
     Raises
     ------
-    Halted, or KeyboardInterrupt : always.
+    Cancelled, or KeyboardInterrupt : always.
     """
     here = _here.watch
     if here is not None and any(isinstance(s, _Interrupt) and s.is_set for s in here.stops):
         raise KeyboardInterrupt
-    raise Halted
+    raise Cancelled
 
 
 @contextlib.contextmanager
-def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator[Watch | None]:
+def watching(seconds: float | None = None, stop: CancelToken | None = None) -> Iterator[CancelScope | None]:
     """Limit what is done inside, in this thread.
 
     Parameters
@@ -242,7 +242,7 @@ def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator
         yield None
         return
     outer = _here.watch
-    made = Watch(seconds, stop, outer)
+    made = CancelScope(seconds, stop, outer)
     try:
         made.begin()
         _here.watch = made
@@ -253,7 +253,7 @@ def watching(seconds: float | None = None, stop: Stop | None = None) -> Iterator
 
 
 @contextlib.contextmanager
-def unheard() -> Iterator[None]:
+def shielded() -> Iterator[None]:
     """Finish what is done inside, whatever the watch says: it is short and must not be left half done."""
     was = _here.watch
     _here.watch = None
@@ -264,7 +264,7 @@ def unheard() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def under(watch: Watch | None) -> Iterator[None]:
+def under(watch: CancelScope | None) -> Iterator[None]:
     """Do what is done inside, in this thread, under the watch of another thread's call that it is a part of.
 
     Parameters

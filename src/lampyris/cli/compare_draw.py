@@ -13,7 +13,7 @@ from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
 from lampyris.report.charts.speed_chart import line_of
-from lampyris.report.pictures.compare_picture import Speeds, Way, draw_ways
+from lampyris.report.pictures.compare_picture import DrawnPath, Speeds, draw_ways
 from lampyris.study.design.study import Job, Study
 from lampyris.study.design.traffic_labels import crowd_words
 from lampyris.typing import Floats, Points
@@ -35,7 +35,7 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
     grid = world.ground.grid
     found = [_again(job, grid) for job in jobs[::many]]
     ways = [
-        Way(who.called, _told(line), xy)
+        DrawnPath(who.called, _told(line), xy)
         for who, line, (xy, _, _) in zip(study.planners, lines[::many], found, strict=True)
     ]
     tracks = next((some for _, _, some in found if some), ())

@@ -22,7 +22,7 @@ from lampyris.sim.traffic.mobility import MOBILITIES
 from lampyris.study.analysis.summary_tables import START, places_of
 from lampyris.study.design.config import law_who, planner_who
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Study, Who, World
+from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
 from lampyris.study.design.traffic_labels import crowd_words
 from lampyris.study.otherwise import remark
 
@@ -61,7 +61,7 @@ class CrowdAsked:
     live: bool
     ticks: int | None
 
-    def crowd(self) -> Crowd:
+    def crowd(self) -> StudyTraffic:
         """As a study has it.
 
         Raises
@@ -80,11 +80,11 @@ class CrowdAsked:
         RandomWalk(self.count, self.rate, self.radius)  # refuses numbers out of range
         if self.count:
             tracks: Any = "live" if self.live else "replayed"
-            return Crowd(self.mobility, self.count, self.rate, self.radius, tracks)
+            return StudyTraffic(self.mobility, self.count, self.rate, self.radius, tracks)
         alone = {"--rate": self.rate is not None, "--live": self.live, "--ticks": self.ticks is not None}
         for option in (option for option, given in alone.items() if given):
             raise UsageError("OPTIONS", f"{option} without --obstacles", allowed="--obstacles N")
-        return Crowd()
+        return StudyTraffic()
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Asked:
             raise SettingError(
                 "SEEDS", f"{self.seeds}", where="--seeds", allowed=f"1 to {most}", todo="more is a study"
             )
-        ground = Ground(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
+        ground = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
         return Study(
             name="compare",
             kind="simulate" if crowd.count else "plan",
@@ -150,8 +150,8 @@ class Outputs:
 class Line:
     """A line of the table: a planner under a law, its runs one after another."""
 
-    planner: Who
-    law: Who
+    planner: Config
+    law: Config
     rows: tuple[Row, ...]
 
     @property
@@ -180,9 +180,9 @@ def _notes(lines: Sequence[Line]) -> tuple[str, ...]:
     return tuple(filter(None, (remark(who, notes) for who, notes in some.items())))
 
 
-def _entries(option: str, text: str, make: Callable[[str, list[str]], Who]) -> tuple[Who, ...]:
+def _entries(option: str, text: str, make: Callable[[str, list[str]], Config]) -> tuple[Config, ...]:
     """``NAME[:KEY=VALUE...],...`` as who plans or which law, in the order given."""
-    made: list[Who] = []
+    made: list[Config] = []
     for word in filter(None, (part.strip() for part in text.split(","))):
         name, *settings = word.split(":")
         try:
@@ -198,12 +198,12 @@ def _entries(option: str, text: str, make: Callable[[str, list[str]], Who]) -> t
     return tuple(made)
 
 
-def _planner(name: str, words: list[str]) -> Who:
+def _planner(name: str, words: list[str]) -> Config:
     """A planner with all its settings."""
     return planner_who(name, parse_settings(name, words), label_of(name, words))
 
 
-def _law(name: str, words: list[str]) -> Who:
+def _law(name: str, words: list[str]) -> Config:
     """A law with all its settings."""
     known("LAW", "--laws", name, laws.LAWS)
     return law_who(name, parse_law(name, words), label_of(name, words))
@@ -217,7 +217,7 @@ def label_of(name: str, words: list[str]) -> str:
 def compare(asked: Asked, out: Outputs) -> int:
     """``lampyris compare``. Returns the exit code."""
     from lampyris.study.execution import run as running
-    from lampyris.study.execution.execution import Where
+    from lampyris.study.execution.execution import Execution
 
     out.check()
     scenario = asked.request.scenario()
@@ -235,7 +235,7 @@ def compare(asked: Asked, out: Outputs) -> int:
         running.run(
             study,
             keep,
-            where=Where(workers=asked.workers),
+            where=Execution(workers=asked.workers),
             progress=None if tick is None else lambda p: tick(p.done),
         )
     lines = _lines(study, rows)

@@ -14,7 +14,7 @@ from lampyris.errors import FileError, UsageError
 from lampyris.report.html.table import Tab, Value
 
 if TYPE_CHECKING:
-    from lampyris.reproduce import Report, Stage
+    from lampyris.reproduce import Report, RunProgress
 
 RUNS = "runs"
 """Folder of the stores, by which an earlier reproduction is known."""
@@ -30,7 +30,7 @@ def reproduce(out: Path, workers: int | None, quick: bool, as_json: bool, force:
         print(f"every figure that the dissertation prints, and runs on our maps, into {out}", file=sys.stderr)
     with study_show.Watch(quiet=as_json) as watch:
 
-        def tell(at: Stage) -> None:
+        def tell(at: RunProgress) -> None:
             watch.say(at.name, at.done, at.total, "", at.seconds_left)
 
         try:

@@ -21,7 +21,7 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Recorded, Traffic
+from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.planning import registry
 from lampyris.planning.field.layers import moves_for
 from lampyris.typing import Cell, FloatGrid
@@ -185,7 +185,7 @@ class TrafficRequest:
     radius: float
     tracks: tuple[Path, ...]
 
-    def traffic(self, scene: Scene, seed: int) -> tuple[Traffic, ...]:
+    def traffic(self, scene: Scene, seed: int) -> tuple[ObstacleSpec, ...]:
         """All obstacles of a scene: those it has (drawn in its map), recorded ones, and the crowd.
 
         Raises
@@ -197,7 +197,7 @@ class TrafficRequest:
         known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
             raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
-        made: list[Traffic] = [replace(one, radius=self.radius) for one in scene.traffic]
+        made: list[ObstacleSpec] = [replace(one, radius=self.radius) for one in scene.traffic]
         made += [Recorded(read_track(p), self.radius) for p in self.tracks]
         fit = replace(scene, traffic=tuple(made))
         more = crowd(self.mobility, self.count, scene.grid, seed, rate=self.rate, radius=self.radius, fit=fit)

@@ -13,7 +13,7 @@ import typer
 from lampyris._core.limits import MAX_CELLS
 
 if TYPE_CHECKING:
-    from lampyris.scen import Answer, Answers, Benchmark
+    from lampyris.scen import Benchmark, QueryResult, QueryResults
 
 DISAGREED = 3
 COLUMNS = (
@@ -90,7 +90,7 @@ def scen(
     raise typer.Exit(DISAGREED if strict and made.disagreements else 0)
 
 
-def _record(benchmark: Benchmark, made: Answers, settings: dict[str, Any], seed: int) -> dict[str, Any]:
+def _record(benchmark: Benchmark, made: QueryResults, settings: dict[str, Any], seed: int) -> dict[str, Any]:
     """What ``--json`` prints; all of it but ``timing`` is decided by the files, the settings and the seed."""
     from lampyris.io.maps.map_hash import map_hash
     from lampyris.report.data.serialize import grid_record
@@ -112,7 +112,7 @@ def _record(benchmark: Benchmark, made: Answers, settings: dict[str, Any], seed:
     }
 
 
-def _answer_record(answer: Answer) -> dict[str, Any]:
+def _answer_record(answer: QueryResult) -> dict[str, Any]:
     query = answer.query
     return {
         "line": query.line,
@@ -124,7 +124,7 @@ def _answer_record(answer: Answer) -> dict[str, Any]:
     }
 
 
-def _write_csv(out: Path, made: Answers) -> None:
+def _write_csv(out: Path, made: QueryResults) -> None:
     import csv
     import io
 
@@ -142,7 +142,7 @@ def _write_csv(out: Path, made: Answers) -> None:
     write_file(out, text.getvalue().encode())
 
 
-def _show(benchmark: Benchmark, made: Answers, csv: Path | None) -> None:
+def _show(benchmark: Benchmark, made: QueryResults, csv: Path | None) -> None:
     """The verdict, every disagreement, then the counts."""
     from lampyris.cli import show, text
 

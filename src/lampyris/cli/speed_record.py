@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lampyris.motion.laws.compare import Entry
+from lampyris.motion.laws.compare import LawResult
 from lampyris.report.data.metrics import cause_shares
 from lampyris.report.data.serialize import grid_record, profile_record, robot_record, shares_record
 
@@ -47,7 +47,7 @@ def record_of(answer: Answer, timing: bool) -> dict[str, Any]:
     }
 
 
-def entry_record(e: Entry) -> dict[str, Any]:
+def entry_record(e: LawResult) -> dict[str, Any]:
     """One law of a comparison."""
     return {
         "law": e.law,

@@ -19,7 +19,7 @@ from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.kernels import loading
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers, Track
+from lampyris.model.obstacles import ObstacleStates, Track
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.robot import LEAST
@@ -27,10 +27,10 @@ from lampyris.model.scene import Scene, check_obstacle
 from lampyris.model.traffic import Recorded
 from lampyris.motion.geometry.curve import polyline_of
 from lampyris.motion.geometry.deviation import deviation, length_of
-from lampyris.motion.geometry.sampled_path import CellCourse, Course, course_with_corners
+from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, course_with_corners
 from lampyris.motion.geometry.smoothing import DRAWINGS, rounded_alone
 from lampyris.motion.laws import registry as laws
-from lampyris.motion.laws.compare import Entry, compare
+from lampyris.motion.laws.compare import LawResult, compare
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
@@ -168,16 +168,16 @@ class Answer:
     source: str
     given: Points
     smooth: str
-    course: Course
-    entries: tuple[Entry, ...]
+    course: SampledPath
+    entries: tuple[LawResult, ...]
     refused: dict[str, str]
     chosen: int
-    movers: Movers | None
+    movers: ObstacleStates | None
     timing: dict[str, float]
     notes: tuple[str, ...] = ()
 
     @property
-    def entry(self) -> Entry:
+    def entry(self) -> LawResult:
         """The law that is looked at."""
         return self.entries[self.chosen]
 
@@ -189,7 +189,7 @@ class Answer:
     @property
     def arcs(self) -> int:
         """How many arcs are driven."""
-        if isinstance(self.course, CellCourse):
+        if isinstance(self.course, SampledCellPath):
             return int(np.count_nonzero(~self.course.corners.stop))
         curve = self.course.curve
         return 0 if curve is None else int(np.count_nonzero(curve.curvature))
@@ -197,7 +197,7 @@ class Answer:
     @property
     def deviation_m(self) -> float:
         """How far the path that is driven is from the one given at most, metres."""
-        if isinstance(self.course, CellCourse):
+        if isinstance(self.course, SampledCellPath):
             return self.course.corners.deviation
         return deviation(self.given, self.course.xy, 0.25) * self.scene.grid.resolution
 
@@ -274,7 +274,7 @@ def _scene(asked: Asked) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
     return scene, str(asked.path), points, (*document.notes, *notes, *way.notes)
 
 
-def _course(way: Plan | Points, scene: Scene, smooth: Any, spacing: float | None) -> Course:
+def _course(way: Plan | Points, scene: Scene, smooth: Any, spacing: float | None) -> SampledPath:
     """Where it is driven: a curve with nodes, or the planned cells just as ``lampyris plan`` has them."""
     if isinstance(way, Plan) and smooth == "none":
         assert way.path is not None
@@ -290,7 +290,7 @@ def _points(way: Plan | Points) -> Points:
     return polyline_of(way.path)
 
 
-def _off_the_map(movers: Movers | None, grid: Grid) -> tuple[str, ...]:
+def _off_the_map(movers: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
     """A remark on obstacles that are off the map by more than themselves and a second's way."""
     if movers is None:
         return ()
@@ -331,11 +331,11 @@ def _entries(
     names: tuple[str, ...],
     asked: Asked,
     way: Plan | Points,
-    course: Course,
+    course: SampledPath,
     scene: Scene,
-    movers: Movers | None,
+    movers: ObstacleStates | None,
     tracks: tuple[Track, ...],
-) -> tuple[tuple[Entry, ...], dict[str, str]]:
+) -> tuple[tuple[LawResult, ...], dict[str, str]]:
     """A row for each law, each profile past the referee; and why other laws do not let the robot drive.
 
     Raises
@@ -361,10 +361,15 @@ def _entries(
 
 
 def _profile(
-    way: Plan | Points, course: Course, scene: Scene, law: laws.SpeedLaw, v0: float, movers: Movers | None
+    way: Plan | Points,
+    course: SampledPath,
+    scene: Scene,
+    law: laws.SpeedLaw,
+    v0: float,
+    movers: ObstacleStates | None,
 ) -> Profile:
     """A law's profile in metres and seconds, with the places of its nodes; past the referee."""
-    cells = isinstance(way, Plan) and isinstance(course, CellCourse)
+    cells = isinstance(way, Plan) and isinstance(course, SampledCellPath)
     if cells and laws.named(laws.name_of(law)).units == "m/s":
         # The very call that `lampyris plan` makes.
         made = api.profile(way, scene, law, v0=v0, movers=movers)  # type: ignore[arg-type]
@@ -373,7 +378,7 @@ def _profile(
 
 
 def _through(
-    made: Profile, course: Course, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
+    made: Profile, course: SampledPath, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
 ) -> Profile:
     """The fastest profile under the caps of one that meets nobody on known tracks; past the referee.
 
@@ -405,7 +410,7 @@ def _caps_named(found: Profile, made: Profile) -> Profile:
     return replace(found, cause=tuple(cause), caps=tuple(zip(names, speeds[:, node], strict=True)))
 
 
-def _course_at(profile: Profile, course: Course) -> Course:
+def _course_at(profile: Profile, course: SampledPath) -> SampledPath:
     """The course with the nodes of a profile; where it waits there are two at one place."""
     n = len(profile.s)
     if course.curve is None:
@@ -415,7 +420,7 @@ def _course_at(profile: Profile, course: Course) -> Course:
     else:
         xy, heading = course.curve.at(profile.s)
     none = np.zeros(n, dtype=np.bool_)
-    return Course(profile.s, xy, heading, np.zeros(n), none, course.resolution, course.curve)
+    return SampledPath(profile.s, xy, heading, np.zeros(n), none, course.resolution, course.curve)
 
 
 def _write(answer: Answer, out: SpeedOutputs) -> None:

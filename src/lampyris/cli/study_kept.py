@@ -9,11 +9,11 @@ from pathlib import Path
 from lampyris.cli import outputs, text, verbs
 from lampyris.cli import study_work as work
 from lampyris.errors import UsageError
-from lampyris.study.analysis.table import Table
+from lampyris.study.analysis.table import ResultTable
 from lampyris.study.design.study import Study
 
 
-def _stored(path: Path) -> tuple[Study, Table]:
+def _stored(path: Path) -> tuple[Study, ResultTable]:
     """What a store holds; it is not written to."""
     from lampyris.study.analysis.table import table_of
     from lampyris.study.store.store import Store

@@ -22,8 +22,8 @@ from lampyris.study.design.study import Study
 
 if TYPE_CHECKING:
     from lampyris.study.analysis.findings import Summary
-    from lampyris.study.analysis.table import Table
-    from lampyris.study.execution.execution import Where
+    from lampyris.study.analysis.table import ResultTable
+    from lampyris.study.execution.execution import Execution
     from lampyris.study.store.store import Store
 
 
@@ -58,7 +58,7 @@ class Asked:
         for word in self.again:
             known("ENDING", "--again", word, AGAIN)
 
-    def where(self) -> Where:
+    def where(self) -> Execution:
         """Where it runs.
 
         Raises
@@ -66,13 +66,13 @@ class Asked:
         UsageError : workers of our own beside a cluster; a cluster without the package for it.
         SettingError : WORKERS: out of range.
         """
-        from lampyris.study.execution.execution import Where
+        from lampyris.study.execution.execution import Execution
 
         if self.dask is not None:
             if self.workers is not None:
                 raise UsageError("OPTIONS", "--workers and --dask both given", allowed="one of them")
             needs("distributed", "--dask", "dask", "CLUSTER_MISSING")
-        return Where(workers=processors() if self.workers is None else self.workers, dask=self.dask)
+        return Execution(workers=processors() if self.workers is None else self.workers, dask=self.dask)
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def run(asked: Asked, out: Outputs) -> int:
     return _run(study, path, where, out)
 
 
-def _run(study: Study, path: Path, where: Where, out: Outputs) -> int:
+def _run(study: Study, path: Path, where: Execution, out: Outputs) -> int:
     """Run what is not done yet, then write and tell."""
     from lampyris.cli import study_show as show
     from lampyris.study.execution import run as running
@@ -219,7 +219,7 @@ def _as_stored(study: Study, store: Store) -> Study:
     return replace(store.study(), notes=study.notes)
 
 
-def _announce(study: Study, path: Path, where: Where, done: int) -> None:
+def _announce(study: Study, path: Path, where: Execution, done: int) -> None:
     """What will be run, where it is kept, and how much of it is there already."""
     from lampyris.cli import study_show as show
 
@@ -239,7 +239,7 @@ def _interrupted(study: Study, store: Store, path: Path) -> NoReturn:
     raise Interrupted(INTERRUPTED)
 
 
-def _dry(study: Study, path: Path, where: Where, asked: Asked, out: Outputs) -> int:
+def _dry(study: Study, path: Path, where: Execution, asked: Asked, out: Outputs) -> int:
     """Say what would be run."""
     from lampyris.cli import study_show as show
     from lampyris.study.design.serialize import demand_same
@@ -311,7 +311,7 @@ def _discard(path: Path) -> None:
     FileError : STORE_FORMAT: the file is no store; STORE_BUSY; STORE_WRITE.
     """
     from lampyris.study.store.file import look, sidecar
-    from lampyris.study.store.lock import Hold
+    from lampyris.study.store.lock import StoreLock
 
     if not os.path.lexists(path):
         return
@@ -320,7 +320,7 @@ def _discard(path: Path) -> None:
     except FileError as fault:
         if fault.code not in ("STORE_DAMAGED", "STORE_VERSION"):
             raise
-    hold = Hold(path)
+    hold = StoreLock(path)
     try:
         # The store itself last: killed before that, `--fresh` finds it and begins again.
         for file in (sidecar(path, "-wal"), sidecar(path, "-shm"), path):
@@ -370,7 +370,7 @@ def record(study: Study, path: Path) -> dict[str, Any]:
     }
 
 
-def summary_of(study: Study, table: Table, reference: str | None = None) -> Summary:
+def summary_of(study: Study, table: ResultTable, reference: str | None = None) -> Summary:
     """The summary of a table."""
     from lampyris.study.analysis.runs import runs_of
     from lampyris.study.analysis.summary import summarise
@@ -378,7 +378,7 @@ def summary_of(study: Study, table: Table, reference: str | None = None) -> Summ
     return summarise(runs_of(study, table.records()), reference=reference)
 
 
-def write(study: Study, table: Table, out: Outputs) -> Summary:
+def write(study: Study, table: ResultTable, out: Outputs) -> Summary:
     """Write the files that were asked for; the summary."""
     with verbs._working("counting", quiet=out.json):
         summary = summary_of(study, table, out.reference)

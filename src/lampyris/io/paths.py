@@ -35,7 +35,7 @@ back off by the last of them, and a way between two walls that touch would cut t
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class PathPoints:
     """Points of a way as a file has them.
 
     Parameters
@@ -85,7 +85,7 @@ class Way:
         return xy[moves]
 
 
-def read_way(path: str | os.PathLike[str], units: str | None = None) -> Way:
+def read_way(path: str | os.PathLike[str], units: str | None = None) -> PathPoints:
     """Read a way.
 
     Parameters
@@ -119,7 +119,7 @@ def read_way(path: str | os.PathLike[str], units: str | None = None) -> Way:
     return _from_table(data, name, units)
 
 
-def _from_table(data: bytes, name: str, units: str | None) -> Way:
+def _from_table(data: bytes, name: str, units: str | None) -> PathPoints:
     table = table_of(data, name, "WAY", ("x", "y", "x_m", "y_m"))
     if not table.rows:
         raise FileError(
@@ -135,7 +135,7 @@ def _from_table(data: bytes, name: str, units: str | None) -> Way:
         columns = (0, 1)
     frame = "metres" if metric else (units or "metres")
     points = [[table.number(line, row, k) for k in columns] for line, row in table.rows]
-    return Way(np.array(points), frame, table.columns, where=name)
+    return PathPoints(np.array(points), frame, table.columns, where=name)
 
 
 def _few_enough(n: int, where: str) -> None:
@@ -143,7 +143,7 @@ def _few_enough(n: int, where: str) -> None:
         raise LimitError("LIMIT", f"{n:,} points", where=where, allowed=f"at most {MAX_POINTS:,}")
 
 
-def _from_document(said: JsonDocument | YamlDocument) -> Way:
+def _from_document(said: JsonDocument | YamlDocument) -> PathPoints:
     """A ROS path, alone or as rosbridge wraps it; or a plan of ours."""
     data = said.data
     way: tuple[str | int, ...] = ()
@@ -159,7 +159,9 @@ def _from_document(said: JsonDocument | YamlDocument) -> Way:
     raise FileError("WAY", what, where=said.at(), allowed=allowed)
 
 
-def _from_poses(said: JsonDocument | YamlDocument, data: dict[str, Any], way: tuple[str | int, ...]) -> Way:
+def _from_poses(
+    said: JsonDocument | YamlDocument, data: dict[str, Any], way: tuple[str | int, ...]
+) -> PathPoints:
     way = (*way, "poses")
     _few_enough(len(data["poses"]), said.at(*way))
     points = []
@@ -182,10 +184,10 @@ def _from_poses(said: JsonDocument | YamlDocument, data: dict[str, Any], way: tu
     notes: tuple[str, ...] = ()
     if isinstance(frame, str) and frame not in ("", "map"):
         notes = (f"the path is in the frame {shown(frame)}; its numbers are taken for the map's",)
-    return Way(np.array(points), "metres", notes=notes, where=said.where)
+    return PathPoints(np.array(points), "metres", notes=notes, where=said.where)
 
 
-def _from_plan(said: JsonDocument | YamlDocument, data: dict[str, Any]) -> Way:
+def _from_plan(said: JsonDocument | YamlDocument, data: dict[str, Any]) -> PathPoints:
     cells = data["cells"]
     if not isinstance(cells, list) or not cells:
         what = "a plan that found no path" if not cells else f"{shown(cells)}"
@@ -196,7 +198,7 @@ def _from_plan(said: JsonDocument | YamlDocument, data: dict[str, Any]) -> Way:
         if not isinstance(cell, list) or len(cell) != 2:
             raise FileError("WAY", f"{shown(cell)}", where=said.at("cells", k), allowed="a cell [x, y]")
         points.append([_number(said, cell[i], ("cells", k, i)) for i in (0, 1)])
-    return Way(np.array(points), "cells", map=_map_of(data.get("map")), where=said.where)
+    return PathPoints(np.array(points), "cells", map=_map_of(data.get("map")), where=said.where)
 
 
 def _map_of(told: Any) -> tuple[int, int, float, tuple[float, ...]] | None:

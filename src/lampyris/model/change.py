@@ -8,7 +8,7 @@ from lampyris.typing import Cell
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class ObstacleTrack:
     """A moving obstacle with all that is known of where it was and will be.
 
     Parameters
@@ -52,4 +52,4 @@ class Change:
     freed: tuple[Cell, ...] = ()
     terrain: tuple[tuple[Cell, int], ...] = ()
     tick: int = 0
-    bodies: tuple[Seen, ...] | None = None
+    bodies: tuple[ObstacleTrack, ...] | None = None

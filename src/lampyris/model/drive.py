@@ -15,7 +15,7 @@ from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.typing import Floats, Points
 
 AT_GOAL = 1e-6
@@ -89,7 +89,7 @@ class Drive(Value):
     cause: tuple[str, ...]
     about: NDArray[np.int64]
     tracks: tuple[Track, ...]
-    bodies: tuple[Body, ...]
+    bodies: tuple[Obstacle, ...]
     moments: tuple[Moment, ...]
     period: float
     optimum: float | None = None

@@ -1,4 +1,4 @@
-"""Movers and tracks: obstacles in continuous time, as sensed now and as known or recorded over time."""
+"""Obstacle states and tracks: obstacles in continuous time, as sensed now and as known or recorded over time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lampyris.typing import Floats, Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Movers(Value):
+class ObstacleStates(Value):
     """What is known now of the moving obstacles: discs that may go anywhere at up to their top speed.
 
     Parameters

@@ -14,7 +14,7 @@ from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import LEAST, Robot
-from lampyris.model.traffic import Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
 
 MAX_RADIUS = 250
@@ -52,7 +52,7 @@ class Scene(Value):
     goal: Cell
     moves: Moves = field(default="octile")  # type: ignore[assignment]
     robot: Robot = field(default_factory=Robot)
-    traffic: tuple[Traffic, ...] = ()
+    traffic: tuple[ObstacleSpec, ...] = ()
     zones: FloatGrid | None = None
     edits: tuple[Edit, ...] = ()
 
@@ -71,7 +71,7 @@ class Scene(Value):
         _small_enough(self.grid, "robot", self.robot.radius, "robot.radius")
         for k, one in enumerate(self.traffic):
             body: object = one
-            if not isinstance(body, Traffic):
+            if not isinstance(body, ObstacleSpec):
                 allowed = "RandomWalk, Patrol, Crossing or Recorded"
                 raise SettingError("TYPE", f"a {type(body).__name__}", where=f"traffic[{k}]", allowed=allowed)
             check_obstacle(self.grid, k, one)
@@ -95,7 +95,7 @@ class Scene(Value):
         return cell
 
 
-def check_obstacle(grid: Grid, k: int, one: Traffic) -> None:
+def check_obstacle(grid: Grid, k: int, one: ObstacleSpec) -> None:
     """Refuse obstacle ``k`` of a scene if it does not fit the map, whatever else is in the scene.
 
     Raises

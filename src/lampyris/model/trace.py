@@ -11,7 +11,7 @@ from lampyris._core.values import Value
 from lampyris.model.edit import Edit
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.typing import Cell, Cells, Floats
 
 
@@ -97,7 +97,7 @@ class Trace(Value):
     robot: Cells
     tracks: tuple[Cells, ...]
     appears: tuple[int, ...]
-    bodies: tuple[Body, ...]
+    bodies: tuple[Obstacle, ...]
     speed: Floats
     cause: tuple[str, ...]
     law: str

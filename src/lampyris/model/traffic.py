@@ -119,11 +119,11 @@ class Recorded:
                 )
 
 
-Traffic: TypeAlias = RandomWalk | Patrol | Crossing | Recorded
+ObstacleSpec: TypeAlias = RandomWalk | Patrol | Crossing | Recorded
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class Obstacle:
     """A moving obstacle as it was in a simulation.
 
     Parameters

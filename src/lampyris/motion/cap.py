@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.typing import Floats
 
 
@@ -38,4 +38,4 @@ class Around:
     """
 
     cells: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    movers: Movers | None = None
+    movers: ObstacleStates | None = None

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from lampyris._core.cancellation import Stop
+from lampyris._core.cancellation import CancelToken
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.predicates import MOST_WHOLE, is_real, is_whole
 from lampyris.errors import SettingError, shown
@@ -56,7 +56,7 @@ class Budget:
 
     expansions: int | None = None
     seconds: float | None = None
-    stop: Stop | None = None
+    stop: CancelToken | None = None
 
     def __post_init__(self) -> None:
         e = self.expansions
@@ -66,8 +66,10 @@ class Budget:
         s = self.seconds
         if s is not None and not (is_real(s) and s > 0):
             raise SettingError.of("BUDGET", "seconds", shown(s), allowed="a finite number > 0, or None")
-        if self.stop is not None and not isinstance(self.stop, Stop):
-            raise SettingError.of("BUDGET", "stop", shown(self.stop), allowed="a lampyris.Stop, or None")
+        if self.stop is not None and not isinstance(self.stop, CancelToken):
+            raise SettingError.of(
+                "BUDGET", "stop", shown(self.stop), allowed="a lampyris.CancelToken, or None"
+            )
 
 
 @runtime_checkable

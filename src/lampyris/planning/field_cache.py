@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lampyris.model.moves import Moves
-from lampyris.planning.field.repair import Mender, Padded
+from lampyris.planning.field.repair import FieldRepairer, Padded
 from lampyris.planning.living_map import LivingMap
 from lampyris.typing import Cell
 
@@ -18,12 +18,12 @@ until the robot stands before them."""
 class _Kept:
     """A field, its sealed cells, and those that the map has altered since."""
 
-    mender: Mender
+    mender: FieldRepairer
     cells: frozenset[Cell]
     behind: dict[Cell, None] = field(default_factory=dict)
 
 
-class Grounds:
+class FieldCache:
     """The field of a map and a few others of it, each with some cells sealed.
 
     Parameters
@@ -68,7 +68,7 @@ class Grounds:
         """The bare field, the first of all."""
         terrain = self._map.terrain if self._map.has_terrain else None
         free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
-        mender = Mender(free, self._moves, self._goal, terrain=terrain, **shares)
+        mender = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
         self.spent += mender.field.expansions
         self._kept.append(_Kept(mender, frozenset()))
         return self._kept[-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris._core.cancellation import unheard
+from lampyris._core.cancellation import shielded
 from lampyris.errors import SettingError
 from lampyris.model.change import Change
 from lampyris.model.grid import MAX_TERRAIN, Grid
@@ -60,7 +60,7 @@ class LivingMap:
                 )
         if not (change.blocked or change.freed or change.terrain):
             return []
-        with unheard():
+        with shielded():
             return self._write(change)
 
     def _write(self, change: Change) -> list[Cell]:

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from lampyris._core import cancellation
-from lampyris._core.cancellation import Halted, Watch
+from lampyris._core.cancellation import Cancelled, CancelScope
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.base import Budget
@@ -49,7 +49,7 @@ def limited(plan: Ask[S]) -> Callable[..., Plan]:
             drawn = rng.bit_generator.state if isinstance(rng, np.random.Generator) else {}
             try:
                 return plan(session, change, budget)
-            except (Halted, KeyboardInterrupt) as why:
+            except (Cancelled, KeyboardInterrupt) as why:
                 name = session.drop(isinstance(why, KeyboardInterrupt))
                 if isinstance(rng, np.random.Generator):
                     rng.bit_generator.state = drawn
@@ -60,12 +60,12 @@ def limited(plan: Ask[S]) -> Callable[..., Plan]:
     return asked
 
 
-def _outer(own: Watch) -> bool:
+def _outer(own: CancelScope) -> bool:
     """Whether it is not this call alone that is to stop."""
     return own.outer is not None and own.outer.is_over
 
 
-def stopped_plan(name: str, own: Watch, seconds: float | None) -> Plan:
+def stopped_plan(name: str, own: CancelScope, seconds: float | None) -> Plan:
     """The answer of a call that was stopped.
 
     How far it had come is not told: it would be another figure in each run.
@@ -83,7 +83,7 @@ def within(budget: Budget | None, name: str, answer: Callable[[], Plan]) -> Plan
     with cancellation.watching(budget.seconds, budget.stop) as own:
         try:
             return answer()
-        except Halted:
+        except Cancelled:
             if own is None or _outer(own):
                 raise
             return stopped_plan(name, own, budget.seconds)

@@ -21,7 +21,7 @@ _ENTRIES = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Crowd:
+class AgentTracks:
     """All bodies of a run, the robot first.
 
     Parameters
@@ -59,7 +59,7 @@ class _Covered:
     y: Ints
 
 
-class Judge:
+class ClashDetector:
     """Looks for the first clash of a crowd.
 
     Parameters
@@ -70,7 +70,9 @@ class Judge:
         standing robot.
     """
 
-    def __init__(self, crowd: Crowd, width: int, height: int, forgiven: frozenset[int] = frozenset()) -> None:
+    def __init__(
+        self, crowd: AgentTracks, width: int, height: int, forgiven: frozenset[int] = frozenset()
+    ) -> None:
         self.crowd = crowd
         self.forgiven = forgiven
         self.last = len(crowd.at) - 1

@@ -13,7 +13,7 @@ from lampyris.model.trace import Outcome
 from lampyris.referee.geometry.lines_and_arcs import SAME, joins, nearest_wall, pieces_of, wall_on_the_way
 from lampyris.referee.geometry.moving_discs import (
     STANDS,
-    Motion,
+    RobotMotion,
     first_contact,
     motion_of,
     nearest,
@@ -116,7 +116,7 @@ def measure(drive: Drive) -> dict[str, Any]:
     return out
 
 
-def _motion(drive: Drive) -> Motion:
+def _motion(drive: Drive) -> RobotMotion:
     pieces = pieces_of(drive.curves, drive.scene.grid.resolution)
     return motion_of(drive.t, drive.s, drive.v, drive.a, drive.leg, pieces)
 
@@ -292,7 +292,7 @@ def _stops(drive: Drive) -> Violation | None:
     return None
 
 
-def _lateral(drive: Drive, motion: Motion) -> Violation | None:
+def _lateral(drive: Drive, motion: RobotMotion) -> Violation | None:
     if drive.law in NO_LATERAL_PROMISE:
         return None
     found = motion.lateral

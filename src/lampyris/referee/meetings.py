@@ -7,8 +7,8 @@ import numpy as np
 from lampyris.model.drive import Drive
 from lampyris.model.trace import Outcome
 from lampyris.referee.geometry.moving_discs import (
-    Motion,
     Pairs,
+    RobotMotion,
     first_contact,
     gap_at,
     moving,
@@ -29,7 +29,7 @@ NEAR = 1e-6
 _MET = ("hit", "contact")
 
 
-def pairs_in(drive: Drive, motion: Motion) -> Pairs:
+def pairs_in(drive: Drive, motion: RobotMotion) -> Pairs:
     """Every part of the robot's motion with every obstacle that is there."""
     return pairs_of(motion, drive.tracks, drive.scene.robot.radius, drive.scene.grid.resolution)
 
@@ -56,7 +56,7 @@ def tracks_violation(drive: Drive) -> Violation | None:
     return None
 
 
-def meetings_violation(drive: Drive, motion: Motion) -> Violation | None:
+def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     """Contacts: none while the robot moves but a collision that is owned up to; the others are told."""
     if not drive.tracks:
         return _told(drive, motion)
@@ -88,7 +88,7 @@ def meetings_violation(drive: Drive, motion: Motion) -> Violation | None:
     return _told(drive, motion)
 
 
-def touching_at_the_end(drive: Drive, motion: Motion) -> list[int]:
+def touching_at_the_end(drive: Drive, motion: RobotMotion) -> list[int]:
     """Bodies within a micrometre of the robot at the end: a drive may end in the instant of a contact."""
     radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
     gaps = [gap_at(motion, track, radius, resolution, drive.duration) for track in drive.tracks]
@@ -99,7 +99,7 @@ def _moves_at_the_end(drive: Drive) -> bool:
     return len(drive.t) > 1 and bool(drive.v[-1] > 0 or drive.v[-2] > 0 or drive.a[-2] > 0)
 
 
-def _told(drive: Drive, motion: Motion) -> Violation | None:
+def _told(drive: Drive, motion: RobotMotion) -> Violation | None:
     """What is told of as a contact is one, within a micrometre."""
     radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
     for k, m in enumerate(drive.moments):

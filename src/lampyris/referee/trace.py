@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.trace import Outcome, Trace
-from lampyris.referee.bodies import Crowd, Judge
+from lampyris.referee.bodies import AgentTracks, ClashDetector
 from lampyris.referee.edits import Era, edits_violation, eras_of, with_maps
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, slack, stands_free
 from lampyris.referee.path import cost_violation, moves_violation, walk_violation
@@ -127,7 +127,7 @@ def _bodies(trace: Trace, eras: list[Era]) -> Violation | None:
     return next((broken for broken in found if broken is not None), None)
 
 
-def _walled(crowd: Crowd, era: Era, blocked: BoolGrid) -> Violation | None:
+def _walled(crowd: AgentTracks, era: Era, blocked: BoolGrid) -> Violation | None:
     """The first body in a wall during an era."""
     ticks = slice(era.first, era.last + 1)
     at, there = crowd.at[ticks, 1:], crowd.there[ticks, 1:]
@@ -150,7 +150,7 @@ def _body(rule: str, bad: NDArray[np.bool_], at: Ints, what: str, since: int = 0
     return Violation(rule, f"body {k} at tick {since + t}", f"({at[t, k, 0]}, {at[t, k, 1]}) is {what}")
 
 
-def _crowd(trace: Trace) -> Crowd:
+def _crowd(trace: Trace) -> AgentTracks:
     """The robot and all bodies in one array; the robot is number 0."""
     n, count = len(trace.robot), len(trace.tracks)
     at = np.zeros((n, count + 1, 2), dtype=np.int64)
@@ -163,13 +163,13 @@ def _crowd(trace: Trace) -> Crowd:
     radii = (trace.scene.robot.radius, *(b.radius for b in trace.bodies))
     # A disc that reaches into no other cell covers one, whatever its radius: let all of those be one group.
     covers = [disc_cells(r if r > res / 2 else 0.0, res) for r in radii]
-    return Crowd(at, there, covers)
+    return AgentTracks(at, there, covers)
 
 
 def _pairs(trace: Trace) -> Violation | None:
     grid = trace.scene.grid
     crowd = _crowd(trace)
-    judge = Judge(crowd, grid.width, grid.height, _hits(trace))
+    judge = ClashDetector(crowd, grid.width, grid.height, _hits(trace))
     clash = judge.first()
     over = _through(trace, judge) if trace.scene.moves.reach > 1 else None
     if clash is None or (over is not None and over[0] < clash.tick):
@@ -201,7 +201,7 @@ def _hits(trace: Trace) -> frozenset[int]:
     )
 
 
-def _through(trace: Trace, judge: Judge) -> tuple[int, Violation] | None:
+def _through(trace: Trace, judge: ClashDetector) -> tuple[int, Violation] | None:
     """The first long step over a cell that some body covers before or after it: tick and violation."""
     d = np.diff(trace.robot.astype(np.int64), axis=0)
     for t in np.flatnonzero(np.abs(d).max(axis=1, initial=0) > 1).tolist():

@@ -9,8 +9,8 @@ runs of ours on our maps: they go into stores in the folder, so that they can be
 
 from __future__ import annotations
 
-from lampyris.reproduce.runs.runs import Stage
+from lampyris.reproduce.runs.runs import RunProgress
 from lampyris.reproduce.tables.verdict import KINDS, Verdict
 from lampyris.reproduce.work import Report, reproduce
 
-__all__ = ["KINDS", "Report", "Stage", "Verdict", "reproduce"]
+__all__ = ["KINDS", "Report", "RunProgress", "Verdict", "reproduce"]

@@ -16,12 +16,12 @@ from lampyris.reproduce.page import page, story
 from lampyris.reproduce.runs import measured
 from lampyris.reproduce.runs.measured import Costs
 from lampyris.reproduce.runs.results import Results, results
-from lampyris.reproduce.runs.runs import Stage, Tables, run_all
+from lampyris.reproduce.runs.runs import RunProgress, Tables, run_all
 from lampyris.reproduce.tables import comparison, printed, printed_data
 from lampyris.reproduce.tables.claims import Said
 from lampyris.reproduce.tables.verdict import KINDS, Verdict, count
 from lampyris.study.analysis.export import write_csv
-from lampyris.study.analysis.table import Table
+from lampyris.study.analysis.table import ResultTable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +59,7 @@ def reproduce(
     *,
     workers: int = 2,
     quick: bool = False,
-    progress: Callable[[Stage], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
 ) -> Report:
     """Judge every printed figure, run what can be run on our maps, and write the page.
 
@@ -106,7 +106,7 @@ def reproduce(
     )
 
 
-def _named(tables: Tables) -> Mapping[str, Table]:
+def _named(tables: Tables) -> Mapping[str, ResultTable]:
     return {"nt": tables.nt, "static": tables.static, "moving": tables.moving}
 
 

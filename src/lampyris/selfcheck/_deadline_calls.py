@@ -44,7 +44,7 @@ _EIGHT = ndimage.generate_binary_structure(2, 2)
 
 
 @dataclass(frozen=True)
-class Call:
+class DeadlineCall:
     """One call.
 
     Parameters
@@ -84,7 +84,7 @@ class Call:
         }  # fmt: skip
 
 
-def call_of(rng: np.random.Generator) -> Call:
+def call_of(rng: np.random.Generator) -> DeadlineCall:
     """A drawn call. Its limit is 1 to 64 ms, one in forty 0.3 s."""
     kind = MAPS[int(rng.choice(len(MAPS), p=_OF_MAP))]
     names = _TIMED if kind == "crowd" else _ours()
@@ -104,10 +104,10 @@ def call_of(rng: np.random.Generator) -> Call:
     seed = int(rng.integers(2**31))
     reachable = _joined(kind, side, moves == "dissertation")
     share = float(rng.uniform(0.1, 0.8))
-    return Call(kind, side, moves, planner, settings, seed, seconds, scene, reachable, share)
+    return DeadlineCall(kind, side, moves, planner, settings, seed, seconds, scene, reachable, share)
 
 
-def large_call_of(rng: np.random.Generator) -> Call:
+def large_call_of(rng: np.random.Generator) -> DeadlineCall:
     """A drawn call on a large map. It is to end at any moment of its first second and a half."""
     kind = tuple(LARGE)[int(rng.choice(len(LARGE), p=_OF_LARGE))]
     names, sides = _ours(), LARGE[kind]
@@ -119,10 +119,10 @@ def large_call_of(rng: np.random.Generator) -> Call:
     blocked, terrain, start, goal = _map(kind, side)
     scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES[moves])
     reachable = _joined(kind, side, moves == "dissertation")
-    return Call(kind, side, moves, planner, {}, seed, seconds, scene, reachable, share)
+    return DeadlineCall(kind, side, moves, planner, {}, seed, seconds, scene, reachable, share)
 
 
-def long_call_of(rng: np.random.Generator) -> Call:
+def long_call_of(rng: np.random.Generator) -> DeadlineCall:
     """A drawn call of a swarm that would go on for minutes. Its limit is 1.5 to 4 s."""
     kind = LONG_MAPS[int(rng.integers(len(LONG_MAPS)))]
     planner = SWARMS[int(rng.integers(len(SWARMS)))]
@@ -130,7 +130,9 @@ def long_call_of(rng: np.random.Generator) -> Call:
     blocked, terrain, start, goal = _map(kind, side)
     scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES["octile"])
     seconds = float(rng.uniform(1.5, 4.0))
-    return Call(kind, side, "octile", planner, FOR_MINUTES, int(rng.integers(2**31)), seconds, scene, True)
+    return DeadlineCall(
+        kind, side, "octile", planner, FOR_MINUTES, int(rng.integers(2**31)), seconds, scene, True
+    )
 
 
 def _ours() -> tuple[str, ...]:
@@ -138,7 +140,7 @@ def _ours() -> tuple[str, ...]:
     return tuple(name for name in registry.names() if not registry.origin_of(name))
 
 
-def session_of(call: Call) -> Session:
+def session_of(call: DeadlineCall) -> Session:
     """A fresh session for it."""
     planner = registry.make(call.planner, call.settings)
     return planner.open(call.scene, np.random.Generator(np.random.PCG64(call.seed)))

@@ -87,7 +87,7 @@ class Long:
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProcessEnding:
     """How a process took it.
 
     Parameters
@@ -110,7 +110,7 @@ def long_of(rng: np.random.Generator) -> Long:
     return Long(where, who, float(2.0 ** rng.uniform(-7.0, 0.0)))
 
 
-def interrupted(call: Long) -> Ended:
+def interrupted(call: Long) -> ProcessEnding:
     """``lampyris plan`` in a process of its own, and Ctrl-C: until it is gone."""
     settings = [
         word for key, value in FOR_MINUTES.items() for word in ("--set", f"{key}={json.dumps(value)}")
@@ -122,7 +122,7 @@ def interrupted(call: Long) -> Ended:
         assert process.stdout is not None
         assert process.stderr is not None
         if process.stdout.readline() != b"within\n":
-            return Ended(0.0, 0.0, f"did not begin: {process.stderr.read().decode()[-500:]}")
+            return ProcessEnding(0.0, 0.0, f"did not begin: {process.stderr.read().decode()[-500:]}")
         time.sleep(call.seconds)
         cpu, wall = _cpu(process.pid), time.perf_counter()
         process.send_signal(signal.SIGINT)
@@ -132,10 +132,10 @@ def interrupted(call: Long) -> Ended:
         loaded = _loaded_after(process.stdout.read(), wall)
     used = late if cpu is None else max(0.0, _of_children() - before - cpu)
     wrong = "" if told == (130, "interrupted\n") else f"exit code and words {told!r}"
-    return Ended(late, min(late, used), wrong, loaded)
+    return ProcessEnding(late, min(late, used), wrong, loaded)
 
 
-class Engine:
+class AppEngine:
     """An engine of the app, spoken to through its pipes as its server does."""
 
     def __init__(self) -> None:
@@ -147,15 +147,15 @@ class Engine:
         self._job = 0
         self._ready = False
 
-    def cancelled(self, call: Long) -> Ended:
+    def cancelled(self, call: Long) -> ProcessEnding:
         """A plan that is asked for, and cancelled at its moment: until the answer has ended."""
         try:
             with _given(self._process):
                 return self._cancelled(call)
         except BrokenPipeError:
-            return Ended(0.0, 0.0, "the engine is gone")
+            return ProcessEnding(0.0, 0.0, "the engine is gone")
 
-    def _cancelled(self, call: Long) -> Ended:
+    def _cancelled(self, call: Long) -> ProcessEnding:
         planner = {"name": call.planner, "settings": dict(FOR_MINUTES)}
         if not self._ready:
             self._start()
@@ -170,7 +170,7 @@ class Engine:
         wrong = "" if answer == ["CANCELLED"] else f"answered {answer!r}"
         # Read where it stands: a seek would move where the engine writes, too.
         told = os.pread(self._told.fileno(), os.fstat(self._told.fileno()).st_size, 0)
-        return Ended(late, min(late, used), wrong, _loaded_after(told, wall))
+        return ProcessEnding(late, min(late, used), wrong, _loaded_after(told, wall))
 
     def _start(self) -> None:
         """Wait until it has started: it answers a question that is soon answered."""

@@ -22,7 +22,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -33,11 +33,11 @@ from lampyris.planning.field.layers import clearance, free_cells, free_space
 from lampyris.planning.field.solve import solve_field
 from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
 from lampyris.planning.swarm.optimisers.glowworm import GSO, igso
-from lampyris.planning.swarm.optimisers.loop import Optimiser, Stop, maximise
+from lampyris.planning.swarm.optimisers.loop import Optimiser, StoppingRule, maximise
 from lampyris.planning.swarm.optimisers.particle import PSO, apso
 from lampyris.selfcheck._canonical import digest
 from lampyris.selfcheck._small_studies import small
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.traffic.adversary import Adversary
 from lampyris.sim.traffic.mobility import crowd
 
 ROOT = 14
@@ -157,10 +157,10 @@ def _field(rng: np.random.Generator, turn: int) -> Work:
     return f"{scene.moves.name}", lambda: (solve_field(scene), free_space(scene))
 
 
-def _movers(rng: np.random.Generator, grid: Grid) -> Movers:
+def _movers(rng: np.random.Generator, grid: Grid) -> ObstacleStates:
     count = int(rng.integers(1, 4))
     xy = rng.random((count, 2)) * [grid.width, grid.height]
-    return Movers(
+    return ObstacleStates(
         xy, np.full(count, 0.3 * grid.resolution), 0.2 + rng.random(count), rng.random((count, 2)) - 0.5
     )
 
@@ -213,7 +213,7 @@ def _drive(rng: np.random.Generator, turn: int) -> Work:
     if rng.integers(3) == 0:
         row = np.argwhere(~scene.grid.blocked)[:1].tolist()[0]
         scene = replace(scene, traffic=(Recorded(((row[1], row[0]),) * 2),))
-    sources = (Cutter(0.5),) if rng.integers(3) == 0 else ()
+    sources = (Adversary(0.5),) if rng.integers(3) == 0 else ()
     seed = int(rng.integers(2**31))
     noise: dict[str, Any] = {"noise": 0.1 * scene.grid.resolution} if rng.integers(2) else {}
     limit = 12.0 * scene.grid.resolution
@@ -253,7 +253,7 @@ def _swarm(optimiser: Optimiser, turn: int) -> Any:
     """The best places that a swarm finds on a test function, and what they are worth."""
     function = tuple(FUNCTIONS.values())[turn % len(FUNCTIONS)]
     rng = np.random.Generator(np.random.PCG64(turn))
-    return maximise(optimiser.start(function.box, rng), function, Stop(10))
+    return maximise(optimiser.start(function.box, rng), function, StoppingRule(10))
 
 
 def _study(rng: np.random.Generator, turn: int) -> Work:

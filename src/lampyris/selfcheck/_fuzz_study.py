@@ -19,9 +19,10 @@ from lampyris.selfcheck._fuzz_valid import grid, must, words
 from lampyris.selfcheck.twins.store_files import StoreCorpus
 from lampyris.study.design.row import ENDINGS, Row
 from lampyris.study.design.serialize import study_of, study_plain
-from lampyris.study.design.study import Crowd, Ground, Study, Who, World, canonical
+from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World, canonical
 from lampyris.study.design.study_file import load_study
-from lampyris.study.store.store import Store, repair
+from lampyris.study.store.repair import repair
+from lampyris.study.store.store import Store
 
 MAX_CELLS = 4096
 STORE = "s.study.db"
@@ -66,14 +67,14 @@ def _small() -> Study:
     blocked = np.zeros((4, 6), dtype=np.bool_)
     blocked[2, 1] = True
     made = Grid(blocked, resolution=0.5, name="left")
-    ground = Ground("left", made, map_hash(made))
+    ground = StudyMap("left", made, map_hash(made))
     return Study(
         "small",
         "plan",
         (World(ground, (0, 0), (5, 3), 6.2),),
-        (Who("astar", {"weight": 1.0}), Who("ad-gso", {"swarm": 8}, "glowworms, 8")),
-        (Who("constant", {"speed": 1.0}),),
-        (Crowd("random-walk", 3), Crowd()),
+        (Config("astar", {"weight": 1.0}), Config("ad-gso", {"swarm": 8}, "glowworms, 8")),
+        (Config("constant", {"speed": 1.0}),),
+        (StudyTraffic("random-walk", 3), StudyTraffic()),
         seeds=(0, 1),
     )
 

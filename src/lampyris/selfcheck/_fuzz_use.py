@@ -31,10 +31,10 @@ from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.tracks.csv_tracks import read_track
 from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, RandomWalk, Recorded
 from lampyris.motion.geometry.deviation import deviation
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.compare import compare
@@ -276,10 +276,10 @@ def _drawn(rng: np.random.Generator, wide: bool, least: float, plain: float) -> 
     return float(min(max(plain, least), 1e6))
 
 
-def _any_verb(scene: Scene, rng: np.random.Generator, traffic: tuple[Traffic, ...] = ()) -> None:
+def _any_verb(scene: Scene, rng: np.random.Generator, traffic: tuple[ObstacleSpec, ...] = ()) -> None:
     """Plan, time, simulate or drive."""
     if rng.random() < 0.5:
-        some: tuple[Traffic, ...] = (RandomWalk(3), RandomWalk(2, radius=0.3), Crossing(2))
+        some: tuple[ObstacleSpec, ...] = (RandomWalk(3), RandomWalk(2, radius=0.3), Crossing(2))
         traffic = (*traffic, pick(rng, some))
     planner = "ad-gso" if rng.random() < 0.4 else pick(rng, registry.names())
     verb = rng.random()
@@ -301,7 +301,7 @@ def _time(
     rng: np.random.Generator,
     *,
     smooth: Any = None,
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
 ) -> None:
     """What ``speed`` does: a curve along a path, and some laws on it."""
     if points is None:

@@ -10,11 +10,11 @@ import numpy as np
 from lampyris import scen
 from lampyris._core.limits import MAX_CELLS
 from lampyris.io.maps.formats.document import MapDocument
-from lampyris.io.paths import Way
+from lampyris.io.paths import PathPoints
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.selfcheck.twins.map_sizes import Uneven, size
 from lampyris.typing import Cell
 
@@ -122,7 +122,7 @@ def track(found: tuple[Cell, ...]) -> None:
     must(found and all(type(x) is int and type(y) is int for x, y in found), f"{found!r:.100}")
 
 
-def way(found: Way) -> None:
+def way(found: PathPoints) -> None:
     """A way from a file."""
     must(found.points.ndim == 2 and found.points.shape[0] >= 1, f"shape {found.points.shape}")
     must(np.isfinite(found.points).all() and np.abs(found.points).max() <= 1e9, "a point out of range")
@@ -133,7 +133,7 @@ def way(found: Way) -> None:
         must(np.isfinite(found.on(PLAIN)).all(), "not finite on a map")
 
 
-def movers(found: Movers) -> None:
+def movers(found: ObstacleStates) -> None:
     """Moving bodies from a file."""
     must(np.isfinite(found.xy).all(), "a place that is not finite")
     for sizes in (found.radius, found.top_speed):

@@ -29,7 +29,7 @@ _PIECE = 1 << 18
 
 
 @dataclass(frozen=True)
-class Query:
+class GridQuery:
     """One question: which cells are free (bit y * width + x), the ends, the moves and who is asked.
 
     ``first``: it is the one question of its goal at which the whole field is judged too.
@@ -56,13 +56,15 @@ def _who(query: int, turn: int) -> tuple[str, str]:
     return MOVES[k % 4], exact()[k // 4]
 
 
-def rectangle(width: int, height: int, number: int) -> Query:
+def rectangle(width: int, height: int, number: int) -> GridQuery:
     """Every grid of that size, every start and goal, free or blocked."""
     n = width * height
     turn, query = divmod(number, (1 << n) * n * n)
     bits, ends = divmod(query, n * n)
     goal, start = divmod(ends, n)
-    return Query(width, height, bits, _cell(start, width), _cell(goal, width), *_who(query, turn), start == 0)
+    return GridQuery(
+        width, height, bits, _cell(start, width), _cell(goal, width), *_who(query, turn), start == 0
+    )
 
 
 def rectangles(width: int, height: int) -> int:
@@ -71,7 +73,7 @@ def rectangles(width: int, height: int) -> int:
     return (1 << n) * n * n
 
 
-def corridor(number: int) -> Query:
+def corridor(number: int) -> GridQuery:
     """Corridors of one to eight cells, lying or standing; standing and lying change places each round."""
     turn, query = divmod(number, corridors())
     n, left = 1, query
@@ -82,8 +84,8 @@ def corridor(number: int) -> Query:
     goal, start = divmod(ends, n)
     moves, planner = _who(query, turn // 2)
     if (query + turn) % 2:
-        return Query(1, n, bits, (0, start), (0, goal), moves, planner, start == 0)
-    return Query(n, 1, bits, (start, 0), (goal, 0), moves, planner, start == 0)
+        return GridQuery(1, n, bits, (0, start), (0, goal), moves, planner, start == 0)
+    return GridQuery(n, 1, bits, (start, 0), (goal, 0), moves, planner, start == 0)
 
 
 def corridors() -> int:
@@ -91,7 +93,7 @@ def corridors() -> int:
     return sum((1 << n) * n * n for n in range(1, LONGEST + 1))
 
 
-def pair(number: int, *, classes: bool) -> Query:
+def pair(number: int, *, classes: bool) -> GridQuery:
     """Ordered pairs of free cells of all 4x4 grids, or of one of each class under the eight symmetries.
 
     Octile moves in the first round, then the others; the planners turn from pair to pair.
@@ -105,7 +107,7 @@ def pair(number: int, *, classes: bool) -> Query:
     who = exact()
     planner = who[((query * _STIR >> 9) + turn // 4) % len(who)]
     where = _cell(cells[start], 4), _cell(cells[goal], 4)
-    return Query(4, 4, bits, *where, MOVES[turn % 4], planner, start == 0)
+    return GridQuery(4, 4, bits, *where, MOVES[turn % 4], planner, start == 0)
 
 
 def pairs(*, classes: bool) -> int:
@@ -119,7 +121,7 @@ def free_cells_of() -> NDArray[np.int64]:
     return sum((bits >> k & 1 for k in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
 
 
-def field(number: int) -> Query:
+def field(number: int) -> GridQuery:
     """A grid of each class of 5x5 grids and one of its free cells as the goal: nobody but the field is asked.
 
     Octile moves in the first round, then the others; the goals turn from grid to grid, and every four rounds.
@@ -128,7 +130,7 @@ def field(number: int) -> Query:
     bits = int(class_heads(5)[k])
     cells = [c for c in range(25) if bits >> c & 1] or [0]
     goal = _cell(cells[((k * _STIR >> 9) + turn // 4) % len(cells)], 5)
-    return Query(5, 5, bits, goal, goal, MOVES[turn % 4], "field", first=True)
+    return GridQuery(5, 5, bits, goal, goal, MOVES[turn % 4], "field", first=True)
 
 
 def fields() -> int:

@@ -60,7 +60,7 @@ Process = tuple[int, str]
 
 
 @dataclass
-class Found:
+class KillResult:
     """What came of it."""
 
     kills: Counter[str] = field(default_factory=Counter)
@@ -128,7 +128,7 @@ class Hunt:
         self.file.write_text(STUDY.format(seeds=seeds))
         self.wanted, self.workers, self.total = kills, workers, 18 * seeds
         self.rng = np.random.default_rng(seed)
-        self.found = Found()
+        self.found = KillResult()
         self._alone: list[Process] = []
 
     def sitting(self) -> bool:
@@ -196,7 +196,7 @@ class Hunt:
     def _logged(self) -> int:
         return self.log.stat().st_size if self.log.exists() else 0
 
-    def all(self) -> Found:
+    def all(self) -> KillResult:
         """The whole test."""
         began_at = time.perf_counter()
         while not self.sitting():
@@ -257,7 +257,7 @@ def hunted(tally: Tally, number: int, seed: int) -> None:
         tally.fail(number, told(found), seed=seed)
 
 
-def told(found: Found) -> str:
+def told(found: KillResult) -> str:
     """What came of it."""
     return (
         f"acknowledged {found.acknowledged}, lost or changed {found.lost}, stored twice {found.twice}, "

@@ -28,7 +28,7 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Answer:
+class SearchAnswer:
     """How a search ended, and the exact cost of the way in 63rds of the step set's unit; -1: no way."""
 
     word: str
@@ -37,7 +37,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Told:
+class CaseResult:
     """What came of one case.
 
     Parameters
@@ -52,7 +52,7 @@ class Told:
     data: Mapping[str, Any]
 
 
-Relation = Callable[[np.random.Generator, int], Told]
+Relation = Callable[[np.random.Generator, int], CaseResult]
 
 
 def drawn(
@@ -93,12 +93,12 @@ def loose_name(number: int) -> str:
     return names[number // 8 % len(names)] if number % 8 == 0 else ""
 
 
-def ask(name: str, scene: Scene) -> Answer:
+def ask(name: str, scene: Scene) -> SearchAnswer:
     """The answer of our planner of that name, past the referee."""
     return ask_with(planner(name), scene)
 
 
-def ask_with(chosen: Planner, scene: Scene) -> Answer:
+def ask_with(chosen: Planner, scene: Scene) -> SearchAnswer:
     """The same of a planner.
 
     Raises
@@ -110,9 +110,9 @@ def ask_with(chosen: Planner, scene: Scene) -> Answer:
     if broken is not None:
         raise AssertionError(f"{chosen.name}: the referee says: {broken}")
     if plan.path is None:
-        return Answer(plan.status.value, -1)
+        return SearchAnswer(plan.status.value, -1)
     cells = tuple((int(x), int(y)) for x, y in plan.path.cells.tolist())
-    return Answer(plan.status.value, plan.path.exact * (PLAIN // plan.path.moves.scale), cells)
+    return SearchAnswer(plan.status.value, plan.path.exact * (PLAIN // plan.path.moves.scale), cells)
 
 
 def field_of(scene: Scene) -> Ints:
@@ -123,7 +123,7 @@ def field_of(scene: Scene) -> Ints:
     return scaled
 
 
-def loosely(number: int, scene: Scene, best: Answer, label: str) -> str:
+def loosely(number: int, scene: Scene, best: SearchAnswer, label: str) -> str:
     """Whether a planner that is not exact agrees with the best there is: no better, and no other verdict."""
     name = loose_name(number)
     if not name:
@@ -136,14 +136,14 @@ def loosely(number: int, scene: Scene, best: Answer, label: str) -> str:
     return ""
 
 
-def differ(name: str, one: Answer, other: Answer) -> str:
+def differ(name: str, one: SearchAnswer, other: SearchAnswer) -> str:
     """What is not the same of two answers that should be."""
     if (one.word, one.cost) == (other.word, other.cost):
         return ""
     return f"{name}: {one.word} at {one.cost}, then {other.word} at {other.cost}"
 
 
-def risen(name: str, less: Answer, more: Answer) -> str:
+def risen(name: str, less: SearchAnswer, more: SearchAnswer) -> str:
     """What is wrong where an answer should not be better than another: no way where there was none, no less
     cost."""
     if more.word == "found" and less.word != "found":

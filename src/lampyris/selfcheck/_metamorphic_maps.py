@@ -13,7 +13,7 @@ from lampyris.model.grid import MAX_TERRAIN, Grid
 from lampyris.model.scene import Scene
 from lampyris.selfcheck._metamorphic_draw import (
     PLAIN,
-    Told,
+    CaseResult,
     ask,
     data,
     differ,
@@ -31,7 +31,7 @@ Turn = Callable[[Any], Any]
 _MIRRORS: dict[str, Turn] = {"x": np.fliplr, "y": np.flipud, "diagonal": np.transpose}
 
 
-def _turned(rng: np.random.Generator, number: int, turn: Turn, word: str) -> Told:
+def _turned(rng: np.random.Generator, number: int, turn: Turn, word: str) -> CaseResult:
     """Costs are those of the map before, turned."""
     scene = drawn(rng)
     grid = scene.grid
@@ -48,22 +48,22 @@ def _turned(rng: np.random.Generator, number: int, turn: Turn, word: str) -> Tol
     wrong = differ(name, one, two) or loosely(number, other, one, "turned")
     if not wrong and not np.array_equal(turn(field_of(scene)), field_of(other)):
         wrong = "the field of the turned map is not the turned field"
-    return Told(one.word, wrong, data(scene, turn=word))
+    return CaseResult(one.word, wrong, data(scene, turn=word))
 
 
-def rotate(rng: np.random.Generator, number: int) -> Told:
+def rotate(rng: np.random.Generator, number: int) -> CaseResult:
     """Turned by 90, 180 or 270 degrees."""
     quarters = 1 + int(rng.integers(3))
     return _turned(rng, number, lambda a: np.rot90(a, quarters), f"{90 * quarters} degrees")
 
 
-def reflect(rng: np.random.Generator, number: int) -> Told:
+def reflect(rng: np.random.Generator, number: int) -> CaseResult:
     """Mirrored along x, y or the diagonal."""
     word = str(rng.choice(list(_MIRRORS)))
     return _turned(rng, number, _MIRRORS[word], word)
 
 
-def swap(rng: np.random.Generator, number: int) -> Told:
+def swap(rng: np.random.Generator, number: int) -> CaseResult:
     """On plain ground the way back costs what the way does."""
     scene = drawn(rng, terrain=False)
     back = replace(scene, start=scene.goal, goal=scene.start)
@@ -80,7 +80,7 @@ def swap(rng: np.random.Generator, number: int) -> Told:
     # Of blocked ends only the goal is asked of a field.
     if not wrong and one.word not in occupied and there != home:
         wrong = f"in the field it costs {there}, back {home}"
-    return Told(one.word, wrong, data(scene))
+    return CaseResult(one.word, wrong, data(scene))
 
 
 def _framed(scene: Scene, at: Cell, size: Cell, *, shut: bool) -> Scene:
@@ -110,7 +110,7 @@ def _inside(scene: Scene, costs: Any, at: Cell) -> Any:
     return costs[y : y + grid.height, x : x + grid.width]
 
 
-def translate(rng: np.random.Generator, number: int) -> Told:
+def translate(rng: np.random.Generator, number: int) -> CaseResult:
     """Elsewhere in a larger blocked frame."""
     scene = drawn(rng, wide=False)
     size, first, second = _room(rng, scene)
@@ -121,10 +121,10 @@ def translate(rng: np.random.Generator, number: int) -> Told:
     fields = _inside(scene, field_of(here), first), _inside(scene, field_of(there), second)
     if not wrong and not np.array_equal(*fields):
         wrong = "the field is not the same in another place"
-    return Told(one.word, wrong, data(scene, size=size, places=[first, second]))
+    return CaseResult(one.word, wrong, data(scene, size=size, places=[first, second]))
 
 
-def pad_blocked(rng: np.random.Generator, number: int) -> Told:
+def pad_blocked(rng: np.random.Generator, number: int) -> CaseResult:
     """In a border of walls, where there was the map's edge."""
     scene = drawn(rng, wide=False)
     size, at, _ = _room(rng, scene)
@@ -137,10 +137,10 @@ def pad_blocked(rng: np.random.Generator, number: int) -> Told:
         wrong = "the field is not the same in a border of walls"
     if not wrong and int((costs >= 0).sum()) != int((field_of(scene) >= 0).sum()):
         wrong = "the field goes into the border"
-    return Told(one.word, wrong, data(scene, size=size, place=at))
+    return CaseResult(one.word, wrong, data(scene, size=size, place=at))
 
 
-def pad_free(rng: np.random.Generator, number: int) -> Told:
+def pad_free(rng: np.random.Generator, number: int) -> CaseResult:
     """In a border of free cells: nothing costs more."""
     scene = drawn(rng)
     size, at, _ = _room(rng, scene)
@@ -150,7 +150,7 @@ def pad_free(rng: np.random.Generator, number: int) -> Told:
     wrong = risen(name, two, one) or loosely(number, other, two, "in a free border")
     wrong = wrong or fields_risen(_inside(scene, field_of(other), at), field_of(scene))
     word = one.word if one.word != "found" else "nearer" if two.cost < one.cost else "as far"
-    return Told(word, wrong, data(scene, size=size, place=at))
+    return CaseResult(word, wrong, data(scene, size=size, place=at))
 
 
 def _one_wall(rng: np.random.Generator, *, free: bool) -> tuple[Scene, Scene, Cell | None]:
@@ -172,28 +172,28 @@ def _one_wall(rng: np.random.Generator, *, free: bool) -> tuple[Scene, Scene, Ce
     return scene, replace(scene, grid=replace(scene.grid, blocked=blocked)), (x, y)
 
 
-def _compared(number: int, fewer: Scene, more: Scene, cell: Cell | None) -> Told:
+def _compared(number: int, fewer: Scene, more: Scene, cell: Cell | None) -> CaseResult:
     name = exact_name(number)
     less, worse = ask(name, fewer), ask(name, more)
     wrong = risen(name, less, worse) or loosely(number, more, worse, "with a wall more")
     wrong = wrong or fields_risen(field_of(fewer), field_of(more))
     word = "dearer" if worse.cost > less.cost >= 0 else "cut off" if less.word != worse.word else "the same"
-    return Told(word, wrong, data(fewer, wall=cell))
+    return CaseResult(word, wrong, data(fewer, wall=cell))
 
 
-def wall_more(rng: np.random.Generator, number: int) -> Told:
+def wall_more(rng: np.random.Generator, number: int) -> CaseResult:
     """A wall more: nothing costs less, and nothing can be reached that could not."""
     scene, other, cell = _one_wall(rng, free=True)
     return _compared(number, scene, other, cell)
 
 
-def wall_less(rng: np.random.Generator, number: int) -> Told:
+def wall_less(rng: np.random.Generator, number: int) -> CaseResult:
     """A wall fewer: nothing costs more, and nothing is cut off that was not."""
     scene, other, cell = _one_wall(rng, free=False)
     return _compared(number, other, scene, cell)
 
 
-def scale(rng: np.random.Generator, number: int) -> Told:
+def scale(rng: np.random.Generator, number: int) -> CaseResult:
     """Every cell costs 2 or 4 times as much to enter: so do all ways, exactly."""
     scene = drawn(rng)
     times = int(rng.choice([2, 4]))
@@ -210,10 +210,10 @@ def scale(rng: np.random.Generator, number: int) -> Told:
     costs = field_of(one)
     if not wrong and not np.array_equal(np.where(costs < 0, -1, times * costs), field_of(two)):
         wrong = f"the field is not {times} times the field"
-    return Told(cheap.word, wrong, data(scene, times=times))
+    return CaseResult(cheap.word, wrong, data(scene, times=times))
 
 
-def upscale(rng: np.random.Generator, number: int) -> Told:
+def upscale(rng: np.random.Generator, number: int) -> CaseResult:
     """Every cell is four: no way is more than twice as long, and on a map without walls exactly twice.
 
     With walls the step sets that cut corners or jump over cells are left out: their steps do not fit through
@@ -240,10 +240,10 @@ def upscale(rng: np.random.Generator, number: int) -> Told:
     same = np.array_equal(fine, np.where(coarse < 0, -1, 2 * coarse))
     if not wrong and (not same if empty else fields_risen(fine, np.where(coarse < 0, -1, 2 * coarse))):
         wrong = "the field is not that of the map twice as large"
-    return Told("no walls" if empty else one.word, wrong, data(scene))
+    return CaseResult("no walls" if empty else one.word, wrong, data(scene))
 
 
-def via(rng: np.random.Generator, number: int) -> Told:
+def via(rng: np.random.Generator, number: int) -> CaseResult:
     """By way of any cell it is no nearer."""
     scene = drawn(rng)
     cell = (int(rng.integers(scene.grid.width)), int(rng.integers(scene.grid.height)))
@@ -263,10 +263,10 @@ def via(rng: np.random.Generator, number: int) -> Told:
         reached = to_cell >= 0
         if ((to_goal < 0) & reached).any() or (to_goal > to_cell + on_from)[reached].any():
             wrong = f"in the field some cell is nearer by way of {cell}"
-    return Told(word, wrong, data(scene, via=cell))
+    return CaseResult(word, wrong, data(scene, via=cell))
 
 
-def prefix(rng: np.random.Generator, number: int) -> Told:
+def prefix(rng: np.random.Generator, number: int) -> CaseResult:
     """Every piece of a cheapest way from its start is a cheapest way."""
     scene = drawn(rng)
     name = exact_name(number)
@@ -285,4 +285,4 @@ def prefix(rng: np.random.Generator, number: int) -> Told:
             wrong = f"in the field {(x, y)} costs {along[k]}, and {name} says {rest.cost}"
         if not wrong and any(b >= a for a, b in pairwise(along)):
             wrong = f"along the way of {name} the field does not fall"
-    return Told(whole.word, wrong or loosely(number, scene, whole, "as it is"), data(scene))
+    return CaseResult(whole.word, wrong or loosely(number, scene, whole, "as it is"), data(scene))

@@ -14,7 +14,7 @@ from lampyris import api
 from lampyris.errors import SettingError
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.save import save_map
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.plan import Plan
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -23,7 +23,7 @@ from lampyris.planning.spacetime.sipp import Sipp
 from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
 from lampyris.selfcheck._answers import planner
 from lampyris.selfcheck._metamorphic_draw import (
-    Told,
+    CaseResult,
     ask,
     data,
     differ,
@@ -55,7 +55,7 @@ def _track(rng: np.random.Generator, scene: Scene) -> tuple[Cell, ...]:
     return tuple(track)
 
 
-def _plan(chosen: Planner, scene: Scene, bodies: tuple[Seen, ...]) -> Plan:
+def _plan(chosen: Planner, scene: Scene, bodies: tuple[ObstacleTrack, ...]) -> Plan:
     return chosen.open(scene, RNG).plan(Change(robot=scene.start, bodies=bodies))
 
 
@@ -63,11 +63,11 @@ def _arrival(plan: Plan) -> int | None:
     return None if plan.schedule is None else int(plan.schedule[-1])
 
 
-def mover_more(rng: np.random.Generator, number: int) -> Told:
+def mover_more(rng: np.random.Generator, number: int) -> CaseResult:
     """A moving obstacle more: the arrival is no earlier."""
     scene = drawn(rng, most=12)
     chosen = TIMED[number % 2]
-    bodies = tuple(Seen(k, _track(rng, scene), 0, 1) for k in range(int(rng.integers(0, 6))))
+    bodies = tuple(ObstacleTrack(k, _track(rng, scene), 0, 1) for k in range(int(rng.integers(0, 6))))
     first = _plan(chosen, scene, bodies)
     before = _arrival(first)
     track = _track(rng, scene)
@@ -75,7 +75,7 @@ def mover_more(rng: np.random.Generator, number: int) -> Told:
         # It comes to meet the robot: along its way, backwards.
         way = [(int(x), int(y)) for x, y in first.path.cells[1:].tolist()]
         track = tuple(way[::-1][int(rng.integers(len(way))) :])
-    bodies = (*bodies, Seen(9, track, 0, 1))
+    bodies = (*bodies, ObstacleTrack(9, track, 0, 1))
     after = _arrival(_plan(chosen, scene, bodies))
     wrong = ""
     if after is not None and (before is None or after < before):
@@ -89,16 +89,16 @@ def mover_more(rng: np.random.Generator, number: int) -> Told:
         if after > before
         else "as soon"
     )
-    return Told(word, wrong, data(scene, tracks=[b.track for b in bodies]))
+    return CaseResult(word, wrong, data(scene, tracks=[b.track for b in bodies]))
 
 
-def off_the_way(rng: np.random.Generator, number: int) -> Told:
+def off_the_way(rng: np.random.Generator, number: int) -> CaseResult:
     """Obstacles and walls off the swept corridor of a cheapest way change nothing."""
     scene = drawn(rng)
     name = exact_name(number)
     whole = ask(name, scene)
     if whole.word != "found":
-        return Told(whole.word, "", data(scene))
+        return CaseResult(whole.word, "", data(scene))
     grid = scene.grid
     # Whatever a step may touch: as far as the longest step, and the robot's body.
     far = 2 + int(scene.robot.radius / grid.resolution + 1)
@@ -121,13 +121,13 @@ def off_the_way(rng: np.random.Generator, number: int) -> Told:
     if not wrong and alone.path is not None and bodies:
         near = {(int(x), int(y)) for x, y in alone.path.cells.tolist()}
         standing = sorted(c for c in bodies if all(max(abs(c[0] - x), abs(c[1] - y)) > far for x, y in near))
-        seen = tuple(Seen(k, (c,), 0, 1) for k, c in enumerate(standing[:40]))
+        seen = tuple(ObstacleTrack(k, (c,), 0, 1) for k, c in enumerate(standing[:40]))
         if _arrival(_plan(timed, scene, seen)) != _arrival(alone):
             wrong = f"{timed.name} arrives at another tick with obstacles off its way"
-    return Told("nothing added" if not bodies else "added", wrong, data(scene, added=sorted(bodies)))
+    return CaseResult("nothing added" if not bodies else "added", wrong, data(scene, added=sorted(bodies)))
 
 
-def quicker(rng: np.random.Generator, number: int) -> Told:
+def quicker(rng: np.random.Generator, number: int) -> CaseResult:
     """A robot with a greater v_max, a_max or d_max does not take longer."""
     scene = drawn(rng, most=14)
     limits = {name: float(rng.choice([0.1, 0.3, 0.7, 1.0, 2.5])) for name in LIMITS}
@@ -135,7 +135,7 @@ def quicker(rng: np.random.Generator, number: int) -> Told:
     scene = replace(scene, robot=robot)
     plan = planner(exact_name(number)).open(scene, RNG).plan()
     if plan.path is None or len(plan.path.cells) < 2:
-        return Told("no way to drive", "", data(scene))
+        return CaseResult("no way to drive", "", data(scene))
     what = LIMITS[int(rng.integers(3))]
     better = replace(robot, **{what: getattr(robot, what) * float(rng.choice([1.01, 1.5, 4.0]))})
     law = ("physical", "optimum")[number // 2 % 2]
@@ -148,15 +148,15 @@ def quicker(rng: np.random.Generator, number: int) -> Told:
             refused[k] = error.code
     if any(refused):
         wrong = "" if refused[0] else f"{law}: {refused[1]} with a greater {what}, and {times[0]!r} s without"
-        return Told(f"refused: {refused[0] or refused[1]}", wrong, told)
+        return CaseResult(f"refused: {refused[0] or refused[1]}", wrong, told)
     wrong = ""
     if times[1] > times[0] * (1 + ROUNDING):
         wrong = f"{law}: {times[0]!r} s, and with a greater {what} {times[1]!r} s"
     word = f"{what}: " + ("quicker" if times[1] < times[0] * (1 - ROUNDING) else "as quick")
-    return Told(word, wrong, told)
+    return CaseResult(word, wrong, told)
 
 
-def relabel(rng: np.random.Generator, number: int) -> Told:
+def relabel(rng: np.random.Generator, number: int) -> CaseResult:
     """Other numbers and another order of movers, another format of the map's file: the same answer."""
     scene = drawn(rng, most=12, terrain=False)
     data_of = data(scene)
@@ -168,12 +168,12 @@ def relabel(rng: np.random.Generator, number: int) -> Told:
         read = replace(scene, grid=replace(load_map(os.fspath(path)).grid, resolution=1.0))
     one, two = (planner(name).open(s, np.random.default_rng(0)).plan() for s in (scene, read))
     if essence(one) != essence(two):
-        return Told(suffix, f"{name}: another answer on the map read from {suffix}", data_of)
-    bodies = [Seen(k, _track(rng, scene), 0, 1) for k in range(int(rng.integers(2, 6)))]
+        return CaseResult(suffix, f"{name}: another answer on the map read from {suffix}", data_of)
+    bodies = [ObstacleTrack(k, _track(rng, scene), 0, 1) for k in range(int(rng.integers(2, 6)))]
     mixed = tuple(
         replace(bodies[k], body=90 - i) for i, k in enumerate(rng.permutation(len(bodies)).tolist())
     )
     timed = TIMED[number % 2]
     one, two = (_plan(timed, scene, some) for some in (tuple(bodies), mixed))
     wrong = "" if essence(one) == essence(two) else f"{timed.name}: another answer with obstacles renamed"
-    return Told(suffix, wrong, {**data_of, "tracks": [b.track for b in bodies]})
+    return CaseResult(suffix, wrong, {**data_of, "tracks": [b.track for b in bodies]})

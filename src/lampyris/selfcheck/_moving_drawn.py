@@ -10,7 +10,7 @@ import numpy as np
 
 from lampyris import api
 from lampyris.errors import LimitError, SettingError
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
@@ -22,7 +22,7 @@ from lampyris.selfcheck._moving_cases import place
 from lampyris.selfcheck._moving_drive import least_gap
 from lampyris.selfcheck._moving_judge import Judged, fault
 from lampyris.selfcheck.check import Tally
-from lampyris.selfcheck.twins.changing_twin import World
+from lampyris.selfcheck.twins.changing_twin import ChangingMap
 from lampyris.selfcheck.twins.sim_monitor import disc
 from lampyris.selfcheck.twins.timed_twin import EIGHT, FOUR, Body, Cell, arrivals
 
@@ -43,7 +43,7 @@ class Drawn:
 
     scene: Scene
     tick: int
-    bodies: tuple[Seen, ...]
+    bodies: tuple[ObstacleTrack, ...]
     recorded: bool
 
     @property
@@ -86,7 +86,7 @@ def draw(rng: np.random.Generator, *, recorded: bool) -> Drawn:
         radius = float(rng.choice(sizes))
         # Known from an earlier tick on, or only now: a planner is told the whole of it.
         since = 0 if recorded else int(rng.integers(0, tick + 1))
-        bodies.append(Seen(k, track, since, period, _cells(radius)))
+        bodies.append(ObstacleTrack(k, track, since, period, _cells(radius)))
         radii.append(radius)
     traffic = tuple(Recorded(b.track, radius=r) for b, r in zip(bodies, radii, strict=True))
     scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves, robot, traffic if recorded else ())
@@ -115,7 +115,7 @@ def _cells(radius: float) -> tuple[Cell, ...]:
     return tuple(sorted(disc(radius, 1.0)))  # type: ignore[no-untyped-call]
 
 
-def _body(seen: Seen) -> Body:
+def _body(seen: ObstacleTrack) -> Body:
     there = place(seen.track, seen.period or 1)
     return (lambda t: there(t - seen.since)), seen.footprint
 
@@ -128,7 +128,7 @@ def _truth(asked: Drawn) -> tuple[_Asked, int | None]:
     scene = asked.scene
     grid, radius = scene.grid, scene.robot.radius
     terrain = None if grid.terrain is None else grid.terrain.tolist()
-    free = World(grid.blocked.tolist(), terrain, radius).free()
+    free = ChangingMap(grid.blocked.tolist(), terrain, radius).free()
     # A robot with a size cuts no corners.
     cutting = MOVES[scene.moves.name].corner_cutting and radius == 0
     steps = FOUR if scene.moves.name == "four" else EIGHT

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.model.change import Seen
+from lampyris.model.change import ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
@@ -28,7 +28,7 @@ def draw(rng: np.random.Generator) -> Drawn:
 
 
 def _asked(blocked: np.ndarray, start: Cell, goal: Cell, moves: str, tracks: list[Track]) -> Drawn:
-    bodies = tuple(Seen(k, track, 0, 1, ONE) for k, track in enumerate(tracks))
+    bodies = tuple(ObstacleTrack(k, track, 0, 1, ONE) for k, track in enumerate(tracks))
     traffic = tuple(Recorded(track) for track in tracks)
     return Drawn(Scene(Grid(blocked), start, goal, MOVES[moves], traffic=traffic), 0, bodies, recorded=True)
 

@@ -104,7 +104,7 @@ def times_found(source: Path, defect: Defect) -> int:
 
 
 @dataclass(frozen=True)
-class Seen:
+class MutantRun:
     """What a run of a check on a copy came to.
 
     Parameters
@@ -144,7 +144,7 @@ class Tree:
             for name in files:
                 _copy(Path(folder, name), there / name)
 
-    def run(self, defect: Defect, longest: float, *, sound: bool = False) -> Seen:
+    def run(self, defect: Defect, longest: float, *, sound: bool = False) -> MutantRun:
         """The defect's check on the copy with the defect in it; or, sound, on the copy as it is."""
         if sound:
             return self._run(defect, longest)
@@ -159,7 +159,7 @@ class Tree:
             path.write_text(text, encoding="utf-8")
             os.utime(path, ns=(kept.st_atime_ns, kept.st_mtime_ns))
 
-    def _run(self, defect: Defect, longest: float) -> Seen:
+    def _run(self, defect: Defect, longest: float) -> MutantRun:
         words = ["selfcheck", defect.check, "--only", defect.kind, "--first", str(defect.first)]
         words += ["--cases", str(defect.cases), "--seed", SEED, "--workers", "1", "--json"]
         began = time.perf_counter()
@@ -177,7 +177,7 @@ class Tree:
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            return Seen("endless", f"no end within {longest:.0f} s", longest)
+            return MutantRun("endless", f"no end within {longest:.0f} s", longest)
         return _judged(child, time.perf_counter() - began)
 
     def _environment(self) -> dict[str, str]:
@@ -201,24 +201,24 @@ def _copy(original: Path, path: Path) -> None:
     shutil.copy2(original, path)
 
 
-def _judged(child: subprocess.CompletedProcess[str], seconds: float) -> Seen:
+def _judged(child: subprocess.CompletedProcess[str], seconds: float) -> MutantRun:
     try:
         record = json.loads(child.stdout.strip().splitlines()[-1])
         cases, failures = int(record["cases"]), int(record["failures"])
         failed, unfinished = record["failed"], int(record["unfinished"])
     except (IndexError, KeyError, TypeError, ValueError):
         said = (child.stdout + child.stderr).strip()[-TOLD:]
-        return Seen("broken", f"exit {child.returncode}: {said}", seconds)
+        return MutantRun("broken", f"exit {child.returncode}: {said}", seconds)
     if child.returncode == 0 and cases and not failures:
-        return Seen("holds", f"{cases} cases, 0 failures", seconds)
+        return MutantRun("holds", f"{cases} cases, 0 failures", seconds)
     if child.returncode and cases and failures and not unfinished:
         first = f": {failed[0]['what']}" if failed else ""
-        return Seen("fails", f"{failures} of {cases} cases{first}"[:TOLD], seconds)
+        return MutantRun("fails", f"{failures} of {cases} cases{first}"[:TOLD], seconds)
     said = f"exit {child.returncode}, {cases} cases, {failures} failures, {unfinished} parts not finished"
-    return Seen("broken", said, seconds)
+    return MutantRun("broken", said, seconds)
 
 
-class Engine:
+class MutationEngine:
     """Judges defects, several at a time if asked; what a sound copy comes to is found once for each range.
 
     Parameters
@@ -229,21 +229,21 @@ class Engine:
     def __init__(self, source: Path) -> None:
         self._source = source
         self._trees: SimpleQueue[Tree] = SimpleQueue()
-        self._sound: dict[tuple[str, str, int, int], Seen] = {}
+        self._sound: dict[tuple[str, str, int, int], MutantRun] = {}
         self._locks: dict[tuple[str, str, int, int], threading.Lock] = {}
         self._lock = threading.Lock()
 
-    def judge(self, defect: Defect) -> tuple[str, Seen]:
+    def judge(self, defect: Defect) -> tuple[str, MutantRun]:
         """What became of a defect: ``killed``, ``survived``, or why that cannot be told.
 
         The others: ``misplaced`` (its text is not there exactly once), ``unsound`` (the check fails, or does
-        not run, without it), ``broken``, ``endless``; see :class:`Seen`.
+        not run, without it), ``broken``, ``endless``; see :class:`MutantRun`.
         """
         times = times_found(self._source, defect)
         if times != 1:
-            return "misplaced", Seen("", f"its text is {times} times in {defect.file}", 0.0)
+            return "misplaced", MutantRun("", f"its text is {times} times in {defect.file}", 0.0)
         if defect.find == defect.replace:
-            return "misplaced", Seen("", "it replaces a text by itself", 0.0)
+            return "misplaced", MutantRun("", "it replaces a text by itself", 0.0)
         tree = self._tree()
         try:
             sound = self._on_sound(tree, defect)
@@ -260,7 +260,7 @@ class Engine:
         except Empty:
             return Tree(self._source)
 
-    def _on_sound(self, tree: Tree, defect: Defect) -> Seen:
+    def _on_sound(self, tree: Tree, defect: Defect) -> MutantRun:
         with self._lock:
             lock = self._locks.setdefault(defect.judge, threading.Lock())
         with lock:

@@ -24,7 +24,7 @@ from lampyris.errors import UsageError
 
 
 @dataclass(frozen=True)
-class Call:
+class OsCall:
     """One call.
 
     Parameters
@@ -45,10 +45,10 @@ class Call:
 class Listener(Protocol):
     """Who is asked and told."""
 
-    def before(self, call: Call) -> int:
+    def before(self, call: OsCall) -> int:
         """The error number that the call is to fail with; 0: it is made."""
 
-    def after(self, call: Call) -> None:
+    def after(self, call: OsCall) -> None:
         """The call was made."""
 
 
@@ -145,7 +145,7 @@ class Listening:
         @wraps(real)
         def do(*given: Any, **more: Any) -> Any:
             op, path, *rest = told(*given)
-            return self._asked(Call(op, path, *rest), lambda: real(*given, **more))
+            return self._asked(OsCall(op, path, *rest), lambda: real(*given, **more))
 
         setattr(os, name, do)
 
@@ -155,7 +155,7 @@ class Listening:
 
         self._wrap(name, told)
 
-    def _asked(self, call: Call, do: Callable[[], Any]) -> Any:
+    def _asked(self, call: OsCall, do: Callable[[], Any]) -> Any:
         if not call.path:
             return do()
         number = self._listener.before(call)
@@ -171,7 +171,7 @@ class Listening:
         def open_(path: Any, flags: int, *more: Any, **named: Any) -> int:
             name = self._mine(path)
             made = flags & os.O_CREAT and not os.path.lexists(name)
-            call = Call("create" if made else "open", name)
+            call = OsCall("create" if made else "open", name)
             fd: int = self._asked(call, lambda: real(path, flags, *more, **named))
             self._names[fd] = name
             return fd
@@ -185,7 +185,7 @@ class Listening:
             if not name:
                 return real_io(file, mode, *more, **named)
             writes = any(letter in mode for letter in "wxa+")
-            call = Call("create" if writes else "open", name)
+            call = OsCall("create" if writes else "open", name)
             opened = self._asked(call, lambda: real_io(file, mode, *more, **named))
             if writes:
                 self._names[opened.fileno()] = name
@@ -218,7 +218,7 @@ class Listening:
             path = self._mine(ctypes.string_at(name)) if name else ""
             made = bool(path) and bool(flags & _OPEN_CREATE) and not os.path.lexists(path)
             code = self._sql(
-                Call("create" if made else "open", path), lambda: real_open(own, name, file, flags, out)
+                OsCall("create" if made else "open", path), lambda: real_open(own, name, file, flags, out)
             )
             if code == 0 and path:
                 if made and flags & _OPEN_JOURNAL:
@@ -230,9 +230,9 @@ class Listening:
 
         def delete(vfs: int, name: bytes, sync: int) -> int:
             path = self._mine(name)
-            code = self._sql(Call("unlink", path), lambda: real_delete(own, name, sync))
+            code = self._sql(OsCall("unlink", path), lambda: real_delete(own, name, sync))
             if code == 0 and sync and path:
-                return self._sql(Call("folder", os.path.dirname(path)), lambda: 0)
+                return self._sql(OsCall("folder", os.path.dirname(path)), lambda: 0)
             return code
 
         self._kept = [_OPEN(open_), _DELETE(delete), mine, real_open, real_delete]
@@ -241,7 +241,7 @@ class Listening:
         if register(ctypes.byref(mine), 1):
             raise UsageError("SQLITE_CALLS", "SQLite takes no file system", where="selfcheck")
 
-    def _sql(self, call: Call, do: Callable[[], int]) -> int:
+    def _sql(self, call: OsCall, do: Callable[[], int]) -> int:
         """As :meth:`_asked`, in SQLite's codes."""
         if not call.path:
             return do()
@@ -263,20 +263,20 @@ class Listening:
         truncate, sync = _SIZED(real.truncate), _ONE(real.sync)
 
         def write_(f: int, data: int, size: int, at: int) -> int:
-            call = Call("write", path, at, ctypes.string_at(data, size))
+            call = OsCall("write", path, at, ctypes.string_at(data, size))
             return self._sql(call, lambda: write(f, data, size, at))
 
         def sync_(f: int, flags: int) -> int:
-            code = self._sql(Call("sync", path), lambda: sync(f, flags))
+            code = self._sql(OsCall("sync", path), lambda: sync(f, flags))
             if code == 0 and f in self._new:  # SQLite syncs the folder with the first sync of a new journal
                 self._new.discard(f)
-                return self._sql(Call("folder", os.path.dirname(path)), lambda: 0)
+                return self._sql(OsCall("folder", os.path.dirname(path)), lambda: 0)
             return code
 
         ours = (
-            _MOVE(lambda f, to, size, at: self._sql(Call("read", path), lambda: read(f, to, size, at))),
+            _MOVE(lambda f, to, size, at: self._sql(OsCall("read", path), lambda: read(f, to, size, at))),
             _MOVE(write_),
-            _SIZED(lambda f, size: self._sql(Call("truncate", path, size), lambda: truncate(f, size))),
+            _SIZED(lambda f, size: self._sql(OsCall("truncate", path, size), lambda: truncate(f, size))),
             _ONE(sync_),
         )
         real.read, real.write, real.truncate, real.sync = (ctypes.cast(f, c_void_p).value for f in ours)
@@ -299,7 +299,7 @@ class _File:
             self._file.flush()
             return count
 
-        return self._of._asked(Call("write", self._name, self._file.tell(), bytes(raw)), do)
+        return self._of._asked(OsCall("write", self._name, self._file.tell(), bytes(raw)), do)
 
     def __enter__(self) -> _File:
         return self

@@ -18,7 +18,7 @@ SECTOR = 512
 
 
 @dataclass
-class Change:
+class FileChange:
     """A call of :mod:`lampyris.selfcheck._os_calls`, and how much was acknowledged before it."""
 
     op: str
@@ -36,13 +36,13 @@ class _Inode:
     pending: list[tuple[int, bytes | None]] = field(default_factory=list)
 
 
-def changes_of(record: Path) -> list[Change]:
+def changes_of(record: Path) -> list[FileChange]:
     """The changes that a sitting recorded."""
     data, at, found = record.read_bytes(), 0, []
     while at < len(data):
         end = data.index(b"\n", at)
         op, path, place, size, acknowledged = json.loads(data[at:end])
-        found.append(Change(op, path, place, data[end + 1 : end + 1 + size], acknowledged))
+        found.append(FileChange(op, path, place, data[end + 1 : end + 1 + size], acknowledged))
         at = end + size + 2
     return found
 
@@ -61,7 +61,7 @@ class Disk:
         self._certain: dict[str, _Inode] = {}
         self._names: list[tuple[str, str, str, _Inode | None]] = []
 
-    def do(self, change: Change) -> None:
+    def do(self, change: FileChange) -> None:
         """One change more."""
         path = change.path
         if change.op == "create":

@@ -13,7 +13,7 @@ from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.safety.blind_areas import BlindArea
-from lampyris.selfcheck._profile_ways import Ground
+from lampyris.selfcheck._profile_ways import ProfilePath
 from lampyris.selfcheck.check import Tally
 from lampyris.selfcheck.twins import blind_twin as twin
 from lampyris.typing import Floats, Points
@@ -33,7 +33,7 @@ def drawn(rng: np.random.Generator) -> PhysicalLaw:
     return PhysicalLaw(blind=BlindArea(speed, radius, reaction), name="blind")
 
 
-def fault_of(ground: Ground, made: Profile, law: PhysicalLaw, tally: Tally) -> str:
+def fault_of(ground: ProfilePath, made: Profile, law: PhysicalLaw, tally: Tally) -> str:
     """What is wrong with the cap; empty: nothing."""
     settings, robot = law.blind, ground.scene.robot
     assert settings is not None

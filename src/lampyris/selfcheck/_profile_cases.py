@@ -17,7 +17,7 @@ from lampyris.typing import Floats
 _SIZES = np.array([1, 2, 2, 3, 4, 6, 10, 25, 60])
 
 
-class Case(NamedTuple):
+class ProfileCase(NamedTuple):
     """One question.
 
     Parameters
@@ -69,7 +69,7 @@ class Case(NamedTuple):
         }
 
 
-def extreme(rng: np.random.Generator, n: int | None = None) -> Case:
+def extreme(rng: np.random.Generator, n: int | None = None) -> ProfileCase:
     """1 to 60 nodes, edges of 1e-9 to 1e6 m side by side, limits of 1e-3 to 1e3, caps far below them."""
     n = int(_SIZES[int(rng.integers(len(_SIZES)))]) if n is None else n
     low, high = sorted(rng.uniform(-9, 6, 2).tolist()) if rng.random() < 0.5 else (-9.0, 6.0)
@@ -82,10 +82,10 @@ def extreme(rng: np.random.Generator, n: int | None = None) -> Case:
     bend = np.where(rng.random(n) < share, top * 10.0 ** rng.uniform(-6, 0.5, n), np.inf)
     stop = rng.random(n) < (0.0, 0.0, 0.2)[int(rng.integers(3))]
     stop[[0, -1]] = False
-    return Case(s, [("limit", np.full(n, top)), ("curvature", bend)], a, d, stop)
+    return ProfileCase(s, [("limit", np.full(n, top)), ("curvature", bend)], a, d, stop)
 
 
-def halted(rng: np.random.Generator, case: Case) -> Case:
+def halted(rng: np.random.Generator, case: ProfileCase) -> ProfileCase:
     """Stops in a row and beside the ends; caps of 0 where the robot stands anyway."""
     n, stop, bend = len(case.s), case.stop.copy(), case.caps[1][1].copy()
     if n > 2 and rng.random() < 0.2:
@@ -98,7 +98,7 @@ def halted(rng: np.random.Generator, case: Case) -> Case:
     return case._replace(caps=[case.caps[0], ("curvature", bend)], stop=stop)
 
 
-def middling(rng: np.random.Generator) -> Case:
+def middling(rng: np.random.Generator) -> ProfileCase:
     """Few nodes and middling sizes, so that caps, accelerating and braking all get their turn."""
     n = int(rng.integers(2, 9))
     s = np.concatenate(([0.0], np.cumsum(10.0 ** rng.uniform(-1, 1, n - 1))))
@@ -107,16 +107,16 @@ def middling(rng: np.random.Generator) -> Case:
     bend = np.where(rng.random(n) < 0.5, top * rng.uniform(0.05, 1.2, n), np.inf)
     stop = rng.random(n) < (0.0, 0.2)[int(rng.integers(2))]
     stop[[0, -1]] = False
-    return Case(s, [("limit", np.full(n, top)), ("curvature", bend)], a, d, stop)
+    return ProfileCase(s, [("limit", np.full(n, top)), ("curvature", bend)], a, d, stop)
 
 
-def shut(case: Case) -> bool:
+def shut(case: ProfileCase) -> bool:
     """Whether nothing may move at either node of an edge: then there is no profile."""
     still = (case.least == 0.0).tolist()
     return any(here and there for here, there in itertools.pairwise(still))
 
 
-def greatest_start(case: Case) -> float:
+def greatest_start(case: ProfileCase) -> float:
     """The greatest start speed, m/s, by its closed form: the least of all bounds seen from the first node."""
     cap = np.where(case.stop, 0.0, case.least)
     cap[-1] = 0.0

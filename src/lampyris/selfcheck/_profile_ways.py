@@ -14,7 +14,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.path import Path, path_of
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.typing import Floats, Points
 
@@ -22,10 +22,10 @@ SIZE = 40
 """Cells a side of the map under a course."""
 
 
-class Ground(NamedTuple):
+class ProfilePath(NamedTuple):
     """A way, its scene, and the cells of bodies around it, (m, 2)."""
 
-    way: Path | Course
+    way: Path | SampledPath
     scene: Scene
     bodies: list[tuple[int, int]]
 
@@ -50,7 +50,7 @@ def drawn_robot(rng: np.random.Generator) -> Robot:
     return Robot(float(rng.uniform(0, 0.3)), v_max, a_max, d_max, lat_max, jerk_max=jerk)
 
 
-def on_cells(rng: np.random.Generator) -> Ground:
+def on_cells(rng: np.random.Generator) -> ProfilePath:
     """A random walk by any step set, with the map random around it."""
     name = ("four", "octile", "sixteen")[int(rng.integers(3))]
     steps = MOVES[name].offsets
@@ -68,7 +68,7 @@ def on_cells(rng: np.random.Generator) -> Ground:
     return _peopled(rng, path_of(np.array(way), MOVES[name]), scene)
 
 
-def on_curves(rng: np.random.Generator) -> Ground:
+def on_curves(rng: np.random.Generator) -> ProfilePath:
     """A course over lines and arcs; walls not under it; every second with nodes more where it is tight."""
     resolution = float(rng.choice([0.1, 0.25, 1.0]))
     curve = drawn_curve(rng, resolution)
@@ -79,12 +79,12 @@ def on_curves(rng: np.random.Generator) -> Ground:
     blocked[under[:, 1], under[:, 0]] = False
     scene = Scene(Grid(blocked, resolution=resolution), (0, 0), (1, 1), robot=drawn_robot(rng))
     ground = _peopled(rng, course_of(curve, resolution / 4.0), scene)
-    if isinstance(ground.way, Course) and rng.random() < 0.5:
+    if isinstance(ground.way, SampledPath) and rng.random() < 0.5:
         return ground._replace(way=refined(ground.way, ground.scene))
     return ground
 
 
-def _peopled(rng: np.random.Generator, way: Path | Course, scene: Scene) -> Ground:
+def _peopled(rng: np.random.Generator, way: Path | SampledPath, scene: Scene) -> ProfilePath:
     """With zones, and bodies, each in every second case."""
     width, height = scene.grid.width, scene.grid.height
     if rng.random() < 0.5:
@@ -96,7 +96,7 @@ def _peopled(rng: np.random.Generator, way: Path | Course, scene: Scene) -> Grou
         scene = replace(scene, zones=limits)
     count = int(rng.integers(1, 6)) if rng.random() < 0.5 else 0
     drawn = rng.integers((0, 0), (width, height), (count, 2)).tolist()
-    return Ground(way, scene, [(x, y) for x, y in drawn])
+    return ProfilePath(way, scene, [(x, y) for x, y in drawn])
 
 
 def drawn_curve(rng: np.random.Generator, resolution: float, pieces: int = 8, stops: bool = True) -> Curve:

@@ -19,7 +19,7 @@ LEAST = 4
 
 
 @dataclass(frozen=True)
-class Asked:
+class WalkClaim:
     """A walk, what it was asked for, and what it claims.
 
     Parameters
@@ -64,7 +64,7 @@ def counted(cells: tuple[Cell, ...], moves: Moves) -> tuple[int, ...]:
     return tuple(found) if moves.knight else (found[0], found[1] + found[2])
 
 
-def lawful(rng: np.random.Generator, moves: str) -> Asked:
+def lawful(rng: np.random.Generator, moves: str) -> WalkClaim:
     """A random walk of at least :data:`LEAST` cells, on a map of 5 to 12 cells a side."""
     rules = [(dx, dy, needs(dx, dy, moves)) for dx, dy in steps(moves)]
     while True:
@@ -86,25 +86,25 @@ def lawful(rng: np.random.Generator, moves: str) -> Asked:
                 before = ways[int(rng.integers(len(ways)))]
             cells.append((x + before[0], y + before[1]))
         if len(cells) >= LEAST:
-            return Asked(blocked, moves, cells[0], cells[-1], tuple(cells))
+            return WalkClaim(blocked, moves, cells[0], cells[-1], tuple(cells))
 
 
-def no_cells(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def no_cells(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """An empty path: valid to a judge of segments."""
     return replace(asked, cells=(), claimed=(0, 0, 0) if MOVES[asked.moves].knight else (0, 0))
 
 
-def late_start(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def late_start(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """Without its first cell."""
     return replace(asked, cells=asked.cells[1:]) if asked.cells[1] != asked.start else None
 
 
-def early_end(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def early_end(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """Without its last cell."""
     return replace(asked, cells=asked.cells[:-1]) if asked.cells[-2] != asked.goal else None
 
 
-def other_query(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def other_query(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """Between two cells that were not asked for, and lawful: valid to a judge of segments."""
     k = int(rng.integers(1, len(asked.cells) - 1))
     if asked.cells[k] in (asked.start, asked.goal):
@@ -113,12 +113,12 @@ def other_query(rng: np.random.Generator, asked: Asked) -> Asked | None:
     return replace(asked, goal=cell) if rng.integers(0, 2) else replace(asked, start=cell)
 
 
-def backwards(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def backwards(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """From the goal to the start."""
     return None if asked.start == asked.goal else replace(asked, cells=asked.cells[::-1])
 
 
-def jump(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def jump(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """A cell in the middle left out, where what is left is no step."""
     k = int(rng.integers(1, len(asked.cells) - 1))
     (x, y), (u, v) = asked.cells[k - 1], asked.cells[k + 1]
@@ -127,13 +127,13 @@ def jump(rng: np.random.Generator, asked: Asked) -> Asked | None:
     return replace(asked, cells=asked.cells[:k] + asked.cells[k + 1 :])
 
 
-def stands_still(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def stands_still(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """A cell given twice in a row."""
     k = int(rng.integers(len(asked.cells)))
     return replace(asked, cells=(*asked.cells[: k + 1], *asked.cells[k:]))
 
 
-def off_the_map(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def off_the_map(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """A cell beyond an edge; -1 would read the far side of the map by Python's indices."""
     k = int(rng.integers(1, len(asked.cells) - 1))
     side = asked.blocked.shape[::-1]
@@ -143,12 +143,12 @@ def off_the_map(rng: np.random.Generator, asked: Asked) -> Asked | None:
     return replace(asked, cells=(*asked.cells[:k], (cell[0], cell[1]), *asked.cells[k + 1 :]))
 
 
-def wall_on_the_way(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def wall_on_the_way(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """One of its cells is a wall."""
     return _walled(asked, asked.cells[int(rng.integers(len(asked.cells)))])
 
 
-def cut_corner(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def cut_corner(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """A wall beside a step that is not straight, among the cells that the step needs and does not enter."""
     beside = []
     for (x, y), (u, v) in pairwise(asked.cells):
@@ -157,25 +157,25 @@ def cut_corner(rng: np.random.Generator, asked: Asked) -> Asked | None:
     return _walled(asked, beside[int(rng.integers(len(beside)))]) if beside else None
 
 
-def wrong_counts(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def wrong_counts(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """A step too many or too few is claimed, of one kind."""
     counts = list(counted(asked.cells, MOVES[asked.moves]))
     counts[int(rng.integers(len(counts)))] += int(rng.choice([-1, 1]))
     return replace(asked, claimed=tuple(counts))
 
 
-def wrong_length(rng: np.random.Generator, asked: Asked) -> Asked | None:
+def wrong_length(rng: np.random.Generator, asked: WalkClaim) -> WalkClaim | None:
     """It claims to cost a little less, or more, than its steps do."""
     return replace(asked, cheaper=int(rng.choice([-1, 1])))
 
 
-def _walled(asked: Asked, cell: Cell) -> Asked:
+def _walled(asked: WalkClaim, cell: Cell) -> WalkClaim:
     blocked = asked.blocked.copy()
     blocked[cell[1], cell[0]] = True
     return replace(asked, blocked=blocked)
 
 
-Spoil = Callable[[np.random.Generator, Asked], Asked | None]
+Spoil = Callable[[np.random.Generator, WalkClaim], WalkClaim | None]
 TWELVE: tuple[tuple[str, Spoil, frozenset[str]], ...] = (
     ("no cells", no_cells, frozenset({"empty"})),
     ("starts late", late_start, frozenset({"start"})),
@@ -195,7 +195,7 @@ _STEP_SETS = ("octile", "octile", "four", "dissertation", "sixteen")
 """Where a walk's moves come from: mostly the public rules' own."""
 
 
-def drawn(rng: np.random.Generator, way: int | None) -> Asked:
+def drawn(rng: np.random.Generator, way: int | None) -> WalkClaim:
     """A lawful walk, spoilt in one of the twelve ways; as it is where ``way`` is None.
 
     Walks are drawn until one can be spoilt in this way: without diagonals no corner is cut.

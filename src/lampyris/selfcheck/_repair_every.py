@@ -12,10 +12,10 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner, Session
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.selfcheck._repair_story import RNG, by_the_twin, demand
-from lampyris.selfcheck.twins.changing_twin import Cell, World
+from lampyris.selfcheck.twins.changing_twin import Cell, ChangingMap
 from lampyris.selfcheck.twins.way_twin import walked
 
 
@@ -36,7 +36,7 @@ def truth(side: int, bits: int, name: str, goal: Cell) -> tuple[bytes, bytes, by
     """Cost, parent and luciferin of every cell, solved from scratch; the costs are the twin's, too."""
     free = free_of(side, bits)
     field = solve(free, MOVES[name], goal)
-    right = by_the_twin(World((~free).tolist(), None), name, goal, MOVES[name])
+    right = by_the_twin(ChangingMap((~free).tolist(), None), name, goal, MOVES[name])
     demand(np.array_equal(field.exact, right), f"{name} moves, goal {goal}: solved from scratch it is wrong")
     return field.exact.tobytes(), field.step.tobytes(), field.luciferin.tobytes()
 
@@ -72,7 +72,7 @@ class Group:
     ) -> None:
         self.bits, self._side = bits, side
         free = free_of(side, bits)
-        self._menders = [(name, goal, Mender(free, MOVES[name], goal)) for name, goal in fields]
+        self._menders = [(name, goal, FieldRepairer(free, MOVES[name], goal)) for name, goal in fields]
         self._sessions: list[tuple[Planner, str, Cell, Cell, Session]] = []
         for planner, name, start, goal in asked:
             session = planner.open(Scene(Grid(~free), start, goal, MOVES[name]), RNG)

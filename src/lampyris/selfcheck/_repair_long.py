@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from lampyris.selfcheck.twins.edit_stories import NAMES, Cell, Edit, Story
+from lampyris.selfcheck.twins.edit_stories import NAMES, Cell, EditStory, StoryEdit
 
 SIDE, EDITS = 64, 200
 
 
-def long_story(rng: np.random.Generator, number: int) -> Story:
+def long_story(rng: np.random.Generator, number: int) -> EditStory:
     """The step sets take turns; every other one has terrain."""
     blocked = rng.random((SIDE, SIDE)) < rng.choice([0.05, 0.2, 0.35])
     terrain = None
@@ -22,7 +22,7 @@ def long_story(rng: np.random.Generator, number: int) -> Story:
 
     start, goal = anywhere(), anywhere()
     blocked[start[1], start[0]] = blocked[goal[1], goal[0]] = False
-    out = Story(NAMES[number % 4], blocked, terrain, 0.0, start, goal)
+    out = EditStory(NAMES[number % 4], blocked, terrain, 0.0, start, goal)
     robot, walls = start, blocked.copy()
 
     def near(cell: Cell, reach: int) -> Cell:
@@ -30,7 +30,7 @@ def long_story(rng: np.random.Generator, number: int) -> Story:
         return min(max(x, 0), SIDE - 1), min(max(y, 0), SIDE - 1)
 
     for _ in range(EDITS):
-        one = Edit()
+        one = StoryEdit()
         if rng.random() < 0.7:
             robot = one.robot = next(
                 (c for c in (near(robot, 2) for _ in range(8)) if not walls[c[1], c[0]]), robot

@@ -14,11 +14,11 @@ from lampyris.model.moves import MOVES, Moves
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Planner, Session
-from lampyris.planning.field.repair import Mender
+from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.referee import check_path
-from lampyris.selfcheck.twins.changing_twin import Cell, Counts, World, costs
-from lampyris.selfcheck.twins.edit_stories import Edit, Story
+from lampyris.selfcheck.twins.changing_twin import Cell, ChangingMap, Counts, costs
+from lampyris.selfcheck.twins.edit_stories import EditStory, StoryEdit
 
 ARRAYS = ("exact", "step", "luciferin", "free")
 RNG = np.random.default_rng(0)
@@ -39,7 +39,7 @@ def demand(holds: object, why: str) -> None:
 # ---- the field --------------------------------------------------------------------------------------------
 
 
-def mend_through(told: Story, judged: int = 1) -> Mender:
+def mend_through(told: EditStory, judged: int = 1) -> FieldRepairer:
     """Live a story; after every edit the field is the one solved anew, to the last bit, and a plain
     Dijkstra's after every ``judged`` th. The robot's size is of no account here.
 
@@ -50,8 +50,8 @@ def mend_through(told: Story, judged: int = 1) -> Mender:
     weighed = told.terrain is not None
     moves = MOVES[told.name].weighed() if weighed else MOVES[told.name]
     rho, gamma = (0.4, 0.6) if told.start[0] % 2 else (0.37, 0.7)
-    mender = Mender(~told.blocked, moves, told.goal, terrain=told.terrain, rho=rho, gamma=gamma)
-    world = World(told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist())
+    mender = FieldRepairer(~told.blocked, moves, told.goal, terrain=told.terrain, rho=rho, gamma=gamma)
+    world = ChangingMap(told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist())
     for number, edit in enumerate(told.edits):
         # Obstacles are cells like others here: blocked with the rest, and free again with the next edit.
         terrain = edit.terrain if weighed else ()
@@ -74,7 +74,7 @@ def mend_through(told: Story, judged: int = 1) -> Mender:
     return mender
 
 
-def by_the_twin(world: World, name: str, goal: Cell, moves: Moves) -> np.ndarray:
+def by_the_twin(world: ChangingMap, name: str, goal: Cell, moves: Moves) -> np.ndarray:
     """Exact costs of every cell by a plain Dijkstra; -1 where there is no way."""
     ground = moves.scale
     prices = np.array([moves.straight, moves.diagonal, moves.knight], dtype=object) // ground
@@ -88,7 +88,7 @@ def by_the_twin(world: World, name: str, goal: Cell, moves: Moves) -> np.ndarray
 # ---- the planners -----------------------------------------------------------------------------------------
 
 
-def exact(world: World, name: str, counts: Counts) -> int:
+def exact(world: ChangingMap, name: str, counts: Counts) -> int:
     """Weighed counts as lampyris tells the cost of such a way."""
     moves = MOVES[name]
     cost = counts[0] * moves.straight + counts[1] * moves.diagonal + counts[2] * moves.knight
@@ -96,7 +96,7 @@ def exact(world: World, name: str, counts: Counts) -> int:
 
 
 def plan_through(
-    told: Story, planners: Sequence[Planner], budget: Budget | None = None, judged: int = 1
+    told: EditStory, planners: Sequence[Planner], budget: Budget | None = None, judged: int = 1
 ) -> Counter[str]:
     """Live a story with every planner; each answer is that of a plain Dijkstra on the map as it is then.
 
@@ -109,7 +109,9 @@ def plan_through(
     """
     grid = Grid(told.blocked, terrain=told.terrain)
     scene = Scene(grid, told.start, told.goal, MOVES[told.name], Robot(radius=told.radius))
-    world = World(told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist(), told.radius)
+    world = ChangingMap(
+        told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist(), told.radius
+    )
     sessions = [(p, p.open(scene, RNG)) for p in planners]
     robot = told.start
     seen: Counter[str] = Counter()
@@ -133,7 +135,7 @@ _Right = tuple[str, int, list[list[bool]]]
 def _answer(
     planner: Planner,
     session: Session,
-    edit: Edit,
+    edit: StoryEdit,
     now: Scene,
     robot: Cell,
     right: _Right,
@@ -158,7 +160,7 @@ def _answer(
     return cells
 
 
-def _right(told: Story, edit: Edit, world: World, robot: Cell, *, by_twin: bool) -> _Right:
+def _right(told: EditStory, edit: StoryEdit, world: ChangingMap, robot: Cell, *, by_twin: bool) -> _Right:
     goal, wide = told.goal, told.radius > 0
     static = world.free()
     now = [row[:] for row in static]
@@ -183,7 +185,7 @@ def _right(told: Story, edit: Edit, world: World, robot: Cell, *, by_twin: bool)
     return ("hemmed-in" if cost(static) >= 0 else "no-path"), -1, now
 
 
-def data(told: Story, **more: object) -> dict[str, object]:
+def data(told: EditStory, **more: object) -> dict[str, object]:
     """A story in words of JSON."""
     return {
         "moves": told.name,

@@ -18,7 +18,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, Planner, Session
-from lampyris.selfcheck.twins.changing_twin import Cell, World
+from lampyris.selfcheck.twins.changing_twin import Cell, ChangingMap
 
 STEPS = 50
 
@@ -35,7 +35,7 @@ is to remember more."""
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlanCall:
     """One call of ``plan``, and the state of the generator before it: how much a cancelled call draws depends
     on what was known before."""
 
@@ -49,7 +49,7 @@ class Window:
     """The scene as it was when a session had nothing to remember but the map, and the calls since."""
 
     scene: Scene
-    calls: list[Asked] = field(default_factory=list)
+    calls: list[PlanCall] = field(default_factory=list)
 
 
 class Life:
@@ -104,7 +104,7 @@ class Life:
         robot = Robot(radius=float(rng.choice([0.0, 0.0, 0.0, 0.8])))
         grid = Grid(blocked, terrain=terrain if terrain.any() else None)
         self._scene = Scene(grid, start, goal, moves, robot)
-        self._world = World(blocked.tolist(), terrain.tolist())
+        self._world = ChangingMap(blocked.tolist(), terrain.tolist())
         self._robot, self._tick = start, 0
         self._last: Change | None = None
         seed = int(rng.integers(2**32))
@@ -191,7 +191,7 @@ class Life:
         # A session opened later has not seen what was under the walls it was opened with: it is told.
         ground = tuple(((x, y), self._world.terrain[y][x]) for x, y in change.freed)
         informed = replace(change, terrain=(*ground, *change.terrain))
-        self._window.calls.append(Asked(informed, budget, self._draws.bit_generator.state))
+        self._window.calls.append(PlanCall(informed, budget, self._draws.bit_generator.state))
         plan, other = (one.plan(change, budget) for one in (self._session, self._never))
         self.seen[why] += 1
         self.seen[f"answers: {plan.status.value}"] += 1

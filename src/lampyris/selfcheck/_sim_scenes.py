@@ -17,13 +17,13 @@ from lampyris.model.grid import Grid
 from lampyris.model.moves import moves_named
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws.registry import LAWS
 from lampyris.planning import registry
 from lampyris.planning.base import Planner
 from lampyris.planning.field.solve import solve
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.traffic.adversary import Adversary
 from lampyris.typing import BoolGrid, Cell
 
 KINDS = ("random-walk", "rate", "patrol", "crossing", "recorded", "all")
@@ -74,7 +74,7 @@ def drawn_scene(
         blocked[max(y - 2, 0) : y + 3, max(x - 2, 0) : x + 3] = False
     free = [(int(x), int(y)) for y, x in zip(*np.nonzero(~blocked), strict=True)]
     count = 3 if sized else int(rng.integers(3, 14))
-    traffic: list[Traffic] = []
+    traffic: list[ObstacleSpec] = []
     if kind in ("random-walk", "all"):
         traffic.append(RandomWalk(count, radius=body_radius))
     if kind in ("rate", "all"):
@@ -160,12 +160,12 @@ def harsh_drive(rng: np.random.Generator, seed: int, near: float = 25.0, **fixed
     )
     size = float(rng.choice([0, 0.3, 0.49])) * resolution
     rate = None if rng.random() < 0.5 else 0.5
-    spec: list[Traffic] = [RandomWalk(int(rng.integers(0, 9)), rate=rate, radius=size)]
+    spec: list[ObstacleSpec] = [RandomWalk(int(rng.integers(0, 9)), rate=rate, radius=size)]
     if rng.random() < 0.5:
         spec.append(Crossing(int(rng.integers(1, 5))))
     if rng.random() < 0.4:
         spec.append(Patrol(tuple((x, y) for y, x in others), radius=size))
-    cutters = [Cutter(float(rng.uniform(0.2, 2)), count=int(rng.integers(0, 4)), wait=5.0)]
+    cutters = [Adversary(float(rng.uniform(0.2, 2)), count=int(rng.integers(0, 4)), wait=5.0)]
     who = planner(("astar", "theta-star", "ad-gso")[int(rng.integers(3))])
     moves = moves_named(("octile", "dissertation")[int(rng.integers(2))])
     settings = _harsh_settings(rng, resolution) | fixed

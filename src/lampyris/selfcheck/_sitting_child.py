@@ -22,7 +22,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from lampyris.selfcheck._os_calls import CHANGES, Call, Listening
+from lampyris.selfcheck._os_calls import CHANGES, Listening, OsCall
 
 STEP = 0.06
 """Seconds between two looks at the clock of a sitting: rows are stored after every other batch."""
@@ -56,7 +56,7 @@ def log_acknowledged(log: str) -> None:
     Store.add = add_and_log  # type: ignore[method-assign]
 
 
-class Plan:
+class SittingPlan:
     """What is to happen at which call.
 
     Parameters
@@ -75,7 +75,7 @@ class Plan:
         self._write = os.write
         self._marks = told.get("marks")
 
-    def before(self, call: Call) -> int:
+    def before(self, call: OsCall) -> int:
         """Die, or say how it fails."""
         number, self.calls = self.calls, self.calls + 1
         if call.op in CHANGES and self.changes == self._kill and not self._after:
@@ -87,7 +87,7 @@ class Plan:
             return int(self._errno)
         return 0
 
-    def after(self, call: Call) -> None:
+    def after(self, call: OsCall) -> None:
         """Die, or keep what was done."""
         if call.op not in CHANGES:
             return
@@ -127,7 +127,7 @@ def sitting(told: dict[str, Any]) -> int:
     if "plan" in told:
         if "record" in told["plan"]:
             told["plan"]["marks"] = os.open(told["log"], os.O_RDONLY)
-        plan = Plan(told["plan"])
+        plan = SittingPlan(told["plan"])
         Listening(told["folder"], plan)
     try:
         cli.main()

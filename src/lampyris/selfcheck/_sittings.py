@@ -38,7 +38,7 @@ SECONDS = 120.0
 
 
 @dataclass(frozen=True)
-class Ended:
+class SittingEnding:
     """How a sitting ended.
 
     Parameters
@@ -91,14 +91,14 @@ class Bench:
         (self.place / NAME).write_text(STUDY)
         self.log.unlink(missing_ok=True)
 
-    def sit(self, **told: Any) -> Ended:
+    def sit(self, **told: Any) -> SittingEnding:
         """One sitting; see :func:`lampyris.selfcheck._sitting_child.sitting`."""
         given = {
             "argv": COMMAND, "folder": str(self.place), "log": str(self.log), "out": str(self.at / "out"),
             "err": str(self.at / "err"), "seconds": SECONDS, **told,
         }  # fmt: skip
         came = json.loads(self._ask(given))
-        return Ended(came["code"], came["late"], (self.at / "err").read_text(), came["seconds"])
+        return SittingEnding(came["code"], came["late"], (self.at / "err").read_text(), came["seconds"])
 
     def _ask(self, what: Any) -> str:
         assert self._process.stdin is not None

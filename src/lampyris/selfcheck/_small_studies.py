@@ -13,7 +13,7 @@ from lampyris.study.analysis.table import table_of
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
 from lampyris.study.design.study_file import load_study
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.execution import Execution
 from lampyris.study.execution.run import run
 from lampyris.study.store.store import Store
 
@@ -128,7 +128,7 @@ def at_once(made: Study) -> bytes:
     return exported(made, {row.key: row for row in rows})
 
 
-def through_store(made: Study, path: Path, where: Where) -> bytes:
+def through_store(made: Study, path: Path, where: Execution) -> bytes:
     """Runs what the store has not; the bytes of all that it has then."""
     with Store.open(path) if path.exists() else Store.create(path, made) as store:
 
@@ -151,5 +151,5 @@ def in_sittings(made: Study, path: Path, sittings: int) -> bytes:
                     raise Enough
 
             with suppress(Enough):
-                run(made, sink, done=store.keys(), where=Where(shuffle=sitting))
-    return through_store(made, path, Where())
+                run(made, sink, done=store.keys(), where=Execution(shuffle=sitting))
+    return through_store(made, path, Execution())

@@ -22,8 +22,9 @@ from lampyris.selfcheck._stores import Files, bytes_of, clear, filled, put, rows
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.study.design.row import Row
 from lampyris.study.store.file import PAGE
+from lampyris.study.store.repair import repair
 from lampyris.study.store.row_record import packed
-from lampyris.study.store.store import Store, open_for, repair
+from lampyris.study.store.store import Store, open_for
 
 T = TypeVar("T")
 SEEDS = 7

@@ -18,9 +18,10 @@ from lampyris.selfcheck._stores import bytes_of, clear, filled, put, rows, study
 from lampyris.selfcheck.check import Ask, Kind, Part, Tally
 from lampyris.selfcheck.twins.watching import Hangs, no_longer_than
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Study, Who, canonical
+from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, canonical
 from lampyris.study.store.file import seal
-from lampyris.study.store.store import Store, open_for, repair
+from lampyris.study.store.repair import repair
+from lampyris.study.store.store import Store, open_for
 
 PATIENCE_S = 60.0
 """After so many seconds a store that does not answer hangs."""
@@ -188,7 +189,7 @@ def _others() -> Mapping[str, tuple[str, Callable[[Study], Study]]]:
             blocked[5, 0] = True
             cells = {"blocked": blocked} if "blocked" in change else change
             grid = replace(first.grid, **cells)
-            one = Ground(first.name, grid, map_hash(grid))
+            one = StudyMap(first.name, grid, map_hash(grid))
             return replace(of, worlds=(replace(of.worlds[0], ground=one), *of.worlds[1:]))
 
         return make
@@ -199,7 +200,7 @@ def _others() -> Mapping[str, tuple[str, Callable[[Study], Study]]]:
     def study_with(**change: Any) -> Callable[[Study], Study]:
         return lambda of: replace(of, **change)
 
-    planner = (Who("astar", {"weight": 1.5}), Who("ad-gso", {"swarm": 8}, "glowworms, 8"))
+    planner = (Config("astar", {"weight": 1.5}), Config("ad-gso", {"swarm": 8}, "glowworms, 8"))
     return {
         "kind": ("kind", study_with(kind="simulate")),
         "moves": ("moves", study_with(moves="four")),
@@ -219,8 +220,8 @@ def _others() -> Mapping[str, tuple[str, Callable[[Study], Study]]]:
         "published length": ("worlds.0.published", world(published=9.5)),
         "planner's settings": ("planners.0.settings.weight", study_with(planners=planner)),
         "planners": ("planners", study_with(planners=planner[1:])),
-        "law": ("laws.0.settings.speed", study_with(laws=(Who("constant", {"speed": 2.0}),))),
-        "crowd": ("crowds.0.count", study_with(crowds=(Crowd("random-walk", 4),))),
+        "law": ("laws.0.settings.speed", study_with(laws=(Config("constant", {"speed": 2.0}),))),
+        "crowd": ("crowds.0.count", study_with(crowds=(StudyTraffic("random-walk", 4),))),
         "version of the code": ("version.0", lambda of: of),
         "version of results": ("version.1", lambda of: of),
     }

@@ -15,7 +15,7 @@ import numpy as np
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Job, Study, Who, World
+from lampyris.study.design.study import Config, Job, Study, StudyMap, StudyTraffic, World
 from lampyris.study.store.store import Store
 
 BESIDE = ("", "-wal", "-shm", ".lock")
@@ -31,11 +31,11 @@ def study(seeds: int = 10, **more: Any) -> Study:
         blocked = np.zeros((6, 8), dtype=np.bool_)
         blocked[2, 1 if name == "left" else 5] = True
         grid = Grid(blocked, resolution=0.5, name=name)
-        grounds.append(Ground(name, grid, map_hash(grid)))
+        grounds.append(StudyMap(name, grid, map_hash(grid)))
     return Study(**{
         "name": "small", "kind": "plan", "worlds": tuple(World(g, (0, 0), (7, 5), 9.0) for g in grounds),
-        "planners": (Who("astar", {"weight": 1.0}), Who("ad-gso", {"swarm": 8}, "glowworms, 8")),
-        "laws": (Who("constant", {"speed": 1.0}),), "crowds": (Crowd("random-walk", 3),),
+        "planners": (Config("astar", {"weight": 1.0}), Config("ad-gso", {"swarm": 8}, "glowworms, 8")),
+        "laws": (Config("constant", {"speed": 1.0}),), "crowds": (StudyTraffic("random-walk", 3),),
         "seeds": tuple(range(seeds)),
         **more,
     })  # fmt: skip

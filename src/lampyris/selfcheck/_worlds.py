@@ -27,7 +27,7 @@ WIDE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class SmallWorld:
     """A map with the answers to all questions about some of its cells.
 
     Parameters
@@ -55,7 +55,9 @@ class World:
         return self.scene.robot.radius > 0
 
 
-def made(rng: np.random.Generator, width: int, height: int, name: str, *, rough: bool, goals: int) -> World:
+def made(
+    rng: np.random.Generator, width: int, height: int, name: str, *, rough: bool, goals: int
+) -> SmallWorld:
     """A map of that size, its robot, some goals and the least costs to them.
 
     Parameters
@@ -75,7 +77,7 @@ def made(rng: np.random.Generator, width: int, height: int, name: str, *, rough:
     if ends:
         costs = costs_to(ends, free, name, wide=radius > 0, terrain=grid.terrain)
     scene = Scene(grid, (0, 0), (0, 0), moves_named(name), Robot(radius=radius * resolution))
-    return World(scene, free, free.tolist(), ends, costs)
+    return SmallWorld(scene, free, free.tolist(), ends, costs)
 
 
 def one(rng: np.random.Generator, where: BoolGrid) -> Cell:
@@ -85,7 +87,7 @@ def one(rng: np.random.Generator, where: BoolGrid) -> Cell:
     return x, y
 
 
-def truth(world: World, start: Cell, goal: Cell, index: int) -> Truth:
+def truth(world: SmallWorld, start: Cell, goal: Cell, index: int) -> Truth:
     """What must be answered; ``index`` is the goal's number in the world, any if an end is blocked."""
     word, cost = "no-path", None
     if not world.free[start[1], start[0]]:
@@ -98,7 +100,7 @@ def truth(world: World, start: Cell, goal: Cell, index: int) -> Truth:
     return Truth(world.rows, word, cost, world.terrain, world.wide)
 
 
-def scene_of(world: World, start: Cell, goal: Cell) -> Scene:
+def scene_of(world: SmallWorld, start: Cell, goal: Cell) -> Scene:
     """The world's map and robot with these ends."""
     scene = world.scene
     return Scene(scene.grid, start, goal, scene.moves, scene.robot)

@@ -23,8 +23,8 @@ from lampyris.kernels import _jit
 from lampyris.model.plan import Plan, Status
 from lampyris.planning import registry
 from lampyris.planning.base import Budget, Session
-from lampyris.selfcheck._deadline_calls import Call, call_of, large_call_of, long_call_of, session_of
-from lampyris.selfcheck._deadline_processes import Ended, Engine, Long, interrupted, long_of
+from lampyris.selfcheck._deadline_calls import DeadlineCall, call_of, large_call_of, long_call_of, session_of
+from lampyris.selfcheck._deadline_processes import AppEngine, Long, ProcessEnding, interrupted, long_of
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.watching import PAUSES_S, old_left_alone
 
@@ -115,7 +115,7 @@ class _Judge:
         self.tally = Tally(part)
         self._commit = commit
 
-    def late(self, done: _Timed | Ended) -> float:
+    def late(self, done: _Timed | ProcessEnding) -> float:
         """Seconds, as this size counts them."""
         return done.cpu if self._commit else done.wall
 
@@ -140,13 +140,13 @@ class _Judge:
                 in_time.append(one)
         return max(in_time, key=lambda one: one.late, default=first)
 
-    def tell(self, number: int, late: float, allowed: float, call: Call | Long) -> None:
+    def tell(self, number: int, late: float, allowed: float, call: DeadlineCall | Long) -> None:
         """A failure, if it is too late."""
         if late > allowed:
             what = f"{1e3 * late:.1f} ms late, {1e3 * allowed:.0f} allowed"
             self.tally.fail(number, what, call=call.said)
 
-    def measure(self, kind: str, done: _Timed | Ended) -> None:
+    def measure(self, kind: str, done: _Timed | ProcessEnding) -> None:
         """How late it was, by the clock and by the processor."""
         self.tally.measure(f"{kind}_ms", 1e3 * done.wall)
         self.tally.measure(f"{kind}_cpu_ms", 1e3 * done.cpu)
@@ -171,12 +171,12 @@ def _calls(ask: Ask, part: Part, judge: _Judge) -> None:
         call = _DRAWN.get(part.kind, call_of)(rng)
         try:
             _one(part.kind, number, call, judge)
-        except (Exception, cancellation.Halted) as fault:
+        except (Exception, cancellation.Cancelled) as fault:
             judge.tally.case("raised")
             judge.tally.fail(number, f"{type(fault).__name__}: {fault}", call=call.said)
 
 
-def _one(kind: str, number: int, call: Call, judge: _Judge) -> None:
+def _one(kind: str, number: int, call: DeadlineCall, judge: _Judge) -> None:
     by_hand, tally = kind in ("cancel", "large"), judge.tally
     seconds = call.seconds if kind == "long" else _moment(call)
     ended = Status.CANCELLED if by_hand else Status.LIMIT
@@ -214,7 +214,7 @@ def _one(kind: str, number: int, call: Call, judge: _Judge) -> None:
             tally.fail(number, f"asked again after it was stopped: {unlike}", call=call.said)
 
 
-def _asked(call: Call, seconds: float, by_hand: bool) -> tuple[Session, _Timed]:
+def _asked(call: DeadlineCall, seconds: float, by_hand: bool) -> tuple[Session, _Timed]:
     """A fresh session, and how its call ended; made again as long as it was loading compiled code."""
     for _ in range(AGAIN):
         session = session_of(call)
@@ -224,7 +224,7 @@ def _asked(call: Call, seconds: float, by_hand: bool) -> tuple[Session, _Timed]:
     return session, done
 
 
-def _moment(call: Call) -> float:
+def _moment(call: DeadlineCall) -> float:
     """Seconds after which a call is to end: as drawn, or a share of its time if it is over sooner."""
     for _ in range(AGAIN):
         session, before = session_of(call), _machine_code()
@@ -238,16 +238,18 @@ def _moment(call: Call) -> float:
 
 def _processes(ask: Ask, part: Part, judge: _Judge) -> None:
     """Calls in other processes. An engine that went wrong is not asked again: its fault is told once."""
-    engine: Engine | None = None
+    engine: AppEngine | None = None
     try:
         for number in part.numbers:
             call = long_of(ask.rng("deadline", part.kind, number))
             judge.tally.case(f"map:{call.map}", f"planner:{call.planner}")
             if part.kind == "app" and engine is None:
-                engine = Engine()
+                engine = AppEngine()
             stop = interrupted if engine is None else engine.cancelled
 
-            def ended(call: Long = call, stop: Callable[[Long], Ended] = stop) -> _Reading[Ended]:
+            def ended(
+                call: Long = call, stop: Callable[[Long], ProcessEnding] = stop
+            ) -> _Reading[ProcessEnding]:
                 done = _ended(call, stop)
                 return _Reading(done, judge.late(done), wrong=done.wrong)
 
@@ -265,7 +267,7 @@ def _processes(ask: Ask, part: Part, judge: _Judge) -> None:
             engine.close()
 
 
-def _ended(call: Long, stopped: Callable[[Long], Ended]) -> Ended:
+def _ended(call: Long, stopped: Callable[[Long], ProcessEnding]) -> ProcessEnding:
     """How it ended; made again, and stopped later, as long as it was loading compiled code."""
     for _ in range(AGAIN):
         done = stopped(call)
@@ -275,7 +277,7 @@ def _ended(call: Long, stopped: Callable[[Long], Ended]) -> Ended:
     return done
 
 
-def _wrong(plan: Plan, call: Call, stopped: Status) -> str:
+def _wrong(plan: Plan, call: DeadlineCall, stopped: Status) -> str:
     """What is wrong with an answer; nothing, if it is one that such a call may have."""
     if plan.status is stopped:
         return "" if plan.path is None else "a path with a call that was stopped"
@@ -301,7 +303,7 @@ def _unlike(one: Plan, other: Plan) -> str:
 
 def _timed(session: Session, seconds: float, *, by_hand: bool) -> _Timed:
     """Make a call that is to end after ``seconds``: by its own limit, or because a thread says so."""
-    stop = cancellation.Stop()
+    stop = cancellation.CancelToken()
     budget = Budget(stop=stop) if by_hand else Budget(seconds=seconds)
     over, woken = threading.Event(), [0.0]
     before = _machine_code()

@@ -35,7 +35,7 @@ from lampyris.selfcheck import _small_studies as studies
 from lampyris.selfcheck._determinism_run import extensions
 from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
-from lampyris.study.execution.execution import Where
+from lampyris.study.execution.execution import Execution
 
 GOLDEN = Path(__file__).with_name("golden.json")
 CASES = 500
@@ -59,7 +59,7 @@ TWO = {name: "2" for name in PLAIN if name.endswith("THREADS")}
 
 
 @dataclass(frozen=True)
-class Setting:
+class Surroundings:
     """Surroundings of a process.
 
     Parameters
@@ -85,30 +85,30 @@ SHOWN = {
 }  # fmt: skip
 """What a process says is in force where nothing is changed."""
 SETTINGS = {
-    "as it is": Setting("in a process of its own; the hashes are those that were kept"),
-    "hash seed": Setting("words hash otherwise (PYTHONHASHSEED=1)", {"PYTHONHASHSEED": "1"}, "words"),
-    "order": Setting(
+    "as it is": Surroundings("in a process of its own; the hashes are those that were kept"),
+    "hash seed": Surroundings("words hash otherwise (PYTHONHASHSEED=1)", {"PYTHONHASHSEED": "1"}, "words"),
+    "order": Surroundings(
         "cases in another order, words hash at random", {"PYTHONHASHSEED": "random"}, "words", shuffle=1
     ),
-    "processor": Setting(
+    "processor": Surroundings(
         "without what the processor has above the least that NumPy needs", {}, "exp", shows={"extensions": ""}
     ),
-    "threads": Setting(
+    "threads": Surroundings(
         "two threads for BLAS, OpenMP and numba, where all others have one",
         TWO,
         shows={"numba threads": "2", "blas threads": str(min(2, processors()))},
     ),
-    "place": Setting(
+    "place": Surroundings(
         "Turkish if the system speaks it, else no words but ASCII; the time of Kathmandu",
         {"TZ": "<+0545>-5:45", "LC_ALL": "tr_TR.UTF-8", "PYTHONCOERCECLOCALE": "0"},
         shows={"zone": "05:45"},
     ),
-    "plain kernels": Setting(
+    "plain kernels": Surroundings(
         "no kernel compiled (NUMBA_DISABLE_JIT=1)",
         {"NUMBA_DISABLE_JIT": "1"},
         shows={"jit": "off", "compiled": "0"},
     ),
-    "compiled kernels": Setting(
+    "compiled kernels": Surroundings(
         "every kernel compiled from its first call on", compiled=True, shows={"first call": "compiled"}
     ),
 }
@@ -153,7 +153,7 @@ def golden() -> Golden:
     return Golden(told["made"], tuple((label, kept) for label, kept in told["cases"]), told["studies"])
 
 
-def surroundings(setting: Setting) -> dict[str, str]:
+def surroundings(setting: Surroundings) -> dict[str, str]:
     """The environment of a process in that setting."""
     env = {k: v for k, v in os.environ.items() if k not in SILENT and not k.startswith("LC_")} | PLAIN
     if setting is SETTINGS["processor"]:
@@ -172,7 +172,7 @@ def _turkish(folder: str) -> dict[str, str]:
     return {"LOCPATH": folder} if made else {}
 
 
-def hashed(setting: Setting, numbers: Iterable[int]) -> dict[str, Any]:
+def hashed(setting: Surroundings, numbers: Iterable[int]) -> dict[str, Any]:
     """The cases in a process of that setting, as :func:`lampyris.selfcheck._determinism_run.answer` tells.
 
     Raises
@@ -225,7 +225,7 @@ def _cases(part: Part) -> Outcome:
     return tally.outcome()
 
 
-def _signs(tally: Tally, part: Part, setting: Setting, signs: Mapping[str, str]) -> None:
+def _signs(tally: Tally, part: Part, setting: Surroundings, signs: Mapping[str, str]) -> None:
     """Whether the setting is in force: the process says so, or something beside results shows it."""
     for name, asked in {**SHOWN, **setting.shows}.items():
         if signs[name] != asked and not _untold(name, signs):
@@ -279,7 +279,7 @@ def _study(kind: str, seeds: int, workers: int, shuffle: int | None) -> str:
     with folder() as place:
         path = place / "study.db"
         if workers:
-            return _hash(studies.through_store(made, path, Where(workers, shuffle=shuffle)))
+            return _hash(studies.through_store(made, path, Execution(workers, shuffle=shuffle)))
         return _hash(studies.in_sittings(made, path, SITTINGS))
 
 

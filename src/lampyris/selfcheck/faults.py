@@ -22,15 +22,15 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Patrol, RandomWalk, Traffic
+from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk
 from lampyris.referee import check_drive
 from lampyris.selfcheck import _sim_scenes as scenes
 from lampyris.selfcheck.check import Ask, Check, Kind, Part, Tally
 from lampyris.selfcheck.check import Outcome as Seen
 from lampyris.sim.continuous.drive import drive
 from lampyris.sim.continuous.settings import Settings
-from lampyris.sim.sensor import FAULTS, FaultyFeed, Feed, Told
-from lampyris.sim.traffic.adversary import Cutter
+from lampyris.sim.sensor import FAULTS, FaultySensor, ObstacleMessage, Sensor
+from lampyris.sim.traffic.adversary import Adversary
 from lampyris.sim.world.cell_index import EIGHT
 
 _WHAT = {
@@ -75,7 +75,7 @@ def _fault(ask: Ask, kind: str, number: int, tally: Tally) -> None:
     scene = _scene(rng)
     at = float(rng.uniform(0.0, 9.0))
     lasts = float(rng.uniform(0.2, 4.0)) if rng.random() < 0.3 else math.inf
-    feed = FaultyFeed(kind, at, lasts, body=int(rng.integers(3)), goal=scene.goal)
+    feed = FaultySensor(kind, at, lasts, body=int(rng.integers(3)), goal=scene.goal)
     made = _driven(rng, scene, number, feed)
     if made is None:
         tally.count("refused: obstacles do not fit")
@@ -97,15 +97,15 @@ def _scene(rng: np.random.Generator) -> Scene:
         a_max=float(rng.uniform(0.3, 2)),
         d_max=float(rng.uniform(0.5, 2)),
     )
-    spec: list[Traffic] = [RandomWalk(3, radius=float(rng.choice([0.0, 0.3])))]
+    spec: list[ObstacleSpec] = [RandomWalk(3, radius=float(rng.choice([0.0, 0.3])))]
     if rng.random() < 0.5 and not blocked[3, 8:13].any():
         spec.append(Patrol(((8, 3), (12, 3))))
     return Scene(Grid(blocked), (0, 0), (15, 15), robot=robot, traffic=tuple(spec))
 
 
-def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Feed) -> Drive | None:
+def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Sensor) -> Drive | None:
     law = scenes.PROMISE[int(rng.integers(len(scenes.PROMISE)))] if rng.random() < 0.5 else "physical"
-    cutters = [Cutter(0.5, count=2, wait=4.0)] if rng.random() < 0.3 else []
+    cutters = [Adversary(0.5, count=2, wait=4.0)] if rng.random() < 0.3 else []
     settings: dict[str, Any] = {
         "obstacle_speed": float(rng.uniform(0.2, 0.8)),
         "know": str(rng.choice(["positions", "velocities"])),
@@ -122,7 +122,7 @@ def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Feed) -> Dr
         return None
 
 
-def _judged(made: Drive, feed: FaultyFeed, tally: Tally) -> str:
+def _judged(made: Drive, feed: FaultySensor, tally: Tally) -> str:
     """What is wrong with a drive in which the feed failed; empty: nothing."""
     broken = check_drive(made)
     if broken is not None:
@@ -149,7 +149,7 @@ def _late(made: Drive, kind: str) -> float:
     return (2 if kind == "back-in-time" else 1) * made.period
 
 
-def _since(made: Drive, feed: FaultyFeed) -> float | None:
+def _since(made: Drive, feed: FaultySensor) -> float | None:
     """When what it is told begins to be wrong so that it can be told; None: nobody can tell.
 
     An obstacle that was never told of jumps nowhere and is not missing; its first place is no number, or in
@@ -178,7 +178,7 @@ def _moves(made: Drive, since: float, until: float, kind: str) -> bool:
     return bool((int(np.diff(stands).max()) - 2) * step > _late(made, kind) + 2.0 * step)
 
 
-def _unnoticed(made: Drive, feed: FaultyFeed, tally: Tally) -> str:
+def _unnoticed(made: Drive, feed: FaultySensor, tally: Tally) -> str:
     """Nothing was noticed: the drive was over, or there was nothing to notice."""
     ended = made.duration < min(feed.at + _late(made, feed.kind), feed.at + feed.lasts) + _DUST
     if ended or feed.lasts < 2.0 * made.period:
@@ -190,7 +190,7 @@ def _unnoticed(made: Drive, feed: FaultyFeed, tally: Tally) -> str:
     return f"a fault from {feed.at!r} s on is never noticed; the drive lasts {made.duration!r} s"
 
 
-def _could_be_seen(made: Drive, feed: FaultyFeed) -> bool:
+def _could_be_seen(made: Drive, feed: FaultySensor) -> bool:
     """Whether the obstacle of the fault was there when it began, or the robot moved while it was in it."""
     began = [track.t[0] for track in made.tracks]
     if feed.kind == "in-robot":
@@ -200,7 +200,7 @@ def _could_be_seen(made: Drive, feed: FaultyFeed) -> bool:
     return feed.body < len(began) and began[feed.body] < feed.at - made.period
 
 
-def _stands(made: Drive, feed: FaultyFeed, noticed: Moment, tally: Tally) -> str:
+def _stands(made: Drive, feed: FaultySensor, noticed: Moment, tally: Tally) -> str:
     """From v / d_max after it was noticed on the robot stands, until the data can be trusted again."""
     robot = made.scene.robot
     v = float(made.at(np.array([noticed.t]))[1][0])
@@ -225,7 +225,7 @@ def _stands(made: Drive, feed: FaultyFeed, noticed: Moment, tally: Tally) -> str
     return ""
 
 
-def _for_good(made: Drive, feed: FaultyFeed) -> bool:
+def _for_good(made: Drive, feed: FaultySensor) -> bool:
     """Whether a fault that does not end is one for good.
 
     After a jump the place is trusted once it could have been reached, and a standing robot may be run into.
@@ -241,10 +241,10 @@ def _for_good(made: Drive, feed: FaultyFeed) -> bool:
 
 # ---- anything at all ----
 
-Spoil: TypeAlias = Callable[[Told, np.random.Generator], Told]
+Spoil: TypeAlias = Callable[[ObstacleMessage, np.random.Generator], ObstacleMessage]
 
 
-def _with(m: Told, name: str, value: float, rng: np.random.Generator) -> Told:
+def _with(m: ObstacleMessage, name: str, value: float, rng: np.random.Generator) -> ObstacleMessage:
     table = getattr(m, name)
     if table is None or not len(table):
         return m
@@ -257,23 +257,25 @@ def _odd(rng: np.random.Generator) -> float:
     return float(rng.choice([np.nan, np.inf, -np.inf, -1.0, -1e300, 1e300, 1e9, 0.0, 1e-300]))
 
 
-def _shuffled(m: Told, rng: np.random.Generator) -> Told:
+def _shuffled(m: ObstacleMessage, rng: np.random.Generator) -> ObstacleMessage:
     order = rng.permutation(len(m.xy))
     velocity = None if m.velocity is None else m.velocity[order]
     return replace(m, xy=m.xy[order], radius=m.radius[order], top_speed=m.top_speed[order], velocity=velocity)
 
 
-def _cells(m: Told, rng: np.random.Generator) -> Told:
+def _cells(m: ObstacleMessage, rng: np.random.Generator) -> ObstacleMessage:
     drawn = rng.integers(-3, 20, (int(rng.integers(1, 40)), 2)).tolist()
     return replace(m, blocked=tuple((x, y) for x, y in drawn))
 
 
-def _nobody(m: Told, rng: np.random.Generator) -> Told:
+def _nobody(m: ObstacleMessage, rng: np.random.Generator) -> ObstacleMessage:
     none = np.zeros(0)
-    return Told(m.stamp, np.zeros((0, 2)), none, none, None if m.velocity is None else np.zeros((0, 2)))
+    return ObstacleMessage(
+        m.stamp, np.zeros((0, 2)), none, none, None if m.velocity is None else np.zeros((0, 2))
+    )
 
 
-def _twice(m: Told, rng: np.random.Generator) -> Told:
+def _twice(m: ObstacleMessage, rng: np.random.Generator) -> ObstacleMessage:
     velocity = None if m.velocity is None else np.concatenate((m.velocity, m.velocity))
     return replace(
         m,
@@ -313,7 +315,7 @@ class _Spoilt:
     rng: np.random.Generator
     spoilt: int = field(default=0)
 
-    def tell(self, now: float, truth: Told, robot: tuple[float, float]) -> list[Told]:
+    def tell(self, now: float, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
         """The truth, or what was made of it; sometimes both, in any order."""
         if now < self.at or self.rng.random() >= self.share:
             return [truth]

@@ -39,7 +39,7 @@ READ = ("tests", "tools", "examples", "benchmarks")
 
 
 @dataclass(frozen=True)
-class Ran:
+class SuiteRun:
     """One run of tests.
 
     Parameters
@@ -79,7 +79,7 @@ def checkout() -> Path:
     return root
 
 
-def run_tests(root: Path, asked: tuple[str, ...], order: int, longest: float, workers: int = 1) -> Ran:
+def run_tests(root: Path, asked: tuple[str, ...], order: int, longest: float, workers: int = 1) -> SuiteRun:
     """Run tests in the order of a number, each once.
 
     Parameters
@@ -113,10 +113,10 @@ def run_tests(root: Path, asked: tuple[str, ...], order: int, longest: float, wo
     if twice and not problem:
         problem = f"{twice[0]} ran more than once: something retries"
     outcomes = {row["test"]: row["outcome"] for row in rows}
-    return Ran(outcomes, {row["test"]: row["said"] for row in rows if row["said"]}, problem)
+    return SuiteRun(outcomes, {row["test"]: row["said"] for row in rows if row["said"]}, problem)
 
 
-def wrong(first: Ran, now: Ran) -> str:
+def wrong(first: SuiteRun, now: SuiteRun) -> str:
     """What is wrong with a run beside the first; nothing: an empty word."""
     if now.problem or first.problem:
         return now.problem or f"the first order: {first.problem}"
@@ -138,7 +138,7 @@ def wrong(first: Ran, now: Ran) -> str:
 
 
 @cache
-def _first(kind: str, root: Path, seed: int, workers: int) -> Ran:
+def _first(kind: str, root: Path, seed: int, workers: int) -> SuiteRun:
     return run_tests(root, WHAT[kind], _order(seed, 0), LONGEST[kind], workers)
 
 

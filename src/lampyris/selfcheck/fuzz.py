@@ -35,7 +35,7 @@ NINE = ("png", "bmp", "pgm", "ros", "map", "scen", "scenario-json", "study-json"
 """Parsers that everybody's files go through; the others share most of their code with one of these."""
 
 
-class Case:
+class FuzzedReader:
     """Reads one file after another in a folder of its own, and says of each what came.
 
     Parameters
@@ -131,7 +131,7 @@ def run(ask: Ask, part: Part) -> Outcome:
     tally = Tally(part)
     slowest, most = 0.0, 0
     with old_left_alone(), folder() as place:
-        case = Case(part.kind, place)
+        case = FuzzedReader(part.kind, place)
         for number in part.numbers:
             data = mutant(ask, part.kind, number)
             try:

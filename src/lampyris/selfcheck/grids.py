@@ -19,7 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.field.solve import solve, solve_field
 from lampyris.selfcheck import _grid_lists as lists
 from lampyris.selfcheck._answers import Truth, asked, drawn, exact, planner, wrong
-from lampyris.selfcheck._grid_lists import Query
+from lampyris.selfcheck._grid_lists import GridQuery
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.search_twin import Cell, Counts, cost_of, distances, verdict
 
@@ -46,7 +46,7 @@ def _known(width: int, height: int, bits: int, moves: str, goal: Cell) -> dict[C
     return distances(_grid(width, height, bits)[1], moves, goal)
 
 
-def _truth(query: Query) -> Truth:
+def _truth(query: GridQuery) -> Truth:
     _, free = _grid(query.width, query.height, query.bits)
     (sx, sy), (gx, gy) = query.start, query.goal
     known: dict[Cell, Counts] = {}
@@ -56,7 +56,7 @@ def _truth(query: Query) -> Truth:
     return Truth(free, word, cost_of(known[query.start], query.moves) if word == "found" else None)
 
 
-def _judge(query: Query) -> tuple[str, str]:
+def _judge(query: GridQuery) -> tuple[str, str]:
     """The right word, and what is wrong with the answer or with the field of the goal."""
     grid, _ = _grid(query.width, query.height, query.bits)
     truth = _truth(query)
@@ -67,7 +67,7 @@ def _judge(query: Query) -> tuple[str, str]:
     return truth.word, fault
 
 
-def _field_wrong(scene: Scene, query: Query) -> str:
+def _field_wrong(scene: Scene, query: GridQuery) -> str:
     """Every cell's cost to the goal in the field, against the twin's."""
     known = _known(query.width, query.height, query.bits, query.moves, query.goal)
     told = solve_field(scene).exact.tolist()
@@ -80,19 +80,19 @@ def _field_wrong(scene: Scene, query: Query) -> str:
     return ""
 
 
-def _judge_field(query: Query) -> tuple[str, str]:
+def _judge_field(query: GridQuery) -> tuple[str, str]:
     grid, _ = _grid(query.width, query.height, query.bits)
     return "", _field_wrong(Scene(grid, query.start, query.goal, moves_named(query.moves)), query)
 
 
-def _outside(number: int) -> Query:
+def _outside(number: int) -> GridQuery:
     """A 3x3 grid and two ends within one cell of it, one of them outside at least."""
     bits, k = divmod(number * _STRIDE % OUTSIDE, 25 * 25 - 9 * 9)
     ring = [(x, y) for y in range(-1, 4) for x in range(-1, 4)]
     pairs = [(s, g) for s in ring for g in ring if not (_inside(s) and _inside(g))]
     names = exact()
     start, goal = pairs[k]
-    return Query(3, 3, bits, start, goal, lists.MOVES[number % 4], names[number // 4 % len(names)])
+    return GridQuery(3, 3, bits, start, goal, lists.MOVES[number % 4], names[number // 4 % len(names)])
 
 
 def _inside(cell: Cell) -> bool:
@@ -108,7 +108,7 @@ def _refused(act: Callable[[], object]) -> str:
     return ""
 
 
-def _judge_outside(query: Query) -> tuple[str, str]:
+def _judge_outside(query: GridQuery) -> tuple[str, str]:
     """Ends outside are refused, by scene, session and field; a session asked so answers on as before."""
     grid, free = _grid(3, 3, query.bits)
     due = "GOAL_OUTSIDE" if _inside(query.start) else "START_OUTSIDE"
@@ -129,14 +129,14 @@ def _judge_outside(query: Query) -> tuple[str, str]:
     return due, f"after a robot outside: {fault}" if fault else ""
 
 
-def _drawn(ask: Ask, number: int) -> Query:
+def _drawn(ask: Ask, number: int) -> GridQuery:
     """A 4x4 grid of any density, any ends; planners and moves take turns by the number."""
     rng = ask.rng("grids", "4x4-drawn", number)
     walls = rng.random(16) < rng.random() * 0.7
     bits = sum(1 << k for k in range(16) if not walls[k])
     (sx, gx), (sy, gy) = rng.integers(4, size=(2, 2)).tolist()
     names, turn = exact(), number // 4
-    return Query(
+    return GridQuery(
         4, 4, bits, (sx, sy), (gx, gy), lists.MOVES[number % 4], names[turn % len(names)], turn % 8 == 0
     )
 
@@ -157,7 +157,7 @@ def _judge_counts(number: int) -> tuple[str, str]:
     return "counts", "; ".join(off)
 
 
-def _query(ask: Ask, kind: str, number: int) -> Query:
+def _query(ask: Ask, kind: str, number: int) -> GridQuery:
     if kind in ("4x4", "4x4-classes"):
         return lists.pair(number, classes=kind == "4x4-classes")
     if kind == "4x4-drawn":

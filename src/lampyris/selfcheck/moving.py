@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner, Session
@@ -166,7 +166,7 @@ def _ask(
         scene = Scene(Grid(~np.array(free)), start, goal)
         sessions[name] = PLANNERS[name].open(scene, RNG)
     told = ways[::-1] if turned else ways
-    seen = tuple(Seen(k, way, 0, 2) for k, way in enumerate(told))
+    seen = tuple(ObstacleTrack(k, way, 0, 2) for k, way in enumerate(told))
     plan = sessions[name].plan(Change(robot=start, bodies=seen))
     if not judged:
         return "", "", None

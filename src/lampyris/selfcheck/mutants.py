@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import lampyris
-from lampyris.selfcheck._mutants_engine import Defect, Engine, Seen, load
+from lampyris.selfcheck._mutants_engine import Defect, MutantRun, MutationEngine, load
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 
 FOLDER = Path(__file__).parent / "defects"
@@ -41,8 +41,8 @@ def defects(group: str) -> tuple[Defect, ...]:
 
 
 @cache
-def _engine() -> Engine:
-    return Engine(Path(lampyris.__file__).parent)
+def _engine() -> MutationEngine:
+    return MutationEngine(Path(lampyris.__file__).parent)
 
 
 def _kinds(_: Ask) -> dict[str, Kind]:
@@ -65,7 +65,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
-def told(tally: Tally, number: int, defect: Defect, fate: str, seen: Seen) -> None:
+def told(tally: Tally, number: int, defect: Defect, fate: str, seen: MutantRun) -> None:
     """Count what became of a defect; a failure where it is not what it must be."""
     tally.case(*(["the referee cannot see it"] if defect.blind else []))
     tally.measure("seconds of a defect", seen.seconds)

@@ -13,7 +13,7 @@ import signal
 from math import gcd
 
 from lampyris.selfcheck._power import Disk, changes_of
-from lampyris.selfcheck._sittings import Bench, Ended, bench
+from lampyris.selfcheck._sittings import Bench, SittingEnding, bench
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 
 ERRORS = ("ENOSPC", "EIO", "EDQUOT", "EROFS", "EMFILE", "EACCES")
@@ -72,7 +72,7 @@ def _fault(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
     return f"{name}{' from' if stays else ' at'} call {call}: {wrong}" if wrong else ""
 
 
-def _spoken(ended: Ended) -> str:
+def _spoken(ended: SittingEnding) -> str:
     """What is wrong with how it stopped, or did not."""
     if ended.late:
         return "it hung"

@@ -16,15 +16,15 @@ import numpy as np
 
 from lampyris.errors import SettingError
 from lampyris.model.profile import Profile
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import Feasible
 from lampyris.referee import check_profile
 from lampyris.selfcheck import _profile_blind as blind
 from lampyris.selfcheck import _profile_cases as cases
 from lampyris.selfcheck import _profile_ways as ways
-from lampyris.selfcheck._profile_cases import Case
-from lampyris.selfcheck._profile_ways import Ground
+from lampyris.selfcheck._profile_cases import ProfileCase
+from lampyris.selfcheck._profile_ways import ProfilePath
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins import profile_twin
 from lampyris.typing import Floats
@@ -110,7 +110,7 @@ def _free(rng: np.random.Generator, tally: Tally, number: int) -> None:
         tally.fail(number, fault, **case.told())
 
 
-def _at_limit(case: Case, tally: Tally, rng: np.random.Generator) -> Fault:
+def _at_limit(case: ProfileCase, tally: Tally, rng: np.random.Generator) -> Fault:
     """The start speed at its limit, an ulp beside it, clearly beyond it, or anywhere below."""
     kind = ("rest", "below", "limit", "ulp below", "ulp beyond", "beyond")[int(rng.integers(6))]
     greatest = cases.greatest_start(case)
@@ -131,7 +131,7 @@ def _at_limit(case: Case, tally: Tally, rng: np.random.Generator) -> Fault:
     return _sound(case, case.made(v0=v0), v0)
 
 
-def _beyond(case: Case, v0: float, greatest: float) -> Fault:
+def _beyond(case: ProfileCase, v0: float, greatest: float) -> Fault:
     """Too fast: refused, with the greatest start speed; told to brake anyway, it brakes as hard as it may."""
     try:
         case.made(v0=v0)
@@ -154,7 +154,7 @@ def _beyond(case: Case, v0: float, greatest: float) -> Fault:
     return ""
 
 
-def _sound(case: Case, made: Feasible, v0: float) -> Fault:
+def _sound(case: ProfileCase, made: Feasible, v0: float) -> Fault:
     """The referee's word, and what it need not ask: still at the goal, moving wherever it need not stand."""
     broken = case.broken(made, v0)
     if broken is not None:
@@ -170,7 +170,7 @@ def _sound(case: Case, made: Feasible, v0: float) -> Fault:
     return ""
 
 
-def _refusal(case: Case, v0: float) -> str:
+def _refusal(case: ProfileCase, v0: float) -> str:
     """The code of the refusal; the empty string if there was none."""
     try:
         case.made(v0=v0)
@@ -268,7 +268,7 @@ def _laws(rng: np.random.Generator, tally: Tally, number: int) -> None:
         tally.fail(number, f"{law}: {fault}", **data)
 
 
-def _raised(rng: np.random.Generator, ground: Ground, made: Profile, law: str) -> Fault:
+def _raised(rng: np.random.Generator, ground: ProfilePath, made: Profile, law: str) -> Fault:
     """A robot that can do more is slower nowhere."""
     robot = ground.scene.robot
     name = ("v_max", "a_max", "d_max", "lat_max")[int(rng.integers(4))]
@@ -282,12 +282,12 @@ def _raised(rng: np.random.Generator, ground: Ground, made: Profile, law: str) -
     return f"slower with {factor!r} times the {name}" if slower else ""
 
 
-def _profile(ground: Ground, law: laws.SpeedLaw, v0: float) -> Profile:
+def _profile(ground: ProfilePath, law: laws.SpeedLaw, v0: float) -> Profile:
     return laws.profile(ground.way, ground.scene, law=law, obstacles=ground.bodies, v0=v0)
 
 
-def _keeps(ground: Ground, made: Profile, law: str, v0: float) -> Fault:
-    way = None if isinstance(ground.way, Course) else ground.way
+def _keeps(ground: ProfilePath, made: Profile, law: str, v0: float) -> Fault:
+    way = None if isinstance(ground.way, SampledPath) else ground.way
     if made.law == "dissertation" and way is None:
         return _finite(made)  # on a curve it promises no more: docs/speed/README.md
     if law == "dissertation" and ground.bodies:
@@ -298,7 +298,7 @@ def _keeps(ground: Ground, made: Profile, law: str, v0: float) -> Fault:
     if broken is not None:
         return str(broken)
     robot = ground.scene.robot
-    if isinstance(ground.way, Course) and law not in ("dissertation", "rpp"):
+    if isinstance(ground.way, SampledPath) and law not in ("dissertation", "rpp"):
         # The optimum has nodes between those of the course, too.
         v = made.v[np.searchsorted(made.s, ground.way.s)]
         bend = v * v * ground.way.curvature
@@ -317,7 +317,7 @@ def _finite(made: Profile) -> Fault:
     return "" if (made.t[1:] > made.t[:-1]).all() else "the clock stands"
 
 
-def _room(ground: Ground, made: Profile) -> Fault:
+def _room(ground: ProfilePath, made: Profile) -> Fault:
     """v^2 / (2 d) <= the way to the nearest wall or body, at and between nodes, or creeping; zones."""
     scene, robot = ground.scene, ground.scene.robot
     places, share = ground.between()
@@ -341,7 +341,7 @@ def _room(ground: Ground, made: Profile) -> Fault:
     return ""
 
 
-def _nearest(ground: Ground, places: Floats) -> Floats:
+def _nearest(ground: ProfilePath, places: Floats) -> Floats:
     """Cells from each place to the nearest wall's or body's square, each with each."""
     ys, xs = np.nonzero(ground.scene.grid.blocked)
     squares = np.concatenate((np.stack((xs, ys), axis=1), np.array(ground.bodies).reshape(-1, 2)))

@@ -16,7 +16,7 @@ from lampyris.planning.field.solve import solve_field
 from lampyris.selfcheck import _worlds as worlds
 from lampyris.selfcheck._answers import asked, drawn, exact, own, wrong
 from lampyris.selfcheck._grid_costs import parts_of
-from lampyris.selfcheck._worlds import World
+from lampyris.selfcheck._worlds import SmallWorld
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.search_twin import Cell
 
@@ -35,7 +35,7 @@ SHOWN = 40 * 40
 
 
 @lru_cache(maxsize=2)
-def _world(ask: Ask, kind: str, group: int) -> World:
+def _world(ask: Ask, kind: str, group: int) -> SmallWorld:
     rng = ask.rng("random", f"{kind} map", group)
     width, height = _sides(rng, kind)
     rough = kind == "rough" or (kind != "plain" and group % 2 == 1)
@@ -54,7 +54,7 @@ def _sides(rng: np.random.Generator, kind: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True)
-class Question:
+class RandomQuestion:
     """Two ends, the goal's number in the world (-1: it is blocked), who is asked."""
 
     start: Cell
@@ -63,7 +63,7 @@ class Question:
     planner: str
 
 
-def _question(ask: Ask, kind: str, number: int, world: World) -> Question:
+def _question(ask: Ask, kind: str, number: int, world: SmallWorld) -> RandomQuestion:
     rng = ask.rng("random", kind, number)
     names = own(False) if kind == "others" else exact()
     group, member = divmod(number, SHARED[kind])
@@ -72,21 +72,21 @@ def _question(ask: Ask, kind: str, number: int, world: World) -> Question:
     if not world.goals:
         height, width = free.shape
         ends = [(int(rng.integers(width)), int(rng.integers(height))) for _ in range(2)]
-        return Question(ends[0], ends[1], -1, planner)
+        return RandomQuestion(ends[0], ends[1], -1, planner)
     index = member % len(world.goals)
     goal = world.goals[index]
     walled = not free.all()
     if draw < SAME:
         end = worlds.one(rng, ~free) if draw < SAME / 10 and walled else goal
-        return Question(end, end, index, planner)
+        return RandomQuestion(end, end, index, planner)
     if draw < START_BLOCKED and walled:
-        return Question(worlds.one(rng, ~free), goal, index, planner)
+        return RandomQuestion(worlds.one(rng, ~free), goal, index, planner)
     if draw < GOAL_BLOCKED and walled:
-        return Question(worlds.one(rng, free), worlds.one(rng, ~free), -1, planner)
-    return Question(worlds.one(rng, free), goal, index, planner)
+        return RandomQuestion(worlds.one(rng, free), worlds.one(rng, ~free), -1, planner)
+    return RandomQuestion(worlds.one(rng, free), goal, index, planner)
 
 
-def _field_wrong(world: World, index: int) -> str:
+def _field_wrong(world: SmallWorld, index: int) -> str:
     """Every cell's cost to a goal in the field, against the reference."""
     scene = worlds.scene_of(world, world.goals[index], world.goals[index])
     moves = moves_for(scene)
@@ -104,7 +104,7 @@ def _field_wrong(world: World, index: int) -> str:
     return f"the field has {told[y, x]} at ({x}, {y}), should be {right[y, x]}"
 
 
-def _judge(ask: Ask, kind: str, number: int) -> tuple[Question, World, str, str]:
+def _judge(ask: Ask, kind: str, number: int) -> tuple[RandomQuestion, SmallWorld, str, str]:
     """The question, its world, the right word and what is wrong."""
     world = _world(ask, kind, number // SHARED[kind])
     question = _question(ask, kind, number, world)
@@ -144,7 +144,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
-def _data(question: Question, world: World) -> dict[str, object]:
+def _data(question: RandomQuestion, world: SmallWorld) -> dict[str, object]:
     grid = world.scene.grid
     small = grid.blocked.size <= SHOWN
     return {

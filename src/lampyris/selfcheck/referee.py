@@ -18,7 +18,7 @@ from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.referee import check_path
 from lampyris.selfcheck import _referee_wide as wide
-from lampyris.selfcheck._referee_cases import TWELVE, Asked, counted, drawn
+from lampyris.selfcheck._referee_cases import TWELVE, WalkClaim, counted, drawn
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.competition_twin import first_wrong, moves_of, turns_of
 from lampyris.typing import Cell
@@ -63,7 +63,7 @@ def run(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
-def _judged(asked: Asked) -> str:
+def _judged(asked: WalkClaim) -> str:
     """The rule by which the referee refuses it; empty if it accepts."""
     return _rule(asked.path, asked.grid, asked.start, asked.goal, asked.moves)
 
@@ -86,7 +86,7 @@ def _paths(rng: np.random.Generator, number: int, tally: Tally) -> None:
         _agree(spoilt, said, number, tally)
 
 
-def _agree(asked: Asked, said: str, number: int, tally: Tally) -> None:
+def _agree(asked: WalkClaim, said: str, number: int, tally: Tally) -> None:
     """Both judges on one path; the public one is told the ends and the length beside its own rules."""
     rows = asked.blocked.tolist()
     public = first_wrong(rows, asked.cells) < 0
@@ -138,7 +138,7 @@ def _wild(rng: np.random.Generator, number: int, tally: Tally) -> None:
         cells.append((min(max(cell[0], 0), 3), min(max(cell[1], 0), 3)) if inside else cell)
     start = cells[0] if rng.random() < 0.95 else (int(rng.integers(0, 4)), 0)
     goal = cells[-1] if rng.random() < 0.95 else (int(rng.integers(0, 4)), 3)
-    asked = Asked(blocked, "octile", start, goal, tuple(cells))
+    asked = WalkClaim(blocked, "octile", start, goal, tuple(cells))
     said = _judged(asked)
     tally.case("accepted" if not said else f"refused: {said}")
     _agree(asked, said, number, tally)
@@ -201,7 +201,7 @@ def _word(said: str) -> str:
     return f"refused by {said}" if said else "accepted"
 
 
-def _data(asked: Asked) -> dict[str, Any]:
+def _data(asked: WalkClaim) -> dict[str, Any]:
     return {
         "blocked": asked.blocked.astype(int).tolist(),
         "moves": asked.moves,

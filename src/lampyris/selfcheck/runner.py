@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from lampyris._core.cancellation import Halted
+from lampyris._core.cancellation import Cancelled
 from lampyris.errors import UsageError, did_you_mean
 from lampyris.selfcheck import registry
 from lampyris.selfcheck.check import Ask, Check, Failure, Kind, Outcome, Part, gather
@@ -37,7 +37,7 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Planned:
+class RunPlan:
     """What a run will ask.
 
     Parameters
@@ -75,7 +75,7 @@ class Result:
 
     check: Check
     ask: Ask
-    planned: Planned
+    planned: RunPlan
     of_kind: Mapping[str, OfKind]
     wall: float
 
@@ -164,7 +164,7 @@ def run(
     return Result(check, ask, plan, of_kind, time.perf_counter() - began)
 
 
-def planned(check: Check, ask: Ask, which: Range = Range()) -> Planned:
+def planned(check: Check, ask: Ask, which: Range = Range()) -> RunPlan:
     """What a run would ask, found out without asking it.
 
     Raises
@@ -177,7 +177,7 @@ def planned(check: Check, ask: Ask, which: Range = Range()) -> Planned:
     if which.first and not any(cases for _, cases in ranges.values()):
         there = ", ".join(f"{name} {_there(kind, ask):,} cases" for name, kind in kinds.items())
         raise UsageError("RANGE", f"{check.name} has no case {which.first:,}", allowed=there)
-    return Planned(kinds, ranges, check.inputs(ask) if check.inputs else "")
+    return RunPlan(kinds, ranges, check.inputs(ask) if check.inputs else "")
 
 
 def _asked(check: Check, ask: Ask, which: Range) -> dict[str, Kind]:
@@ -252,7 +252,7 @@ def _timed(check: Check, ask: Ask, part: Part) -> _Done:
     began = time.perf_counter()
     try:
         outcome, whole = _counted(part, check.run(ask, part)), True
-    except (Exception, Halted):  # The check itself is at fault: the others are to be run all the same.
+    except (Exception, Cancelled):  # The check itself is at fault: the others are to be run all the same.
         outcome, whole = _broken(part, _last_lines()), False
     return _Done(part, outcome, time.perf_counter() - began, whole)
 

@@ -19,7 +19,7 @@ from lampyris.planning import registry
 from lampyris.planning.swarm.session import SwarmPlanner
 from lampyris.selfcheck import _worlds as worlds
 from lampyris.selfcheck._answers import Truth, drawn, in_cells, wrong
-from lampyris.selfcheck._worlds import World
+from lampyris.selfcheck._worlds import SmallWorld
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.search_twin import Cell
 
@@ -35,7 +35,7 @@ SLACKS = (0.1, 0.5, 2.0)
 
 
 @lru_cache(maxsize=4)
-def _asked(ask: Ask, group: int) -> tuple[World, Cell, Cell]:
+def _asked(ask: Ask, group: int) -> tuple[SmallWorld, Cell, Cell]:
     """A map and two ends; one map in ten has a blocked end, one in thirty the same cell twice."""
     rng = ask.rng("swarm", "map", group)
     width, height = (int(n) for n in rng.integers(SMALLEST, LARGEST + 1, size=2))
@@ -88,7 +88,7 @@ def bounds_wrong(plan: Plan, truth: Truth, settings: dict[str, Any]) -> str:
     return ""
 
 
-def _judge(ask: Ask, name: str, number: int) -> tuple[World, Cell, Cell, dict[str, Any], str, str]:
+def _judge(ask: Ask, name: str, number: int) -> tuple[SmallWorld, Cell, Cell, dict[str, Any], str, str]:
     """The question, the settings, the status and what is wrong."""
     group, seed = divmod(number, SEEDS)
     world, start, goal = _asked(ask, group)

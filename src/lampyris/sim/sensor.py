@@ -34,7 +34,7 @@ from lampyris.typing import Cell, Floats, Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Told:
+class ObstacleMessage:
     """One message.
 
     Parameters
@@ -54,10 +54,10 @@ class Told:
     blocked: tuple[Cell, ...] = ()
 
 
-class Feed(Protocol):
+class Sensor(Protocol):
     """What lies between the obstacles and the robot's ears."""
 
-    def tell(self, now: float, truth: Told, robot: tuple[float, float]) -> list[Told]:
+    def tell(self, now: float, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
         """The messages that arrive now, the newest last.
 
         Parameters
@@ -70,10 +70,10 @@ class Feed(Protocol):
 
 
 @dataclass(frozen=True)
-class PerfectFeed:
+class PerfectSensor:
     """Everything, at once."""
 
-    def tell(self, now: float, truth: Told, robot: tuple[float, float]) -> list[Told]:
+    def tell(self, now: float, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
         """The truth."""
         return [truth]
 
@@ -86,11 +86,11 @@ _MOST = 1e9
 """Cells, metres, m/s: nothing real is beyond, and its square is still far from overflowing."""
 
 FAULTS: tuple[str, ...] = get_args(FaultKind)
-"""Every fault that a :class:`FaultyFeed` can put in."""
+"""Every fault that a :class:`FaultySensor` can put in."""
 
 
 @dataclass
-class FaultyFeed:
+class FaultySensor:
     """A perfect feed into which one fault is put.
 
     Parameters
@@ -116,7 +116,7 @@ class FaultyFeed:
     body: int = 0
     by: float | None = None
     goal: Cell | None = None
-    _kept: list[Told] = field(default_factory=list, repr=False)
+    _kept: list[ObstacleMessage] = field(default_factory=list, repr=False)
 
     def __post_init__(self) -> None:
         if not is_word(self.kind, FAULTS):
@@ -130,11 +130,11 @@ class FaultyFeed:
         if self.kind == "goal-gone" and self.goal is None:
             raise SettingError("FAULT", "no cell", where="goal", allowed="the cell that is blocked")
 
-    def fresh(self) -> FaultyFeed:
+    def fresh(self) -> FaultySensor:
         """The same fault without the messages of an earlier drive; every drive takes one of its own."""
         return replace(self, _kept=[])
 
-    def tell(self, now: float, truth: Told, robot: tuple[float, float]) -> list[Told]:
+    def tell(self, now: float, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
         """The truth, or what the fault makes of it."""
         faulty = self.at <= now < self.at + self.lasts
         if self.kind == "late":
@@ -148,7 +148,7 @@ class FaultyFeed:
             return [truth]
         return self._spoilt(truth, robot)
 
-    def _spoilt(self, truth: Told, robot: tuple[float, float]) -> list[Told]:
+    def _spoilt(self, truth: ObstacleMessage, robot: tuple[float, float]) -> list[ObstacleMessage]:
         kind, body = self.kind, self.body
         if kind == "stops":
             return []
@@ -175,7 +175,7 @@ class FaultyFeed:
         return [replace(truth, xy=xy)]
 
 
-def _only(truth: Told, body: int) -> Told:
+def _only(truth: ObstacleMessage, body: int) -> ObstacleMessage:
     kept = np.arange(len(truth.xy)) != body
     velocity = None if truth.velocity is None else truth.velocity[kept]
     return replace(
@@ -187,13 +187,13 @@ def _only(truth: Told, body: int) -> Told:
     )
 
 
-def _one_more(truth: Told, robot: tuple[float, float]) -> Told:
-    return Told(
+def _one_more(truth: ObstacleMessage, robot: tuple[float, float]) -> ObstacleMessage:
+    return ObstacleMessage(
         truth.stamp, np.array([robot]), np.array([0.5]), np.array([1.0]), np.zeros((1, 2)), truth.blocked
     )
 
 
-def _nonsense(m: Told) -> str:
+def _nonsense(m: ObstacleMessage) -> str:
     """What in a message cannot be, whatever the world is like; an empty string if nothing."""
     n = len(m.xy)
     columns = [m.xy, m.radius[:, None], m.top_speed[:, None]]
@@ -210,7 +210,7 @@ def _nonsense(m: Told) -> str:
 
 
 @dataclass
-class Watch:
+class SensorMonitor:
     """The robot's own judge of what it is told.
 
     Parameters
@@ -231,11 +231,13 @@ class Watch:
     radius: float
     max_age: float = 0.5
     noise: float = 0.0
-    last: Told | None = None
+    last: ObstacleMessage | None = None
     blocked: list[Cell] = field(default_factory=list)
     since: Floats = field(default_factory=lambda: np.zeros(0))
 
-    def hear(self, now: float, messages: list[Told], robot: tuple[float, float], moving: bool) -> str:
+    def hear(
+        self, now: float, messages: list[ObstacleMessage], robot: tuple[float, float], moving: bool
+    ) -> str:
         """Take in the messages of this period; what is wrong with them, or an empty string.
 
         The newest decides; an older one is asked only if the newest is not trusted.
@@ -250,7 +252,7 @@ class Watch:
                 break
         return why
 
-    def _note(self, m: Told) -> None:
+    def _note(self, m: ObstacleMessage) -> None:
         """Remember since when each obstacle has been where it is."""
         n = 0 if self.last is None else len(self.last.xy)
         since = np.full(len(m.xy), m.stamp)
@@ -261,7 +263,7 @@ class Watch:
             since[:n] = np.where(stays, self.since[:n], m.stamp)
         self.since = since
 
-    def _judge(self, now: float, m: Told, robot: tuple[float, float], moving: bool) -> str:
+    def _judge(self, now: float, m: ObstacleMessage, robot: tuple[float, float], moving: bool) -> str:
         if not math.isfinite(m.stamp):
             return "a message's time stamp is no number"
         if m.stamp > now + 1e-9:
@@ -274,7 +276,7 @@ class Watch:
             return f"the newest data are {now - m.stamp:.3g} s old; at most {self.max_age:g} s are trusted"
         return _nonsense(m) or self._jump(m) or (self._inside(m, robot) if moving else "")
 
-    def _jump(self, m: Told) -> str:
+    def _jump(self, m: ObstacleMessage) -> str:
         last = self.last
         if last is None:
             return ""
@@ -295,7 +297,7 @@ class Watch:
             f"with a stated top speed of {float(m.top_speed[body]):.3g} m/s"
         )
 
-    def _inside(self, m: Told, robot: tuple[float, float]) -> str:
+    def _inside(self, m: ObstacleMessage, robot: tuple[float, float]) -> str:
         if not len(m.xy):
             return ""
         dx, dy = (m.xy[:, 0] - robot[0]) * self.resolution, (m.xy[:, 1] - robot[1]) * self.resolution

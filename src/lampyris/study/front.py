@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from lampyris.errors import SettingError, callable_or_none, file_name
-from lampyris.study.analysis.table import Table, table_of
+from lampyris.study.analysis.table import ResultTable, table_of
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
 from lampyris.study.execution import run as running
-from lampyris.study.execution.execution import Progress, Where
+from lampyris.study.execution.execution import Execution, Progress
 
 
 def run_study(
@@ -21,7 +21,7 @@ def run_study(
     workers: int = 1,
     dask: str | None = None,
     progress: Callable[[Progress], None] | None = None,
-) -> Table:
+) -> ResultTable:
     """Run a study, or what a store lacks of it, and give the table of its results.
 
     Parameters
@@ -44,7 +44,7 @@ def run_study(
         what = f"a {type(asked).__name__}"
         raise SettingError("TYPE", what, where="study", allowed="a Study, a file or a ready study's name")
     callable_or_none("progress", progress)
-    where = Where(workers=workers, dask=dask)
+    where = Execution(workers=workers, dask=dask)
     if store is None:
         rows: dict[str, Row] = {}
 

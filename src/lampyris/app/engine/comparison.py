@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import json_frame
-from lampyris.app.engine.simulation import begin, finish, watch
+from lampyris.app.engine.simulation import begin, ending, finish, header, watch
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.scenario.scenario import Scenario
@@ -20,7 +20,7 @@ from lampyris.study.analysis.best import FEWEST, best
 from lampyris.study.analysis.runs import Runs, entrants_of, runs_of
 from lampyris.study.analysis.summary import summarise
 from lampyris.study.design.config import law_who, planner_who
-from lampyris.study.design.study import Crowd, Ground, Study, Who, World
+from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
 
 MOST_WHO: Final = 16
 MOST_SEEDS: Final = 1000
@@ -41,7 +41,7 @@ class Comparison:
     study: Study
 
     @property
-    def entrants(self) -> list[tuple[str, Who, Who]]:
+    def entrants(self) -> list[tuple[str, Config, Config]]:
         """Label, planner and law of each pair."""
         pairs = [(planner, law) for planner in self.study.planners for law in self.study.laws]
         return [(label, *pair) for label, pair in zip(entrants_of(self.study), pairs, strict=True)]
@@ -59,19 +59,19 @@ def comparison(scenario: Scenario, said: Mapping[str, Any]) -> Comparison:
     ------
     LampyrisError : what is wrong with them, with its JSON pointer.
     """
-    own_planner = Who(scenario.planner, scenario.settings)
-    own_law = Who(scenario.law, scenario.law_settings)
+    own_planner = Config(scenario.planner, scenario.settings)
+    own_law = Config(scenario.law, scenario.law_settings)
     planners = _who(said.get("planners"), "planners", own_planner, planner_who)
     laws = _who(said.get("laws"), "laws", own_law, law_who)
     scene = scenario.scene
-    place = Ground(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
+    place = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
     study = Study(
         name=scenario.name or "comparison",
         kind="simulate",
         worlds=(World(place, scene.start, scene.goal),),
         planners=planners,
         laws=laws,
-        crowds=(Crowd(),),
+        crowds=(StudyTraffic(),),
         seeds=_seeds(said.get("seeds"), scenario.seed),
         moves=scene.moves.name,
         robot=robot_record(scene),
@@ -85,8 +85,8 @@ def comparison(scenario: Scenario, said: Mapping[str, Any]) -> Comparison:
 
 
 def _who(
-    given: Any, key: str, own: Who, make: Callable[[str, Mapping[str, Any], str], Who]
-) -> tuple[Who, ...]:
+    given: Any, key: str, own: Config, make: Callable[[str, Mapping[str, Any], str], Config]
+) -> tuple[Config, ...]:
     if given is None or given == []:
         return (make(own.name, own.settings, ""),)
     if not isinstance(given, list):
@@ -123,7 +123,7 @@ def _seeds(given: Any, first: int) -> tuple[int, ...]:
     return tuple(listed)
 
 
-class Told:
+class ComparisonResults:
     """What came of the runs so far."""
 
     def __init__(self, compared: Comparison) -> None:
@@ -144,7 +144,9 @@ class Told:
         return runs_of(self.compared.study, self._records)
 
 
-def compare(compared: Comparison, look: Callable[[], None], job: Any, told: Told) -> Iterator[bytes]:
+def compare(
+    compared: Comparison, look: Callable[[], None], job: Any, told: ComparisonResults
+) -> Iterator[bytes]:
     """Of the first seed ``H T* E* Z`` for each entrant, of the others ``Z`` alone; then ``S``:
     a study's summary, with who is ``best`` by each measure.
 
@@ -165,14 +167,12 @@ def compare(compared: Comparison, look: Callable[[], None], job: Any, told: Told
 
 def _one(
     world: Scenario,
-    who: tuple[Who, Who],
+    who: tuple[Config, Config],
     head: Mapping[str, Any],
     look: Callable[[], None],
-    told: Told,
+    told: ComparisonResults,
     at: tuple[int, int],
 ) -> Iterator[bytes]:
-    from lampyris.app.engine.work import ending, header
-
     planner, law = who
     scenario = replace(
         world, planner=planner.name, settings=planner.settings, law=law.name, law_settings=law.settings,

@@ -31,7 +31,7 @@ SECONDS = 60
 MAX_QUESTION = 2**26
 
 
-class Job(NamedTuple):
+class EngineJob(NamedTuple):
     """A question that was asked.
 
     Parameters
@@ -44,23 +44,23 @@ class Job(NamedTuple):
 
     number: int
     question: dict[str, Any]
-    stop: cancellation.Stop
+    stop: cancellation.CancelToken
 
 
-class Asked:
+class JobReader:
     """Jobs from a stream, read by a thread of their own so that a cancellation is heard at any moment."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
-        self._jobs: queue.Queue[Job] = queue.Queue()
-        self._stops: dict[int, cancellation.Stop] = {}
+        self._jobs: queue.Queue[EngineJob] = queue.Queue()
+        self._stops: dict[int, cancellation.CancelToken] = {}
         threading.Thread(target=self._read, daemon=True).start()
 
-    def next(self) -> Job:
+    def next(self) -> EngineJob:
         """The next job. Where there will be no more, the process ends instead."""
         return self._jobs.get()
 
-    def done(self, job: Job) -> None:
+    def done(self, job: EngineJob) -> None:
         """It is answered, and cannot be cancelled any more."""
         if self._stops.get(job.number) is job.stop:
             del self._stops[job.number]
@@ -91,7 +91,7 @@ class Asked:
             except (ValueError, RecursionError, AttributeError, TypeError, OverflowError):
                 os._exit(2)
             if not cancels:
-                job = Job(number, said, cancellation.Stop())
+                job = EngineJob(number, said, cancellation.CancelToken())
                 self._stops[number] = job.stop
                 self._jobs.put(job)
             elif (stop := self._stops.get(number)) is not None:
@@ -118,7 +118,7 @@ def main() -> NoReturn:
     os.dup2(2, 1)
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of a Ctrl-C the server decides
-    asked = Asked(sys.stdin.buffer)
+    asked = JobReader(sys.stdin.buffer)
     on_compile(lambda on: tell("compiling" if on else "working"))
     with heard(lambda piece: _beside(out, asked.first, piece)):
         _warm(asked)
@@ -126,7 +126,7 @@ def main() -> NoReturn:
         job = asked.next()
         limit_seconds(seconds)
         with heard(partial(_beside, out, job.number)), cancellation.watching(stop=job.stop):
-            for piece in _answered(work.answer(job.question, cancellation.look)):
+            for piece in _answered(work.answer(job.question, cancellation.checkpoint)):
                 _write(out, struct.pack("<II", len(piece), job.number) + piece)
         asked.done(job)
         _write(out, struct.pack("<II", 0, job.number))
@@ -149,7 +149,7 @@ def _write(out: RawIOBase, data: bytes) -> None:
         _leave()
 
 
-def _warm(asked: Asked) -> None:
+def _warm(asked: JobReader) -> None:
     """Have the compiled code at hand, unless somebody is already waiting."""
     from lampyris.app.engine import work
 
@@ -164,9 +164,9 @@ def _answered(frames: Iterator[bytes]) -> Iterator[bytes]:
     from lampyris.errors import InternalFault, LampyrisError, LimitError
 
     try:
-        cancellation.look()  # it may have been cancelled while it waited
+        cancellation.checkpoint()  # it may have been cancelled while it waited
         yield from frames
-    except cancellation.Halted:
+    except cancellation.Cancelled:
         yield json_frame("X", {"code": "CANCELLED", "what": "stopped"})
     except LampyrisError as fault:
         yield error_frame(fault)

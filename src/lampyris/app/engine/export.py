@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from lampyris import api, scenarios
 from lampyris.app.engine.cache import known
-from lampyris.app.engine.comparison import Told, compare, comparison
+from lampyris.app.engine.comparison import ComparisonResults, compare, comparison
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.engine.layers import layer_of
 from lampyris.app.engine.progress import Share, tell
@@ -26,7 +26,7 @@ from lampyris.planning import registry
 from lampyris.planning.field.solve import solve_field
 from lampyris.report.data.csv import write_plan_csv, write_trace_csv
 from lampyris.report.data.measures import trace_metrics
-from lampyris.report.film.film_frames import Landscape, Stage
+from lampyris.report.film.film_frames import Landscape, TraceRenderer
 from lampyris.report.film.simulation_film import FPS, check, film, frames_of
 from lampyris.report.html import page as html
 from lampyris.report.html.table import Tab
@@ -125,7 +125,7 @@ def _moment(settings: Mapping[str, Any], scenario: Scenario, trace: Trace, tick:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
     from PIL import Image
 
-    stage = Stage(trace, None, landscape=_landscape(settings, scenario, trace))
+    stage = TraceRenderer(trace, None, landscape=_landscape(settings, scenario, trace))
     out = io.BytesIO()
     Image.fromarray(stage.frame(float(min(tick, trace.ticks)))).save(out, format="PNG")
     return out.getvalue()
@@ -207,7 +207,7 @@ def _values(data: Any) -> int:
 def _report(settings: Mapping[str, Any], scenario: Scenario, look: Look) -> bytes:
     if settings.get("planners"):
         compared = comparison(scenario, settings)
-        told = Told(compared)
+        told = ComparisonResults(compared)
         share = Share("comparing", len(compared.entrants) * len(compared.study.seeds))
         for _ in compare(compared, look, None, told):
             share(len(told))

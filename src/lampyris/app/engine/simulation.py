@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any, Final
@@ -11,22 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris import api
+from lampyris.app.engine.cache import known
 from lampyris.app.engine.frames import NOWHERE, caps_frame, json_frame, ticks_frame
 from lampyris.errors import UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body, Patrol
+from lampyris.model.traffic import Obstacle, Patrol
 from lampyris.planning import registry
 from lampyris.referee import check_trace, demand
-from lampyris.report.data.measures import near_by_tick
+from lampyris.report.data.measures import near_by_tick, trace_metrics
+from lampyris.report.data.serialize import grid_record, trace_record
 from lampyris.report.style import CAUSES
 from lampyris.scenarios import speed_law
 from lampyris.sim.grid.loop import Simulation
 from lampyris.sim.grid.steps_since import events_since, since
-from lampyris.sim.traffic.traffic import Crowd, Shuttle, open_traffic
-from lampyris.sim.world.cell_index import Space, robot_shape
+from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
+from lampyris.sim.world.cell_index import CellIndex, robot_shape
 from lampyris.sim.world.endings import why
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
 CHUNK_S: Final = 0.03
@@ -63,7 +67,7 @@ def begin(scenario: Scenario) -> Simulation:
     )
 
 
-def standing(scenario: Scenario) -> list[tuple[Body, Cell]]:
+def standing(scenario: Scenario) -> list[tuple[Obstacle, Cell]]:
     """The moving obstacles and the cells where they begin: those of :func:`begin`, without the plan it makes.
 
     Raises
@@ -102,10 +106,10 @@ def standing_records(scenario: Scenario) -> list[dict[str, Any]]:
     return records
 
 
-def _crowd(scenario: Scenario) -> Crowd:
+def _crowd(scenario: Scenario) -> Traffic:
     scene = api.among(scenario.scene, None)
-    space = Space(scene.grid)
-    world = World(space, robot_shape(scene, space), space.number(scene.start))
+    space = CellIndex(scene.grid)
+    world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
     return open_traffic(scene, world, scenario.seed)
 
 
@@ -137,7 +141,7 @@ def watch(run: Simulation, look: Callable[[], None]) -> Iterator[bytes]:
         caps.append(() if run.outcome is Outcome.ARRIVED else run.pace.caps())
 
 
-def _events(news: list[Event], bodies: Sequence[Body]) -> bytes:
+def _events(news: list[Event], bodies: Sequence[Obstacle]) -> bytes:
     """Events; those of obstacles that appeared say what these are."""
     told, came = [], iter(bodies)
     for event in news:
@@ -173,6 +177,46 @@ def finish(run: Simulation) -> Trace:
     return replace(trace, detail=why(trace, run.scene))
 
 
-def body_record(body: Body) -> dict[str, Any]:
+def body_record(body: Obstacle) -> dict[str, Any]:
     """What a moving obstacle is."""
     return {"kind": body.kind, "radius": body.radius, "yields": body.yields}
+
+
+def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
+    """What is to come: who, by which law, where; ``bodies``: those that are there from the start."""
+    return {
+        "planner": scenario.planner,
+        "law": run.pace.name,
+        "units": run.pace.units,
+        "seed": scenario.seed,
+        "map": grid_record(scenario.scene.grid),
+        "start": list(scenario.scene.start),
+        "goal": list(scenario.scene.goal),
+        "causes": list(WORDS),
+        "bodies": [body_record(body) for body in run.crowd.bodies],
+        "last_tick": run.last_tick,
+        "notes": list(scenario.notes),
+    }
+
+
+def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
+    """How a simulation ended, with the measures of studies."""
+    return {
+        **head,
+        "outcome": trace.outcome.value,
+        "sentence": trace.sentence,
+        "ticks": trace.ticks,
+        "last_tick": trace.last_tick,
+        "metrics": trace_metrics(trace, known(trace.scene)),
+        "notes": list(trace.notes),
+        "bodies": [body_record(body) for body in trace.bodies],
+        "digest": digest(trace),
+        "timing": dict(trace.timing),
+    }
+
+
+def digest(trace: Trace) -> str:
+    """SHA-256 of what ``lampyris run --json --no-timing`` prints of it, without the line's end."""
+    record = {**trace_record(trace), "timing": {}}
+    text = json.dumps(record, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()

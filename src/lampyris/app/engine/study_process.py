@@ -21,7 +21,7 @@ from lampyris.errors import InputError, InternalFault, LampyrisError, LimitError
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk
 from lampyris.report.data.serialize import robot_record
 from lampyris.study.design.study import Study
 
@@ -120,7 +120,7 @@ def _crowd(scene: Scene) -> tuple[Any, list[str]]:
     return crowd, notes
 
 
-def _kind(one: Traffic) -> str:
+def _kind(one: ObstacleSpec) -> str:
     return {RandomWalk: "random-walk", Crossing: "crossing"}.get(type(one), "patrol")
 
 

@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, TypeAlias
 
 from lampyris import api
-from lampyris.app.engine.cache import known
-from lampyris.app.engine.comparison import Told, comparison
+from lampyris.app.engine.comparison import ComparisonResults, comparison
 from lampyris.app.engine.comparison import compare as compared
 from lampyris.app.engine.frames import json_frame, layer_frame
 from lampyris.app.engine.layers import layer_of, own_order, scene_at
 from lampyris.app.engine.parse import said_scenario
 from lampyris.app.engine.recipes import make
-from lampyris.app.engine.simulation import WORDS, begin, body_record, finish, standing_records, watch
+from lampyris.app.engine.simulation import begin, ending, finish, header, standing_records, watch
 from lampyris.errors import LampyrisError, UsageError
 from lampyris.io.scenario.scenario import Scenario
 from lampyris.kernels import loading
-from lampyris.model.trace import Trace
 from lampyris.planning import registry
-from lampyris.report.data.measures import trace_metrics
-from lampyris.report.data.serialize import grid_record, plan_record, profile_record, trace_record
+from lampyris.report.data.serialize import plan_record, profile_record
 from lampyris.scenarios import speed_law, without_effect
-from lampyris.sim.grid.loop import Simulation
 
 Look: TypeAlias = Callable[[], None]
 """Raises when nobody waits for the answer any more."""
@@ -89,46 +83,6 @@ def simulated(scenario: Scenario, look: Look, head: Mapping[str, Any]) -> Iterat
     yield json_frame("Z", ending(finish(run), head))
 
 
-def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
-    """What is to come: who, by which law, where; ``bodies``: those that are there from the start."""
-    return {
-        "planner": scenario.planner,
-        "law": run.pace.name,
-        "units": run.pace.units,
-        "seed": scenario.seed,
-        "map": grid_record(scenario.scene.grid),
-        "start": list(scenario.scene.start),
-        "goal": list(scenario.scene.goal),
-        "causes": list(WORDS),
-        "bodies": [body_record(body) for body in run.crowd.bodies],
-        "last_tick": run.last_tick,
-        "notes": list(scenario.notes),
-    }
-
-
-def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
-    """How a simulation ended, with the measures of studies."""
-    return {
-        **head,
-        "outcome": trace.outcome.value,
-        "sentence": trace.sentence,
-        "ticks": trace.ticks,
-        "last_tick": trace.last_tick,
-        "metrics": trace_metrics(trace, known(trace.scene)),
-        "notes": list(trace.notes),
-        "bodies": [body_record(body) for body in trace.bodies],
-        "digest": digest(trace),
-        "timing": dict(trace.timing),
-    }
-
-
-def digest(trace: Trace) -> str:
-    """SHA-256 of what ``lampyris run --json --no-timing`` prints of it, without the line's end."""
-    record = {**trace_record(trace), "timing": {}}
-    text = json.dumps(record, allow_nan=False, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
 def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """One layer: a frame ``L``; before ``expanded``, ``H`` says whether the order is the planner's own."""
     tick = question.get("tick") or 0
@@ -146,7 +100,7 @@ def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
 def compare(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     """Several planners and laws: see :func:`lampyris.app.engine.comparison.compare`."""
     found = comparison(said_scenario(question), question)
-    yield from compared(found, look, question.get("job"), Told(found))
+    yield from compared(found, look, question.get("job"), ComparisonResults(found))
 
 
 def export(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:

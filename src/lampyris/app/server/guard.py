@@ -91,7 +91,7 @@ def door(port: int, token: str, hostname: str | None = None) -> Door:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Route:
     """A path that is served, and how it may be asked.
 
     Parameters
@@ -144,7 +144,7 @@ class Guard:
     seconds : how long a body may take to arrive.
     """
 
-    def __init__(self, app: App, door: Door, ways: Iterable[Way], seconds: float = BODY_SECONDS) -> None:
+    def __init__(self, app: App, door: Door, ways: Iterable[Route], seconds: float = BODY_SECONDS) -> None:
         self._app, self._door, self._ways, self._seconds = app, door, tuple(ways), seconds
         self._hosts = frozenset(host.encode("ascii") for host in door.hosts)
         self._token = door.token.encode("ascii")
@@ -205,7 +205,7 @@ class Guard:
                 raise
         return bears
 
-    def check(self, scope: Scope) -> Way:
+    def check(self, scope: Scope) -> Route:
         """The way a request takes, by its head alone.
 
         Raises
@@ -235,7 +235,7 @@ class Guard:
         if len(path) + len(query) + 1 > MAX_URL:
             raise Refused(414, "URL", "the address is too long", f"at most {MAX_URL} characters")
 
-    def _whence(self, headers: Headers, way: Way | None) -> None:
+    def _whence(self, headers: Headers, way: Route | None) -> None:
         hosts = _all(headers, b"host")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
             raise Refused(421, "HOST", "not a name of this server", "the address it printed when it started")
@@ -261,7 +261,7 @@ class Guard:
         tokens = _all(headers, TOKEN)
         return len(tokens) == 1 and hmac.compare_digest(tokens[0], self._token)
 
-    def _way(self, method: str, path: bytes) -> tuple[Way | None, list[Way]]:
+    def _way(self, method: str, path: bytes) -> tuple[Route | None, list[Route]]:
         """The way of a request, and all those of its path."""
         # Whatever is escaped, empty, backward or beyond ASCII is no path of ours: nothing is ever unescaped.
         text = path.decode("latin-1")
@@ -271,7 +271,7 @@ class Guard:
         ways = [way for way in self._ways if way.leads(segments)]
         return next((way for way in ways if way.method == method), None), ways
 
-    def _kind(self, headers: Headers, way: Way) -> None:
+    def _kind(self, headers: Headers, way: Route) -> None:
         if way.takes is None:
             lengths = _all(headers, b"content-length")
             if _all(headers, b"transfer-encoding") or any(length != b"0" for length in lengths):

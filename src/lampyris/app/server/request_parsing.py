@@ -1,6 +1,6 @@
 """Asking: what a request says, read strictly, and plain data as an answer.
 
-A request has a form: its keys, and for each key what its value may be (:class:`Value`). What is deeper (a
+A request has a form: its keys, and for each key what its value may be (:class:`ValueRule`). What is deeper (a
 scenario, who is compared) is checked by whoever reads it, which says the place.
 """
 
@@ -26,7 +26,7 @@ MOST_WHOLE: Final = 2**64
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class ValueRule:
     """What the value of a key may be. Null is the same as no such key.
 
     Parameters
@@ -39,20 +39,20 @@ class Value:
     allowed: str
 
 
-TABLE: Final = Value(lambda value: isinstance(value, dict), "a table {...}")
-LIST: Final = Value(lambda value: isinstance(value, list), "a list [...]")
-TEXT: Final = Value(lambda value: isinstance(value, str), "text")
-FLAG: Final = Value(lambda value: isinstance(value, bool), "true or false")
-WHOLE: Final = Value(lambda value: type(value) is int, "a whole number")
-WORDS: Final = Value(
+TABLE: Final = ValueRule(lambda value: isinstance(value, dict), "a table {...}")
+LIST: Final = ValueRule(lambda value: isinstance(value, list), "a list [...]")
+TEXT: Final = ValueRule(lambda value: isinstance(value, str), "text")
+FLAG: Final = ValueRule(lambda value: isinstance(value, bool), "true or false")
+WHOLE: Final = ValueRule(lambda value: type(value) is int, "a whole number")
+WORDS: Final = ValueRule(
     lambda value: isinstance(value, list) and all(isinstance(one, str) for one in value), "a list of words"
 )
-JOB: Final = Value(
+JOB: Final = ValueRule(
     lambda value: isinstance(value, str) or type(value) is int, "the number of a job, or the word of a study"
 )
-CHECKED_LATER: Final = Value(lambda value: True, "see who reads it")
+CHECKED_LATER: Final = ValueRule(lambda value: True, "see who reads it")
 
-Form: TypeAlias = Mapping[str, Value]
+Form: TypeAlias = Mapping[str, ValueRule]
 
 
 async def said(request: Request, form: Form | None) -> dict[str, Any]:

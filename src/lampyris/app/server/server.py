@@ -15,14 +15,14 @@ from contextlib import aclosing
 from dataclasses import dataclass, field
 from typing import Any, Final, Protocol, cast
 
+from starlette import routing
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from lampyris.app.engine.frames import error_frame, fault_of
 from lampyris.app.server.answers import STATUS, Streamed
-from lampyris.app.server.guard import BYTES, JSON, App, Door, Guard, Refused, Way, error_body
+from lampyris.app.server.guard import BYTES, JSON, App, Door, Guard, Refused, Route, error_body
 from lampyris.app.server.request_parsing import (
     CHECKED_LATER,
     FLAG,
@@ -52,24 +52,24 @@ READS: Final = 2
 """Threads that read what a stranger wrote. They are others, so that eight bombs keep nobody from his maps."""
 
 WAYS: Final = (
-    Way("/", open=True, entrance=True),
-    Way("/static/{name}", open=True),
-    Way("/view/{ticket}", open=True),
-    Way("/api/hello"),
-    Way("/api/maps"),
-    Way("/api/maps", "POST", BYTES),
-    Way("/api/maps/{id}"),
-    Way("/api/thumbs/{id}"),
-    Way("/api/maps/{id}/delete", "POST", JSON),
+    Route("/", open=True, entrance=True),
+    Route("/static/{name}", open=True),
+    Route("/view/{ticket}", open=True),
+    Route("/api/hello"),
+    Route("/api/maps"),
+    Route("/api/maps", "POST", BYTES),
+    Route("/api/maps/{id}"),
+    Route("/api/thumbs/{id}"),
+    Route("/api/maps/{id}/delete", "POST", JSON),
     *(
-        Way(f"/api/{verb}", "POST", JSON)
+        Route(f"/api/{verb}", "POST", JSON)
         for verb in ("plan", "simulate", "layer", "compare", "export", "make")
     ),
-    Way("/api/scenario", "POST", JSON),
-    Way("/api/study", "POST", JSON),
-    Way("/api/study/{job}"),
-    Way("/api/ticket", "POST", JSON),
-    Way("/api/cancel", "POST", JSON),
+    Route("/api/scenario", "POST", JSON),
+    Route("/api/study", "POST", JSON),
+    Route("/api/study/{job}"),
+    Route("/api/ticket", "POST", JSON),
+    Route("/api/cancel", "POST", JSON),
 )
 """Everything that may be asked. A page in a frame of its own (``/view``) has a ticket in place of a token."""
 
@@ -220,7 +220,7 @@ class Desk:
         self._static = static_files()
         self._hello: Shipped | None = None
 
-    def routes(self) -> list[Route]:
+    def routes(self) -> list[routing.Route]:
         """A route for every way, and no other."""
         table: dict[tuple[str, str], Callable[[Request], Awaitable[Any]]] = {
             ("GET", "/"): self.page,
@@ -239,7 +239,7 @@ class Desk:
             ("POST", "/api/cancel"): self.cancel,
             **{("POST", f"/api/{verb}"): self.ask for verb in ASKED},
         }
-        return [Route(way.path, table[way.method, way.path], methods=[way.method]) for way in WAYS]
+        return [routing.Route(way.path, table[way.method, way.path], methods=[way.method]) for way in WAYS]
 
     async def page(self, request: Request) -> Response:
         """The page."""

@@ -15,7 +15,7 @@ import numpy as np
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import InternalFault, UsageError, plural
 from lampyris.io.maps.formats.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
-from lampyris.io.maps.formats.document import MapDocument, Query, look_up
+from lampyris.io.maps.formats.document import MapDocument, MapQuery, look_up
 from lampyris.io.maps.formats.movingai import SWAMP, TREES, WATER, read_scen, write_scen
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.map_hash import map_hash
@@ -144,7 +144,7 @@ def write_and_compare(
     return Conversion(after, files, lost, map_hash(after.grid), before.notes)
 
 
-def _with_queries(before: MapDocument, path: Path) -> tuple[Query, ...]:
+def _with_queries(before: MapDocument, path: Path) -> tuple[MapQuery, ...]:
     """Write the queries whose shortest way is known, and read them again."""
     known = [q for q in before.queries if q.octile is not None]
     write_scen(path, known, map_name=path.name.removesuffix(".scen"), grid=before.grid)

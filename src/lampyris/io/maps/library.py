@@ -17,13 +17,15 @@ from typing import Any
 
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, did_you_mean
-from lampyris.io.maps.formats.document import MapDocument, Query, Reading, Source, document
+from lampyris.io.maps.formats.document import FileSource, MapDocument, MapQuery, Reading, document
 from lampyris.io.maps.formats.plain_text import read_text
 from lampyris.io.maps.formats.png import read_png
-from lampyris.io.maps.recipes.make import Edit, Ground, make_ground
+from lampyris.io.maps.recipes.make import RecipeCells, RectangleEdit, make_ground
 from lampyris.typing import BoolGrid
 
-_READERS: Mapping[str, Callable[[Source], Reading]] = MappingProxyType({"txt": read_text, "png": read_png})
+_READERS: Mapping[str, Callable[[FileSource], Reading]] = MappingProxyType(
+    {"txt": read_text, "png": read_png}
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,7 @@ class MapInfo:
     height: int
     free: float
     gates: int
-    queries: tuple[Query, ...]
+    queries: tuple[MapQuery, ...]
     recipe: str
     hash: str
     terrain: TerrainInfo | None = None
@@ -86,7 +88,7 @@ def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CEL
     entry = _entry(name)
     data = (files("lampyris.io.maps") / "data" / entry["file"]).read_bytes()
     values = "costmap" if entry.get("terrain") else "occupancy"
-    source = Source(data, name, max_cells, values=values)
+    source = FileSource(data, name, max_cells, values=values)
     read = _READERS[entry["file"].rpartition(".")[2]]
     queries = _queries(entry)
     made = document(read(source), source, name=name, format="bundled", resolution=resolution, queries=queries)
@@ -135,7 +137,7 @@ def remake(name: str) -> BoolGrid:
     return remake_ground(name).blocked
 
 
-def remake_ground(name: str) -> Ground:
+def remake_ground(name: str) -> RecipeCells:
     """The cells of a bundled map, made anew from its recipe and edits.
 
     Raises
@@ -145,7 +147,7 @@ def remake_ground(name: str) -> Ground:
     recipe = _entry(name)["recipe"]
     if recipe is None:
         raise FileError("RECIPE", "this map was not made by a recipe", where=name)
-    edits = tuple(Edit(x, y, w, h, bool(wall)) for x, y, w, h, wall in recipe["edits"])
+    edits = tuple(RectangleEdit(x, y, w, h, bool(wall)) for x, y, w, h, wall in recipe["edits"])
     return make_ground(
         recipe["name"], recipe["width"], recipe["height"], recipe["seed"], edits=edits, **recipe["settings"]
     )
@@ -182,9 +184,9 @@ def _recipe_words(recipe: Mapping[str, Any] | None) -> str:
     return ", ".join(words)
 
 
-def _queries(entry: Mapping[str, Any]) -> tuple[Query, ...]:
+def _queries(entry: Mapping[str, Any]) -> tuple[MapQuery, ...]:
     return tuple(
-        Query(
+        MapQuery(
             (q["start"][0], q["start"][1]),
             (q["goal"][0], q["goal"][1]),
             q["gates"],

@@ -15,7 +15,14 @@ from lampyris.io.maps import library
 from lampyris.io.maps.formats import bmp, movingai, npy, pgm, plain_text, ros
 from lampyris.io.maps.formats import csv as csv_file
 from lampyris.io.maps.formats import png as image
-from lampyris.io.maps.formats.document import MapDocument, Reading, Source, byte_limit, check_limit, document
+from lampyris.io.maps.formats.document import (
+    FileSource,
+    MapDocument,
+    Reading,
+    byte_limit,
+    check_limit,
+    document,
+)
 
 HEAD_BYTES = 4096
 VALUES = ("occupancy", "costmap")
@@ -37,7 +44,7 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     begins: Callable[[bytes], bool]
-    read: Callable[[Source], Reading]
+    read: Callable[[FileSource], Reading]
 
 
 FORMATS = (
@@ -116,7 +123,7 @@ def load_map(
         if problem.code == "FILE_MISSING":
             raise _missing(name) from None
         raise
-    source = Source(data, name, max_cells, allow_outside, strict, values, colour, confined)
+    source = FileSource(data, name, max_cells, allow_outside, strict, values, colour, confined)
     form = _format(source)
     reading = form.read(source)
     suffix = Path(name).suffix.lower()
@@ -127,7 +134,7 @@ def load_map(
     return document(reading, source, name=Path(name).name, format=form.name, resolution=resolution)
 
 
-def _format(source: Source) -> Format:
+def _format(source: FileSource) -> Format:
     """What a file is, by its first bytes."""
     head = source.data[:HEAD_BYTES]
     suffix = Path(source.name).suffix.lower()

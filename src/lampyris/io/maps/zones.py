@@ -15,7 +15,7 @@ import numpy as np
 
 from lampyris.errors import FileError, UsageError, plural
 from lampyris.io.files import read_regular
-from lampyris.io.maps.formats.document import Source, byte_limit, first_bad
+from lampyris.io.maps.formats.document import FileSource, byte_limit, first_bad
 from lampyris.io.maps.formats.npy import MAGIC, read_floats
 from lampyris.io.maps.formats.ros import read_ros
 from lampyris.io.maps.formats.ros_yaml import mode_of
@@ -43,7 +43,7 @@ def read_zones(
     path : the file.
     grid : the map; the zones must have its cells.
     v_max : the robot's greatest speed, m/s, of which a mask has per cents.
-    allow_outside, confined : which pictures a YAML file may name: see :class:`lampyris.io.maps.formats.document.Source`.
+    allow_outside, confined : which pictures a YAML file may name: see :class:`lampyris.io.maps.formats.document.FileSource`.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def read_zones(
         raise UsageError("SUFFIX", repr(suffix), where=name, allowed=", ".join(SUFFIXES))
     limit = grid.width * grid.height
     data = read_regular(name, max(2**16, 4 * byte_limit(limit)))
-    source = Source(data, name, max(limit, 2**20), allow_outside, confined=confined)
+    source = FileSource(data, name, max(limit, 2**20), allow_outside, confined=confined)
     if suffix == ".npy":
         return frozen(_npy(source, grid)), ()
     if suffix == ".csv":
@@ -71,7 +71,7 @@ def read_zones(
     return _mask(source, grid, v_max)
 
 
-def _mask(source: Source, grid: Grid, v_max: float) -> tuple[FloatGrid, tuple[str, ...]]:
+def _mask(source: FileSource, grid: Grid, v_max: float) -> tuple[FloatGrid, tuple[str, ...]]:
     said = read_yaml(source.data, source.name)
     if mode_of(said) == "trinary":
         raise said.error(
@@ -95,7 +95,7 @@ def _mask(source: Source, grid: Grid, v_max: float) -> tuple[FloatGrid, tuple[st
     return frozen(zones), (*notes, f"{plural(int(np.count_nonzero(value)), 'cell')} with a speed limit")
 
 
-def _npy(source: Source, grid: Grid) -> FloatGrid:
+def _npy(source: FileSource, grid: Grid) -> FloatGrid:
     if not source.data.startswith(MAGIC):
         raise source.error("NPY_HEADER", "not a NumPy file", allowed="what numpy.save writes")
     zones = read_floats(source)
@@ -106,7 +106,7 @@ def _npy(source: Source, grid: Grid) -> FloatGrid:
     return zones
 
 
-def _csv(source: Source, grid: Grid) -> FloatGrid:
+def _csv(source: FileSource, grid: Grid) -> FloatGrid:
     zones = np.full((grid.height, grid.width), np.inf)
     y = 0
     for line, text in lines(source.data, source.name, "ZONES_VALUE", max_line=32 * grid.width + 2**16):
@@ -129,13 +129,13 @@ def _csv(source: Source, grid: Grid) -> FloatGrid:
     return zones
 
 
-def _same_size(source: Source, shape: tuple[int, ...], grid: Grid) -> None:
+def _same_size(source: FileSource, shape: tuple[int, ...], grid: Grid) -> None:
     if shape != (grid.height, grid.width):
         what = f"{shape[1]} x {shape[0]} cells"
         raise source.error("ZONES_MAP", what, allowed=f"the map's {grid.width} x {grid.height} cells")
 
 
-def _refuse(source: Source, wrong: BoolGrid, what: str, allowed: str) -> None:
+def _refuse(source: FileSource, wrong: BoolGrid, what: str, allowed: str) -> None:
     if wrong.any():
         x, y = first_bad(wrong)
         raise FileError("ZONES_VALUE", what, where=f"{source.name}: cell ({x},{y})", allowed=allowed)

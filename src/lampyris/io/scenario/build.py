@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError
 from lampyris.io.files import read_regular
@@ -12,7 +12,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.scenario import schema as form
 from lampyris.io.scenario.map_source import Files, Mistakes
-from lampyris.io.scenario.scenario import PRESETS, MapSource, Names, Scenario
+from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.csv_table import MAX_BYTES
 from lampyris.io.text.strict_yaml import Where
@@ -22,14 +22,30 @@ from lampyris.model.edit import Edit, check_edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene, check_obstacle
-from lampyris.model.traffic import MAX_BODIES, Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import MAX_BODIES, Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, FloatGrid
 
 T = TypeVar("T")
 
 
+class Names(Protocol):
+    """What rooms above this one know by name: asked, not imported. All raise what is wrong."""
+
+    def planner(self, name: str, settings: Mapping[str, Any]) -> object:
+        """Whether there is such a planner with such settings."""
+        ...
+
+    def law(self, name: str, settings: Mapping[str, Any]) -> object:
+        """Whether there is such a speed law with such settings."""
+        ...
+
+    def drive(self, settings: Mapping[str, Any]) -> object:
+        """Whether a drive has such settings."""
+        ...
+
+
 def build(said: Document, file: form.ScenarioFile, names: Names, files: Files) -> Scenario:
-    """The scenario that a file says; see :func:`lampyris.io.scenario.scenario.read_scenario`.
+    """The scenario that a file says; see :func:`lampyris.io.scenario.read.read_scenario`.
 
     Raises
     ------
@@ -171,12 +187,12 @@ class _Build:
         made: Cell = cell
         return made
 
-    def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[Traffic, ...]:
+    def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[ObstacleSpec, ...]:
         """What the file lists; if it has no list, what is drawn in the map."""
         grid, drawn = (None, ()) if found is None else (found.grid, found.bodies)
         if found is not None and "obstacles" not in self.file.model_fields_set:
             return found.traffic()
-        made: list[Traffic] = []
+        made: list[ObstacleSpec] = []
         for k, spec in enumerate(self.file.obstacles):
             # One that cannot be made keeps its place, so that the others are called by theirs.
             for one in self.tried(("obstacles", k), self._obstacle, spec, k, grid, robot) or (RandomWalk(0),):
@@ -196,7 +212,7 @@ class _Build:
             )
         return tuple(made)
 
-    def _obstacle(self, spec: Any, k: int, grid: Grid | None, robot: Robot) -> tuple[Traffic, ...]:
+    def _obstacle(self, spec: Any, k: int, grid: Grid | None, robot: Robot) -> tuple[ObstacleSpec, ...]:
         if isinstance(spec, form.WalkTable):
             return (RandomWalk(spec.count, spec.rate, spec.radius, _cells(spec.starts)),)
         if isinstance(spec, form.CrossingTable):
@@ -232,12 +248,12 @@ class _Build:
 
     def _from_dob(
         self, spec: form.TrackFileTable, k: int, found: tuple[dob.DobObstacle, ...], grid: Grid, robot: Robot
-    ) -> tuple[Traffic, ...]:
+    ) -> tuple[ObstacleSpec, ...]:
         if spec.id is not None and spec.id >= len(found):
             where = spot(self.said, ("obstacles", k, "id"))
             raise FileError("OBSTACLE_ID", f"{spec.id}", where=where, allowed=f"0 to {len(found) - 1}")
         tick_s = grid.resolution / robot.v_max if spec.tick_s is None else spec.tick_s
-        made: list[Traffic] = []
+        made: list[ObstacleSpec] = []
         for number in range(len(found)) if spec.id is None else (spec.id,):
             one, notes = dob.recorded(found[number], number, grid, tick_s, spec.file)
             self._count(one)

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError, UsageError
 from lampyris.io.maps import library
-from lampyris.io.maps.formats.document import MapDocument, Source, document
+from lampyris.io.maps.formats.document import FileSource, MapDocument, document
 from lampyris.io.maps.formats.plain_text import read_text
 from lampyris.io.maps.formats.ros_yaml import plain_path
 from lampyris.io.maps.load import load_map
@@ -120,7 +120,7 @@ class Files:
         return MapDocument(grid, format="recipe")
 
     def _rows(self, spec: form.RowsMap) -> MapDocument:
-        source = Source("\n".join(spec.rows).encode(), "rows", self.max_cells)
+        source = FileSource("\n".join(spec.rows).encode(), "rows", self.max_cells)
         found = document(read_text(source), source, name=spec.name, format="text", resolution=spec.resolution)
         if found.grid.height != len(spec.rows):
             raise FileError("MAP_ROW", f"{len(spec.rows)} rows", allowed="rows of cells, without line breaks")

@@ -26,7 +26,7 @@ from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 
 ENDINGS = (".yaml", ".yml", ".json")
 _WIDE = 90
@@ -220,7 +220,7 @@ def _rows(grid: Grid) -> list[str]:
     return ["".join(letter[int(code)] for code in row) for row in grid_codes(grid)]
 
 
-def _obstacle(one: Traffic) -> dict[str, Any]:
+def _obstacle(one: ObstacleSpec) -> dict[str, Any]:
     if isinstance(one, RandomWalk):
         starts = {"starts": [list(c) for c in one.starts]} if one.starts else {}
         return {"kind": "random-walk", "count": one.count, "rate": one.rate, "radius": one.radius, **starts}

@@ -1,7 +1,7 @@
 """What a scenario file may hold: one pydantic model a table, which is its check and its published schema.
 
 The models say shape, type and range, with the code of the error and the words for what is allowed beside each
-field. They hold plain data; :mod:`lampyris.io.scenario.scenario` makes nouns of it. pydantic is imported by this
+field. They hold plain data; :mod:`lampyris.io.scenario.build` makes nouns of it. pydantic is imported by this
 module and by nobody else's import of the package: it takes 70 ms.
 """
 

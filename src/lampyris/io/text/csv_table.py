@@ -29,7 +29,7 @@ NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]{
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class CsvTable:
     """A table as its file has it.
 
     Parameters
@@ -83,7 +83,7 @@ class Table:
         return value
 
 
-def read_table(path: str | os.PathLike[str], code: str, names: Sequence[str]) -> Table:
+def read_table(path: str | os.PathLike[str], code: str, names: Sequence[str]) -> CsvTable:
     """Read a table of numbers with a header, or without one.
 
     The header is the first line that is no row of numbers. Lines that begin with ``#`` are passed over, but
@@ -105,7 +105,7 @@ def read_table(path: str | os.PathLike[str], code: str, names: Sequence[str]) ->
     return table_of(read_regular(name, MAX_BYTES), name, code, names)
 
 
-def table_of(data: bytes, name: str, code: str, names: Sequence[str]) -> Table:
+def table_of(data: bytes, name: str, code: str, names: Sequence[str]) -> CsvTable:
     """The table in a file's bytes; see :func:`read_table`."""
     columns: tuple[str, ...] = ()
     rows: list[tuple[int, list[str]]] = []
@@ -124,7 +124,7 @@ def table_of(data: bytes, name: str, code: str, names: Sequence[str]) -> Table:
             columns, header = tuple(fields), line
         else:
             rows.append((line, fields))
-    return Table(name, columns, tuple(rows), code, header)
+    return CsvTable(name, columns, tuple(rows), code, header)
 
 
 def _fields(text: str, delimiter: str, where: str, code: str) -> list[str]:

@@ -10,12 +10,12 @@ from lampyris._core import elementary
 from lampyris.errors import FileError, LimitError
 from lampyris.io.text.csv_table import read_table
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.traffic import MAX_BODIES
 from lampyris.typing import Points
 
 
-def read_movers(path: str | os.PathLike[str], grid: Grid) -> Movers:
+def read_movers(path: str | os.PathLike[str], grid: Grid) -> ObstacleStates:
     """Read discs in continuous time: a table with a row for each.
 
     Columns ``x_m``, ``y_m`` (metres of the map frame), ``radius`` (metres), ``top_speed`` (m/s), and perhaps
@@ -54,7 +54,7 @@ def read_movers(path: str | os.PathLike[str], grid: Grid) -> Movers:
             raise FileError("MOVERS_FILE", what, where=f"{table.where}:{line}", allowed=allowed)
     xy, size = (np.array(rows, dtype=np.float64).reshape(-1, 2) for rows in (places, sizes))
     v = _on_the_grid(np.array(going).reshape(-1, 2), grid) if velocity else None
-    return Movers(grid.to_points(xy[:, 0], xy[:, 1]), size[:, 0], size[:, 1], v)
+    return ObstacleStates(grid.to_points(xy[:, 0], xy[:, 1]), size[:, 0], size[:, 1], v)
 
 
 def _on_the_grid(v: Points, grid: Grid) -> Points:

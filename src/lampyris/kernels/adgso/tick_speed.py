@@ -16,7 +16,7 @@ OF_START, OF_LIMIT, OF_RING1, OF_RING2, OF_ANGLE, OF_GOAL, OF_ACCELERATION, OF_B
 def pace(came, path, place, steps, horizon, v, law, counted, blocked, taken, stride, height, x, cause):
     """Velocity at ``path[place]``, the cell just entered from ``came``; its cause is in ``cause[1]``.
 
-    As :meth:`lampyris.sim.grid.tick_speed.Pace.drive` on the ``horizon`` cells ahead.
+    As :meth:`lampyris.sim.grid.tick_speed.TickSpeed.drive` on the ``horizon`` cells ahead.
 
     Parameters
     ----------

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from lampyris.model.robot import Robot
 from lampyris.motion import caps
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats
 
 _CLOSE = 1e-6
 """Share of an edge: a change so near to one of its nodes is at the node."""
 
 
-def with_switches(course: Course, v: Floats, robot: Robot) -> Course:
+def with_switches(course: SampledPath, v: Floats, robot: Robot) -> SampledPath:
     """The course with a node at each change of acceleration within its edges.
 
     Parameters
@@ -55,7 +55,7 @@ def with_switches(course: Course, v: Floats, robot: Robot) -> Course:
     return inserted(course, edges[apart], begin[edges[apart]] + along[apart])
 
 
-def inserted(course: Course, edges: NDArray[np.int64], s: Floats) -> Course:
+def inserted(course: SampledPath, edges: NDArray[np.int64], s: Floats) -> SampledPath:
     """The course with more nodes.
 
     Parameters
@@ -68,7 +68,7 @@ def inserted(course: Course, edges: NDArray[np.int64], s: Floats) -> Course:
     assert curve is not None
     xy, heading = curve.at(s)
     at = edges + 1
-    return Course(
+    return SampledPath(
         np.insert(course.s, at, s),
         np.insert(course.xy, at, xy, axis=0),
         np.insert(course.heading, at, heading, axis=0),
@@ -79,7 +79,7 @@ def inserted(course: Course, edges: NDArray[np.int64], s: Floats) -> Course:
     )
 
 
-def pieces(course: Course, s: Floats) -> NDArray[np.int64]:
+def pieces(course: SampledPath, s: Floats) -> NDArray[np.int64]:
     """The piece of the course's curve at each distance, int64."""
     assert course.curve is not None
     found = np.searchsorted(course.curve.begins, s, side="right") - 1

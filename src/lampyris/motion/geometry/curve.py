@@ -16,7 +16,7 @@ from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.string_pulling import Lines, lines_of, taut
+from lampyris.motion.geometry.string_pulling import Polyline, lines_of, taut
 from lampyris.typing import Floats, Points
 
 Smooth: TypeAlias = Literal["arcs", "none"]
@@ -93,7 +93,7 @@ def curve_of(
     return _assembled(lines, turn, far, stops, grid.resolution)
 
 
-def _half_steps(lines: Lines) -> Floats:
+def _half_steps(lines: Polyline) -> Floats:
     """Half the shorter of the two lines at each point, at most half of the longest step, cells, (n,)."""
     longest = np.full(1, LONGEST_STEP)
     before, after = (np.concatenate(pair) for pair in ((longest, lines.length), (lines.length, longest)))
@@ -115,7 +115,7 @@ class _Turns:
         self.angle = angle
 
     @classmethod
-    def of(cls, lines: Lines) -> _Turns:
+    def of(cls, lines: Polyline) -> _Turns:
         """The turns of a polyline."""
         n = len(lines.xs)
         a, b = lines.heading[:-1], lines.heading[1:]
@@ -135,7 +135,7 @@ class _Turns:
         return cls(slant, side, angle)
 
 
-def _tangents(lines: Lines, turn: _Turns, useful: float, least: float, most: Floats) -> Floats:
+def _tangents(lines: Polyline, turn: _Turns, useful: float, least: float, most: Floats) -> Floats:
     """How far from each corner its arc leaves the lines, cells, (n,), at most ``most``; 0: no arc fits."""
     wall = lines.wall.ravel()
     height, width = lines.wall.shape
@@ -164,7 +164,7 @@ def _tangents(lines: Lines, turn: _Turns, useful: float, least: float, most: Flo
 
 
 def _assembled(
-    lines: Lines, turn: _Turns, tangent: Floats, stops: NDArray[np.int64], resolution: float
+    lines: Polyline, turn: _Turns, tangent: Floats, stops: NDArray[np.int64], resolution: float
 ) -> Curve:
     """Lines and arcs in turn: the arc of corner k, then line k. What has no length is left out."""
     n = len(lines.length)

@@ -1,4 +1,4 @@
-"""Course: a way with nodes on it, where speeds are decided."""
+"""Sampled path: a path with nodes on it, where speeds are decided."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course(Value):
+class SampledPath(Value):
     """Nodes along a way, from start to goal.
 
     Parameters
@@ -46,7 +46,7 @@ class Course(Value):
         return len(self.s)
 
 
-def course_of_path(path: Path, resolution: float) -> Course:
+def course_of_path(path: Path, resolution: float) -> SampledPath:
     """A path of cells as it is: nodes at the cells, corners without curvature and without stops.
 
     For a robot that goes from cell to cell, tick by tick; see :func:`course_with_corners`.
@@ -64,11 +64,11 @@ def course_of_path(path: Path, resolution: float) -> Course:
         heading[-1] = heading[-2]
     else:
         heading[:] = 1.0, 0.0
-    return Course(s, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
+    return SampledPath(s, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CellCourse(Course):
+class SampledCellPath(SampledPath):
     """A path of cells, its nodes the cells, with what its corners ask for.
 
     Parameters
@@ -136,7 +136,7 @@ def corners_of_path(path: Path, resolution: float, robot: Robot) -> Corners:
     return Corners(np.flatnonzero(turns) + 1, radius, half[turns], stop)
 
 
-def course_with_corners(path: Path, resolution: float, robot: Robot) -> CellCourse:
+def course_with_corners(path: Path, resolution: float, robot: Robot) -> SampledCellPath:
     """A path of cells as it is, its corners driven as :func:`corners_of_path` says.
 
     A robot is at its fastest on an arc at one of the two ends, half-way to the neighbouring nodes; speeds are
@@ -151,15 +151,15 @@ def course_with_corners(path: Path, resolution: float, robot: Robot) -> CellCour
         np.maximum.at(kappa, node + k, bend)
     cells = path.cells.astype(np.int64)
     lines = (plain.s, plain.xy, plain.heading, kappa, stop, resolution)
-    return CellCourse(*lines, cells=cells, corners=corners)
+    return SampledCellPath(*lines, cells=cells, corners=corners)
 
 
-def places(way: Path | Course) -> Points | None:
+def places(way: Path | SampledPath) -> Points | None:
     """Where a profile's nodes are; None: at the cells of a path."""
-    return way.xy if isinstance(way, Course) and not isinstance(way, CellCourse) else None
+    return way.xy if isinstance(way, SampledPath) and not isinstance(way, SampledCellPath) else None
 
 
-def course_of(curve: Curve, spacing: float) -> Course:
+def course_of(curve: Curve, spacing: float) -> SampledPath:
     """Nodes on a curve, at most ``spacing`` metres apart, one at each border of two pieces.
 
     Every piece is divided evenly. Between two stops there are at least two edges, so that the robot can
@@ -185,4 +185,4 @@ def course_of(curve: Curve, spacing: float) -> Course:
     kappa[:-1] = size
     kappa[1:] = np.maximum(kappa[1:], size)
     stop[border[curve.stops]] = True
-    return Course(nodes, xy, heading, kappa, stop, curve.resolution, curve)
+    return SampledPath(nodes, xy, heading, kappa, stop, curve.resolution, curve)

@@ -20,7 +20,7 @@ _STRAIGHT = 1e-11
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lines:
+class Polyline:
     """A polyline in its piece of the map, cells.
 
     Parameters
@@ -45,13 +45,13 @@ class Lines:
     corner: Floats
     end: tuple[float, float]
 
-    def over(self, xs: Floats, ys: Floats, need: Floats) -> Lines:
+    def over(self, xs: Floats, ys: Floats, need: Floats) -> Polyline:
         """The same with other points."""
         step = np.stack((np.diff(xs), np.diff(ys)), axis=1)
         length = np.sqrt(step[:, 0] * step[:, 0] + step[:, 1] * step[:, 1])
         return replace(self, xs=xs, ys=ys, need=need, length=length, heading=step / length[:, None])
 
-    def kept(self, chain: NDArray[np.int64]) -> Lines:
+    def kept(self, chain: NDArray[np.int64]) -> Polyline:
         """Only some of the points, their numbers in order; both ends, or the one if they are the same."""
         if len(chain) == 1:
             return self.over(self.xs[chain], self.ys[chain], self.need[:0])
@@ -66,7 +66,7 @@ class Lines:
         return np.flatnonzero(corner)
 
 
-def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Lines:
+def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Polyline:
     """A polyline that a disc of that radius (cells) follows; without points that follow themselves.
 
     Raises
@@ -94,10 +94,10 @@ def lines_of(points: ArrayLike, grid: Grid, radius: float) -> Lines:
     own = np.maximum(np.sqrt(gaps) - _TRIFLE, _TRIFLE)
     need = np.where(gaps < reach * reach, own * own, reach * reach)
     empty = np.zeros(0)
-    return Lines(xs, ys, np.zeros((0, 2)), empty, empty, reach, wall, corner, end).over(xs, ys, need)
+    return Polyline(xs, ys, np.zeros((0, 2)), empty, empty, reach, wall, corner, end).over(xs, ys, need)
 
 
-def taut(lines: Lines) -> Lines:
+def taut(lines: Polyline) -> Polyline:
     """The polyline with fewer of its points, and shorter, if that is possible."""
     n = len(lines.xs)
     if n < 3:

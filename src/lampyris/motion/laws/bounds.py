@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Cap
 from lampyris.motion.geometry.acceleration_switches import with_switches
-from lampyris.motion.geometry.sampled_path import Course, course_of_path, places
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path, places
 from lampyris.motion.laws.physical import STATIC, PhysicalLaw, ground_of
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.setting_checks import number
@@ -48,12 +48,12 @@ class Optimum:
 
 
 def constant_profile(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     law: Constant,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -75,12 +75,12 @@ def constant_profile(
 
 
 def optimum_profile(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     law: Optimum,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -96,14 +96,14 @@ def optimum_profile(
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
     made = optimum_at_nodes(way, scene, v0, on_infeasible)
-    if not isinstance(way, Course) or way.curve is None or scene.robot.jerk_max is not None:
+    if not isinstance(way, SampledPath) or way.curve is None or scene.robot.jerk_max is not None:
         return made
     finer = with_switches(way, made.v, scene.robot)
     return made if len(finer) == len(way) else optimum_at_nodes(finer, scene, v0, on_infeasible)
 
 
 def optimum_at_nodes(
-    way: Path | Course, scene: Scene, v0: float = 0.0, on_infeasible: OnInfeasible = "raise"
+    way: Path | SampledPath, scene: Scene, v0: float = 0.0, on_infeasible: OnInfeasible = "raise"
 ) -> Profile:
     """The optimum whose acceleration changes at the nodes of the way alone; its speeds there are exact.
 
@@ -111,7 +111,7 @@ def optimum_at_nodes(
     ------
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
-    course = way if isinstance(way, Course) else course_of_path(way, scene.grid.resolution)
+    course = way if isinstance(way, SampledPath) else course_of_path(way, scene.grid.resolution)
     found = [Cap("limit", caps.limit(len(course), scene.robot.v_max))]
     if course.curve is not None or course.curvature.any():
         found.append(Cap("curvature", caps.curvature(course.curvature, lat_max=scene.robot.lat_max)))
@@ -120,8 +120,8 @@ def optimum_at_nodes(
 
 def _profile(
     name: str,
-    way: Path | Course,
-    course: Course,
+    way: Path | SampledPath,
+    course: SampledPath,
     scene: Scene,
     found: Sequence[Cap],
     faint: Sequence[Cap],

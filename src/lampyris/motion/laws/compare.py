@@ -11,11 +11,11 @@ import numpy as np
 
 from lampyris._core import elementary
 from lampyris.errors import SettingError
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import CellCourse, Course
+from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath
 from lampyris.motion.jerk import jerks
 from lampyris.motion.laws import registry as laws
 from lampyris.typing import Floats
@@ -28,7 +28,7 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Entry:
+class LawResult:
     """One law on the course.
 
     Parameters
@@ -56,15 +56,15 @@ class Entry:
 
 
 def compare(
-    course: Course,
+    course: SampledPath,
     scene: Scene,
     chosen: Sequence[laws.SpeedLaw],
     *,
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     make: Make | None = None,
     refused: dict[str, str] | None = None,
-) -> tuple[Entry, ...]:
+) -> tuple[LawResult, ...]:
     """An entry for each law, in the order asked for.
 
     Parameters
@@ -102,7 +102,7 @@ def compare(
     return tuple(out)
 
 
-def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Entry:
+def entry_of(profile: Profile, course: SampledPath, robot: Robot, best: float) -> LawResult:
     """What one profile does, judged from it alone; ``best``: seconds that the time optimum takes."""
     took = profile.duration
     length = float(profile.s[-1] - profile.s[0])
@@ -114,7 +114,7 @@ def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Ent
         "v_max": (float(profile.v.max()), robot.v_max),
         "jerk": (jerk_of(profile), math.inf if robot.jerk_max is None else robot.jerk_max),
     }
-    return Entry(
+    return LawResult(
         profile.law,
         profile,
         took,
@@ -127,10 +127,10 @@ def entry_of(profile: Profile, course: Course, robot: Robot, best: float) -> Ent
     )
 
 
-def lateral_of(profile: Profile, course: Course) -> Floats:
+def lateral_of(profile: Profile, course: SampledPath) -> Floats:
     """Lateral acceleration on each edge of a profile at the greater of its two speeds, m/s2; (n - 1,)."""
     s = profile.s
-    if isinstance(course, CellCourse) and len(s) > 1:
+    if isinstance(course, SampledCellPath) and len(s) > 1:
         return _lateral_in_corners(profile, course)
     if course.curve is None or len(s) < 2:
         return np.zeros(max(len(s) - 1, 0))
@@ -141,7 +141,7 @@ def lateral_of(profile: Profile, course: Course) -> Floats:
     return out
 
 
-def _lateral_in_corners(profile: Profile, course: CellCourse) -> Floats:
+def _lateral_in_corners(profile: Profile, course: SampledCellPath) -> Floats:
     """The same on a path of cells: on the arcs of its corners, straight between them."""
     s, x, out = profile.s, np.square(profile.v), np.zeros(len(profile.s) - 1)
     corners = course.corners

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris.kernels.motion.speed_passes import clock
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.laws.dissertation import DissertationLaw, cell_speeds
 from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.profile import start_speed, stop_to_stop
@@ -34,7 +34,7 @@ _CENTRE = 0.1
 """Cells from the centre of a cell within which a course goes there, and not just past."""
 
 
-def cells_passed(course: Course, first: int, last: int) -> tuple[NDArray[np.int64], Floats]:
+def cells_passed(course: SampledPath, first: int, last: int) -> tuple[NDArray[np.int64], Floats]:
     """The cells that a course passes from node ``first`` to node ``last``, as single steps, and where.
 
     A step into a neighbour by its side and on to the next by its side is one diagonal step, unless the course
@@ -111,12 +111,12 @@ def _centres(
 
 
 def course_profile(
-    course: Course,
+    course: SampledPath,
     scene: Scene,
     law: DissertationLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
 ) -> Profile:
     """A profile in metres and seconds: the law's velocities, its greatest one taken as the robot's v_max.
@@ -166,7 +166,12 @@ def course_profile(
 
 
 def _timed(
-    course: Course, scene: Scene, x: Floats, cause: tuple[str, ...], about: NDArray[np.int64], rise: float
+    course: SampledPath,
+    scene: Scene,
+    x: Floats,
+    cause: tuple[str, ...],
+    about: NDArray[np.int64],
+    rise: float,
 ) -> Profile:
     """A profile from squared speeds."""
     n, robot = len(course), scene.robot
@@ -183,7 +188,7 @@ def _timed(
     return Profile("dissertation", course.s, v, a, t, cause, "m/s", about, (), course.xy)
 
 
-def covered(movers: Movers | None, course: Course, shape: tuple[int, int]) -> NDArray[np.int64]:
+def covered(movers: ObstacleStates | None, course: SampledPath, shape: tuple[int, int]) -> NDArray[np.int64]:
     """The cells whose squares the discs of moving obstacles touch now; int64 (m, 2), each once.
 
     Only those of the map that the rings around the course may hold: a disc may be of any size. Of each row a

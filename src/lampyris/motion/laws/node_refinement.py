@@ -15,7 +15,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.geometry.acceleration_switches import inserted
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.safety.surroundings import edge_room, edge_zones, reach_of, zones_at
 from lampyris.typing import Floats
 
@@ -23,7 +23,7 @@ CREEP = 0.1
 """Share of v_max below which no room slows our law, unless it is told another."""
 
 
-def refined(course: Course, scene: Scene, *, share: float = 0.9, halvings: int = 5) -> Course:
+def refined(course: SampledPath, scene: Scene, *, share: float = 0.9, halvings: int = 5) -> SampledPath:
     """The same course with edges halved where that makes our law faster.
 
     An edge is halved while the speed that its bound allows is less than ``share`` of the mean of what its two
@@ -62,6 +62,6 @@ def _speed(away: Floats, scene: Scene, zone: Floats | None) -> Floats:
     return v if zone is None else np.minimum(v, zone)
 
 
-def _halved(course: Course, split: NDArray[np.int64]) -> Course:
+def _halved(course: SampledPath, split: NDArray[np.int64]) -> SampledPath:
     """A node more in the middle of each of these edges, by number."""
     return inserted(course, split, 0.5 * (course.s[split] + course.s[split + 1]))

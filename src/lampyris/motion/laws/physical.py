@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.nearest_wall import nearest_squares
 from lampyris.model.grid import frozen
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import CellCourse, Course, course_of_path, places
+from lampyris.motion.geometry.sampled_path import SampledCellPath, SampledPath, course_of_path, places
 from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.profile import OnInfeasible, feasible_profile
 from lampyris.motion.safety.blind_areas import BlindArea, blind_cap
@@ -117,7 +117,7 @@ class PhysicalLaw:
             checked_kind(f"physical.{name}", getattr(self, name), kind, none=name != "moving")
 
 
-class Ground(NamedTuple):
+class CapContext(NamedTuple):
     """What a rule looks at.
 
     Parameters
@@ -126,7 +126,7 @@ class Ground(NamedTuple):
     cells : int64 (n, 2), where the way is a path of cells: there, bounds hold at the nodes alone.
     """
 
-    course: Course
+    course: SampledPath
     scene: Scene
     law: PhysicalLaw
     around: Around
@@ -152,22 +152,22 @@ class Ground(NamedTuple):
         return caps.clearance(distance, radius=robot.radius, d_max=robot.d_max, creep=creep)
 
 
-Rule: TypeAlias = Callable[[Ground], list[Cap]]
+Rule: TypeAlias = Callable[[CapContext], list[Cap]]
 """One row of the law."""
 
 
-def _limit(g: Ground) -> list[Cap]:
+def _limit(g: CapContext) -> list[Cap]:
     return [Cap("limit", caps.limit(len(g.course), g.scene.robot.v_max))]
 
 
-def _curvature(g: Ground) -> list[Cap]:
+def _curvature(g: CapContext) -> list[Cap]:
     bends = g.course.curve is not None or bool(g.course.curvature.any())
     if not g.law.curvature or not bends:
         return []
     return [Cap("curvature", caps.curvature(g.course.curvature, lat_max=g.scene.robot.lat_max))]
 
 
-def _clearance(g: Ground) -> list[Cap]:
+def _clearance(g: CapContext) -> list[Cap]:
     if not g.law.clearance:
         return []
     if g.cells is None:
@@ -178,13 +178,13 @@ def _clearance(g: Ground) -> list[Cap]:
     return [] if squared is None else [Cap("clearance", g.stopping(_metres(squared, g.scene)))]
 
 
-def _zones(g: Ground) -> list[Cap]:
+def _zones(g: CapContext) -> list[Cap]:
     if not g.law.zones or g.scene.zones is None:
         return []
     return [Cap("zone", zone_limits(g.course, g.scene.zones))]
 
 
-def _obstacles(g: Ground) -> list[Cap]:
+def _obstacles(g: CapContext) -> list[Cap]:
     if len(g.around.cells) == 0:
         return []
     if g.cells is None:
@@ -195,13 +195,13 @@ def _obstacles(g: Ground) -> list[Cap]:
     return [] if squared is None else [Cap("obstacle", g.stopping(_metres(squared, g.scene)))]
 
 
-def _moving(g: Ground) -> list[Cap]:
+def _moving(g: CapContext) -> list[Cap]:
     if g.around.movers is None:
         return []
     return list(moving_cap(g.course, g.scene, g.law.moving, g.around))
 
 
-def _approach(g: Ground) -> list[Cap]:
+def _approach(g: CapContext) -> list[Cap]:
     rule = g.law.approach
     if rule is None:
         return []
@@ -212,10 +212,10 @@ def _approach(g: Ground) -> list[Cap]:
     return [Cap("approach", v)]
 
 
-def _guest(name: str, build: Callable[[Course, Scene, Any, Around], list[Cap]]) -> Rule:
+def _guest(name: str, build: Callable[[SampledPath, Scene, Any, Around], list[Cap]]) -> Rule:
     """A rule with settings of its own, off where it has none."""
 
-    def row(g: Ground) -> list[Cap]:
+    def row(g: CapContext) -> list[Cap]:
         settings = getattr(g.law, name)
         return [] if settings is None else list(build(g.course, g.scene, settings, g.around))
 
@@ -242,28 +242,28 @@ STATIC = TABLE[:6]
 
 
 def ground_of(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     law: PhysicalLaw,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
-) -> Ground:
+    movers: ObstacleStates | None = None,
+) -> CapContext:
     """What the rules look at, from a path of cells or a course."""
     around = Around(as_cells(obstacles), movers)
-    if isinstance(way, Course):
-        cells = way.cells if isinstance(way, CellCourse) else None
-        return Ground(way, scene, law, around, cells)
+    if isinstance(way, SampledPath):
+        cells = way.cells if isinstance(way, SampledCellPath) else None
+        return CapContext(way, scene, law, around, cells)
     course = course_of_path(way, scene.grid.resolution)
-    return Ground(course, scene, law, around, way.cells.astype(np.int64))
+    return CapContext(course, scene, law, around, way.cells.astype(np.int64))
 
 
 def physical_profile(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     law: PhysicalLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from lampyris._core.predicates import is_word
 from lampyris.errors import UsageError, did_you_mean, shown
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import settings
-from lampyris.motion.geometry.sampled_path import Course, course_with_corners
+from lampyris.motion.geometry.sampled_path import SampledPath, course_with_corners
 from lampyris.motion.laws import physical
 from lampyris.motion.laws.bounds import Constant, Optimum, constant_profile, optimum_profile
 from lampyris.motion.laws.dissertation import DissertationLaw, path_profile
@@ -35,12 +35,12 @@ class Build(Protocol):
 
     def __call__(
         self,
-        way: Path | Course,
+        way: Path | SampledPath,
         scene: Scene,
         law: Any,
         *,
         obstacles: Iterable[Cell] | NDArray[Any],
-        movers: Movers | None,
+        movers: ObstacleStates | None,
         v0: float,
         previous: Cell | None,
         on_infeasible: OnInfeasible,
@@ -63,18 +63,18 @@ class Law:
 
 
 def _dissertation(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     law: DissertationLaw,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
 ) -> Profile:
     """The dissertation's law: in velocity units on a path, in m/s on a course."""
-    if isinstance(way, Course):
+    if isinstance(way, SampledPath):
         return course_profile(way, scene, law, obstacles=obstacles, movers=movers, v0=v0)
     return path_profile(way, scene, law, obstacles=obstacles, v0=v0, previous=previous)
 
@@ -165,12 +165,12 @@ def names() -> tuple[str, ...]:
 
 
 def profile(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     *,
     law: SpeedLaw = "physical",
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -214,7 +214,12 @@ def profile(
 
 
 def profile_on_cells(
-    path: Path, scene: Scene, *, law: SpeedLaw = "physical", movers: Movers | None = None, v0: float = 0.0
+    path: Path,
+    scene: Scene,
+    *,
+    law: SpeedLaw = "physical",
+    movers: ObstacleStates | None = None,
+    v0: float = 0.0,
 ) -> Profile:
     """A speed for every cell of a planned path; its corners are rounded, or stops.
 
@@ -230,7 +235,7 @@ def profile_on_cells(
     ------
     UsageError, SettingError : as :func:`profile`.
     """
-    way: Path | Course = path
+    way: Path | SampledPath = path
     if _found(law)[0].units == "m/s":
         way = course_with_corners(path, scene.grid.resolution, scene.robot)
     return profile(way, scene, law=law, movers=movers, v0=v0)

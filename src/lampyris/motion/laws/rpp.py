@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Cap
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course, course_of_path, places
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path, places
 from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.lowest import lowest
 from lampyris.motion.profile import OnInfeasible, feasible_profile, start_speed
@@ -135,7 +135,7 @@ def regulate(
     ]
 
 
-def steered(course: Course, lookahead: float) -> Floats:
+def steered(course: SampledPath, lookahead: float) -> Floats:
     """Curvature of the arc from each node to the point ``lookahead`` metres away, 1/m, >= 0; (n,).
 
     The robot is on the way and heads along it. In its frame the point lies at (x, y); the arc that touches
@@ -171,11 +171,11 @@ def _beyond(a: Points, b: Points, radius: float) -> Floats:
 
 
 def rpp_commands(
-    course: Course,
+    course: SampledPath,
     scene: Scene,
     settings: Rpp,
     obstacles: NDArray[np.int64],
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
 ) -> list[Cap]:
     """What the controller would command at each node of a course, as caps; see :func:`regulate`.
 
@@ -200,12 +200,12 @@ def rpp_commands(
 
 
 def rpp_profile(
-    way: Path | Course,
+    way: Path | SampledPath,
     scene: Scene,
     law: Rpp,
     *,
     obstacles: Iterable[Cell] | NDArray[Any] = (),
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     v0: float = 0.0,
     previous: Cell | None = None,
     on_infeasible: OnInfeasible = "raise",
@@ -223,7 +223,7 @@ def rpp_profile(
     ------
     SettingError : ``PROFILE_INFEASIBLE``, ``START_SPEED``.
     """
-    course = way if isinstance(way, Course) else course_of_path(way, scene.grid.resolution)
+    course = way if isinstance(way, SampledPath) else course_of_path(way, scene.grid.resolution)
     commands = rpp_commands(course, scene, law, as_cells(obstacles), movers)
     low = lowest(commands)
     followed = _tracked(course, low.v, low.words, scene, start_speed(v0))
@@ -256,7 +256,9 @@ class _Tracked(NamedTuple):
     about: NDArray[np.int64]
 
 
-def _tracked(course: Course, command: Floats, words: tuple[str, ...], scene: Scene, v0: float) -> _Tracked:
+def _tracked(
+    course: SampledPath, command: Floats, words: tuple[str, ...], scene: Scene, v0: float
+) -> _Tracked:
     """Speeds that follow the command from behind, and why; the next halt is braked for at the last moment."""
     s, robot, n = course.s, scene.robot, len(course)
     halts = np.append(np.flatnonzero(course.stop), n - 1)

@@ -22,7 +22,7 @@ from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.setting_checks import number
 from lampyris.typing import BoolGrid, Cell, Floats
 
@@ -102,7 +102,7 @@ def need(robot: Robot, settings: BlindArea) -> float:
     return own + settings.hidden_speed * (t + w / robot.d_max)
 
 
-def blind_cap(course: Course, scene: Scene, settings: BlindArea, around: Around) -> list[Cap]:
+def blind_cap(course: SampledPath, scene: Scene, settings: BlindArea, around: Around) -> list[Cap]:
     """Slow enough, at each node and on the edges that touch it, for what may come out of a blind area."""
     robot = scene.robot
     d = hiding_distance(course, scene, settings)
@@ -116,7 +116,7 @@ def blind_cap(course: Course, scene: Scene, settings: BlindArea, around: Around)
     return [Cap("blind area", np.where(np.isinf(d), np.inf, np.maximum(v, settings.creep * robot.v_max)))]
 
 
-def hiding_distance(course: Course, scene: Scene, settings: BlindArea) -> Floats:
+def hiding_distance(course: SampledPath, scene: Scene, settings: BlindArea) -> Floats:
     """Distance from the robot's centre to the nearest surface that may turn up ahead of it; metres, (n,).
 
     The least over the edges that touch a node. Infinity where it does not slow the robot.
@@ -163,7 +163,7 @@ class _Land(NamedTuple):
     eyes_y: NDArray[np.int64]
 
 
-def _land(course: Course, grid: Grid, settings: BlindArea, limit: float) -> _Land | None:
+def _land(course: SampledPath, grid: Grid, settings: BlindArea, limit: float) -> _Land | None:
     """That piece; None where it hides nothing."""
     rho = settings.hidden_radius / grid.resolution
     margin = math.ceil(limit + rho) + 2

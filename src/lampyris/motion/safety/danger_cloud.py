@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lampyris._core import elementary
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.setting_checks import number
 from lampyris.typing import FloatGrid, Floats, Points
 
@@ -194,7 +194,7 @@ def slowed(danger: Floats, *, v_max: float, creep: float) -> Floats:
     return np.maximum(creep, v_max * (1.0 - danger))
 
 
-def cloud_cap(course: Course, scene: Scene, settings: CloudModel, around: Around) -> list[Cap]:
+def cloud_cap(course: SampledPath, scene: Scene, settings: CloudModel, around: Around) -> list[Cap]:
     """Slower the more dangerous the most dangerous obstacle is at a node; no cap without obstacles.
 
     Node k is judged for a robot that comes there at full speed, at ``s / v_max``, in its direction of travel;
@@ -216,7 +216,9 @@ def cloud_cap(course: Course, scene: Scene, settings: CloudModel, around: Around
     return [Cap("danger", v, about)]
 
 
-def dangers(course: Course, n: int, scene: Scene, settings: CloudModel, movers: Movers) -> FloatGrid:
+def dangers(
+    course: SampledPath, n: int, scene: Scene, settings: CloudModel, movers: ObstacleStates
+) -> FloatGrid:
     """Danger of each obstacle at each of the first n nodes, 0 to 1, (n, m).
 
     Degree of the time times degree of the gap: only what is both soon and near is dangerous.

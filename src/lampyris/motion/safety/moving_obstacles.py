@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.setting_checks import number
 from lampyris.typing import Floats, Points
 
@@ -51,7 +51,7 @@ class MovingObstacles:
             object.__setattr__(self, f.name, value)
 
 
-def fresh(movers: Movers, max_age: float) -> bool:
+def fresh(movers: ObstacleStates, max_age: float) -> bool:
     """Whether what is known of the movers may be used; an age that is no number, or below 0, is refused."""
     return 0.0 <= movers.age <= max_age
 
@@ -82,7 +82,7 @@ def moving(
     return np.where(v > _STANDING, v, 0.0)
 
 
-def moving_cap(course: Course, scene: Scene, settings: MovingObstacles, around: Around) -> list[Cap]:
+def moving_cap(course: SampledPath, scene: Scene, settings: MovingObstacles, around: Around) -> list[Cap]:
     """The cap ``moving obstacle`` of a course, its ``about`` the number of the obstacle that binds.
 
     The distance at a node is the least on the edges that touch it, so what holds at two neighbours holds
@@ -115,7 +115,7 @@ def moving_cap(course: Course, scene: Scene, settings: MovingObstacles, around: 
     return _least(edges, pairs, v, len(course))
 
 
-def _binding_distance(movers: Movers, robot: Robot, settings: MovingObstacles) -> Floats:
+def _binding_distance(movers: ObstacleStates, robot: Robot, settings: MovingObstacles) -> Floats:
     """Distance from edge to edge beyond which v_max is slow enough; metres, (m,)."""
     seconds = settings.reaction + robot.v_max / robot.d_max
     stopping = robot.v_max * (settings.reaction + 0.5 * robot.v_max / robot.d_max)
@@ -144,7 +144,7 @@ class _Pairs(NamedTuple):
     mover: NDArray[np.int64]
 
 
-def _edges(course: Course) -> _Edges:
+def _edges(course: SampledPath) -> _Edges:
     points = course.xy * course.resolution
     ends = points[1:] if len(points) > 1 else points
     begins = points[: len(ends)]

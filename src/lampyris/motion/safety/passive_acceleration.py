@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lampyris.kernels.motion.passive_safety import ACCELERATION, CEILING, highest_push
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats
 
 _CAUSES = {ACCELERATION: "acceleration", CEILING: "limit"}
@@ -64,7 +64,7 @@ class Push(NamedTuple):
     about: int = -1
 
 
-def rails_of(course: Course) -> Rails:
+def rails_of(course: SampledPath) -> Rails:
     """The course as arrays in metres; one of a single node becomes an edge that cannot be driven.
 
     An arc of curvature k leaves its chord by at most ``k ds^2 / 8`` at equal shares of both.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import FloatGrid, Floats, Points
 
 _TOUCH = 1e-9
@@ -30,7 +30,7 @@ def least_around(edges: Floats) -> Floats:
     return out
 
 
-def reach_of(course: Course, enough: float) -> float:
+def reach_of(course: SampledPath, enough: float) -> float:
     """How far surfaces must be looked for, so that :func:`room` tells up to ``enough``; metres.
 
     Room below ``enough`` is then the same for every greater ``enough`` too: an edge with one end within reach
@@ -44,12 +44,12 @@ def reach_of(course: Course, enough: float) -> float:
     return math.sqrt(bent * bent + 0.25 * longest * longest) + longest * (1.0 + _SLACK)
 
 
-def room(course: Course, distance: Floats, reach: float) -> Floats:
+def room(course: SampledPath, distance: Floats, reach: float) -> Floats:
     """Least distance to a surface on the edges that touch each node, metres; see :func:`edge_room`."""
     return distance if len(course) < 2 else least_around(edge_room(course, distance, reach))
 
 
-def edge_room(course: Course, distance: Floats, reach: float) -> Floats:
+def edge_room(course: SampledPath, distance: Floats, reach: float) -> Floats:
     """A lower bound of the distance to a surface on each edge, metres, (n - 1,); infinity where none is near.
 
     Parameters
@@ -111,7 +111,7 @@ def cells_distance(xy: Points, cells: NDArray[np.int64], resolution: float, reac
     return out
 
 
-def zone_limits(course: Course, zones: FloatGrid) -> Floats:
+def zone_limits(course: SampledPath, zones: FloatGrid) -> Floats:
     """Least limit of the cells that the centre touches on the edges at each node; m/s, (n,)."""
     if len(course) == 1:
         return zones_at(course.xy, zones)
@@ -123,7 +123,7 @@ def zones_at(xy: Points, zones: FloatGrid) -> Floats:
     return _corner_limits(zones, xy - _TOUCH, xy + _TOUCH)
 
 
-def edge_zones(course: Course, zones: FloatGrid) -> Floats:
+def edge_zones(course: SampledPath, zones: FloatGrid) -> Floats:
     """Least limit of the cells that the centre touches on each edge; m/s, (n - 1,).
 
     Edges longer than a quarter of a cell are looked at in parts. Of each part the box counts, so that a cell

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris.errors import SettingError, shown
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.setting_checks import number, whole
 from lampyris.typing import FloatGrid, Floats, Points
 
@@ -257,7 +257,7 @@ def updated(belief: FloatGrid, likely: FloatGrid, settings: ThreeSpeed) -> Float
 
 
 def three_speed_cap(
-    course: Course, scene: Scene, settings: ThreeSpeed, around: Around, belief: FloatGrid | None = None
+    course: SampledPath, scene: Scene, settings: ThreeSpeed, around: Around, belief: FloatGrid | None = None
 ) -> list[Cap]:
     """The speed chosen now and, step by step along the course, the choices as if the robot stood there.
 
@@ -289,14 +289,14 @@ def three_speed_cap(
     return [Cap("three speeds", v)]
 
 
-def _seen(course: Course, movers: Movers) -> tuple[Points, Points]:
+def _seen(course: SampledPath, movers: ObstacleStates) -> tuple[Points, Points]:
     """Positions now (metres) and velocities (0 where not known)."""
     velocity = np.zeros((len(movers), 2)) if movers.velocity is None else movers.velocity
     return movers.xy * course.resolution + velocity * movers.age, velocity
 
 
 def _nearest_ones(
-    course: Course, k: int, t: float, scene: Scene, settings: ThreeSpeed, movers: Movers
+    course: SampledPath, k: int, t: float, scene: Scene, settings: ThreeSpeed, movers: ObstacleStates
 ) -> NDArray[np.int64]:
     """The obstacles that matter most at node k: least room after what both can go in the steps ahead."""
     place, velocity = _seen(course, movers)
@@ -306,12 +306,12 @@ def _nearest_ones(
 
 
 def contacts(
-    course: Course,
+    course: SampledPath,
     k: int,
     t: float,
     scene: Scene,
     settings: ThreeSpeed,
-    movers: Movers,
+    movers: ObstacleStates,
     who: NDArray[np.int64],
 ) -> FloatGrid:
     """The contacts that :func:`choose` asks for, of a robot at node k in t seconds."""
@@ -359,9 +359,9 @@ class ThreeSpeedControl:
 
     settings: ThreeSpeed
     belief: FloatGrid = field(default_factory=lambda: np.zeros((0, 3)))
-    _last: Movers | None = None
+    _last: ObstacleStates | None = None
 
-    def update(self, movers: Movers | None, dt: float, course: Course, s: float = 0.0) -> None:
+    def update(self, movers: ObstacleStates | None, dt: float, course: SampledPath, s: float = 0.0) -> None:
         """Take in what was seen ``dt`` seconds after the last time, by a robot at distance s of its course.
 
         Obstacles are told apart by their index: if their number changes, all are new.
@@ -380,7 +380,7 @@ class ThreeSpeedControl:
             self.belief = updated(self.belief, likely, self.settings)
         self._last = movers
 
-    def cap(self, course: Course, scene: Scene, around: Around) -> list[Cap]:
+    def cap(self, course: SampledPath, scene: Scene, around: Around) -> list[Cap]:
         """:func:`three_speed_cap` with what is believed now."""
         known = around.movers is not None and len(self.belief) == len(around.movers)
         return three_speed_cap(course, scene, self.settings, around, self.belief if known else None)

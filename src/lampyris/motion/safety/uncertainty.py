@@ -15,7 +15,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion import caps
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.clearance import wall_distance
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.safety.surroundings import reach_of, room
 from lampyris.motion.setting_checks import number, whole
 
@@ -54,7 +54,7 @@ class Uncertainty:
         object.__setattr__(self, "observations", count)
 
 
-def uncertainty_cap(course: Course, scene: Scene, settings: Uncertainty, around: Around) -> list[Cap]:
+def uncertainty_cap(course: SampledPath, scene: Scene, settings: Uncertainty, around: Around) -> list[Cap]:
     """Caps ``uncertainty`` (room for k standard deviations) and ``undecided`` (time for enough looks).
 
     The nearest surface, and the nearest cell that the map knows nothing of, are measured on the course, and

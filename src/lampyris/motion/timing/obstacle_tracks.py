@@ -13,7 +13,7 @@ from lampyris._core.predicates import in_range
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.collision_time import first_meeting
 from lampyris.model.obstacles import Track
-from lampyris.model.traffic import Recorded, Traffic
+from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.typing import Floats
 
 TOUCH = 1e-9
@@ -21,7 +21,7 @@ TOUCH = 1e-9
 
 
 def tracks_from_recorded(
-    traffic: Iterable[Traffic], tick_seconds: float, resolution: float
+    traffic: Iterable[ObstacleSpec], tick_seconds: float, resolution: float
 ) -> tuple[Track, ...]:
     """The recorded obstacles among ``traffic`` in continuous time, in order.
 
@@ -90,7 +90,7 @@ def discs_of(tracks: Sequence[Track], radius: float, t0: float, resolution: floa
     return Discs(begin, t, points[:, 0].copy(), points[:, 1].copy(), reach, np.array(top))
 
 
-class Way(NamedTuple):
+class CappedPath(NamedTuple):
     """A course for driving among discs.
 
     Parameters
@@ -107,7 +107,7 @@ class Way(NamedTuple):
     stop: NDArray[np.bool_]
 
 
-class Motion(NamedTuple):
+class TimedNodes(NamedTuple):
     """Nodes of a motion along a way: constant acceleration ``a[i]`` from node i to the next; float64 (k,)."""
 
     t: Floats
@@ -116,7 +116,7 @@ class Motion(NamedTuple):
     a: Floats
 
 
-def meeting(way: Way, motion: Motion, discs: Discs) -> tuple[float, int]:
+def meeting(way: CappedPath, motion: TimedNodes, discs: Discs) -> tuple[float, int]:
     """When a motion first meets a disc, seconds from the start, and which; infinity and -1: never."""
     if len(discs) == 0:
         return math.inf, -1

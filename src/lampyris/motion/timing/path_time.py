@@ -18,9 +18,9 @@ from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.profile import Feasible, feasible_profile, start_speed
-from lampyris.motion.timing.obstacle_tracks import Discs, Motion, Way, discs_of, meeting
+from lampyris.motion.timing.obstacle_tracks import CappedPath, Discs, TimedNodes, discs_of, meeting
 from lampyris.motion.timing.reachability import Blocked, Walk, walk
 from lampyris.motion.timing.spacetime_lattice import Lattice, best_lattice
 from lampyris.typing import Floats, Points
@@ -30,7 +30,7 @@ _CLOSE = 1e-9
 
 
 def through_tracks(
-    course: Course,
+    course: SampledPath,
     v_cap: Floats,
     robot: Robot,
     tracks: Sequence[Track],
@@ -118,13 +118,13 @@ def _feasible(s: Floats, cap: Floats, robot: Robot, v0: float, stop: NDArray[np.
     return feasible_profile(s, [("limit", cap)], a_max=robot.a_max, d_max=robot.d_max, v0=v0, stop=stop)
 
 
-def _slack(course: Course) -> float:
+def _slack(course: SampledPath) -> float:
     """Metres by which the way leaves the straight lines between its nodes at most."""
     ds = course.s[1:] - course.s[:-1]
     return 0.125 * float((np.minimum(course.curvature[1:], course.curvature[:-1]) * ds * ds).max())
 
 
-def way_of(course: Course, v_cap: Floats, v0: float, robot: Robot) -> Way:
+def way_of(course: SampledPath, v_cap: Floats, v0: float, robot: Robot) -> CappedPath:
     """The course in metres. An edge from rest to rest gets a node where the robot is fastest on it."""
     stop = course.stop.copy()
     stop[[0, -1]] = False
@@ -140,7 +140,7 @@ def way_of(course: Course, v_cap: Floats, v0: float, robot: Robot) -> Way:
         s, x, y = (np.insert(a, both + 1, m) for a, m in zip((s, x, y), mid, strict=True))
         cap = np.insert(cap, both + 1, np.where(low > 0.0, low, high))
         stop = np.insert(stop, both + 1, False)
-    return Way(s.copy(), x.copy(), y.copy(), cap, stop)
+    return CappedPath(s.copy(), x.copy(), y.copy(), cap, stop)
 
 
 @dataclass
@@ -158,14 +158,14 @@ class _Part:
 class _Search:
     """One question to :func:`through_tracks`."""
 
-    def __init__(self, course: Course, v_cap: Floats, robot: Robot, discs: Discs, v0: float) -> None:
+    def __init__(self, course: SampledPath, v_cap: Floats, robot: Robot, discs: Discs, v0: float) -> None:
         self.course, self.robot, self.discs, self.v0 = course, robot, discs, v0
         self.way = way_of(course, v_cap, v0, robot)
         self.still = _feasible(self.way.s, self.way.cap, robot, v0, self.way.stop)
-        self.fastest = Motion(self.still.t, self.way.s, self.still.v, self.still.a)
+        self.fastest = TimedNodes(self.still.t, self.way.s, self.still.v, self.still.a)
         self.x = self.still.v * self.still.v
 
-    def run(self, step: float | None, horizon: float | None) -> Motion:
+    def run(self, step: float | None, horizon: float | None) -> TimedNodes:
         """The motion, as nodes: a first part, the walk on the lattice, without what comes after it."""
         way, begin, v, t = self.way, 0.0, self.v0, 0.0
         head: list[tuple[float, float, float, float]] = []
@@ -189,7 +189,7 @@ class _Search:
         t += start.t
         if head:
             last = (t, float(lattice.legs[0]), lattice.speed * float(lattice.unit[0]), 0.0)
-            first = Motion(*np.array([*head, last]).T.copy())
+            first = TimedNodes(*np.array([*head, last]).T.copy())
             at, who = meeting(way, first, self.discs)
             if who >= 0:
                 raise Blocked(who, float(lattice.legs[0]), at)
@@ -218,7 +218,7 @@ class _Search:
         except SettingError:
             return None
         part = _Part(made.t + t, nodes, made.v, made.a, list(made.cause), made.about.tolist())
-        return part, meeting(way, Motion(part.t, part.s, part.v, part.a), self.discs)[1] < 0
+        return part, meeting(way, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1] < 0
 
     def blame(self, t: float, s: float, v: float) -> int:
         """Whom the robot would meet if it drove on from a state as fast as it can; -1: nobody."""
@@ -226,9 +226,9 @@ class _Search:
         if found is None:
             return -1
         part = found[0]
-        return meeting(self.way, Motion(part.t, part.s, part.v, part.a), self.discs)[1]
+        return meeting(self.way, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1]
 
-    def profile(self, found: Motion, law: str) -> Profile:
+    def profile(self, found: TimedNodes, law: str) -> Profile:
         """The motion with the fastest end that is free, its causes, and where it is."""
         count = len(found.t)
         low, high, end = -1, count - 1, None
@@ -239,7 +239,7 @@ class _Search:
                 high, end = k, rest[0]
             else:
                 low = k
-        kept = _merged(Motion(*(a[: high + 1] for a in found)))
+        kept = _merged(TimedNodes(*(a[: high + 1] for a in found)))
         # The last state from which driving on as fast as can be would have met somebody: whom.
         before = max(high - 1, 0)
         culprit = self.blame(float(found.t[before]), float(found.s[before]), float(found.v[before]))
@@ -261,7 +261,7 @@ class _Search:
             law, s, v, a, t, tuple(cause), "m/s", np.array(about), (("limit", ceiling),), self._xy(s)
         )
 
-    def _causes(self, kept: Motion, culprit: int) -> tuple[list[str], list[int]]:
+    def _causes(self, kept: TimedNodes, culprit: int) -> tuple[list[str], list[int]]:
         """What binds each node of the walk; braking is named later. ``culprit`` binds the last one."""
         t, s, v, a = kept
         top = np.sqrt(elementary.interp(s, self.way.s, self.x))
@@ -296,28 +296,30 @@ class _Search:
         return np.stack([elementary.interp(s, self.course.s, self.course.xy[:, k]) for k in (0, 1)], axis=-1)
 
 
-def _joined(head: list[tuple[float, float, float, float]], lattice: Lattice, done: Walk, t: float) -> Motion:
+def _joined(
+    head: list[tuple[float, float, float, float]], lattice: Lattice, done: Walk, t: float
+) -> TimedNodes:
     """The first part and the walk as nodes in metres and seconds."""
     place, speed = done
     steps = len(place) - 1
     unit = lattice.unit[lattice.leg_of(place)]
     # A step's units are those of the leg that it is on; it arrives at a border with speed 0.
     gain = np.append(np.diff(speed), 0) * unit / lattice.dt
-    walked = Motion(
+    walked = TimedNodes(
         t + np.arange(steps + 1, dtype=np.float64) * lattice.dt, lattice.s_of(place), speed * unit, gain
     )
     if not head:
         return walked
     first = np.array(head).T
-    return Motion(*(np.concatenate((a, b)) for a, b in zip(first, walked, strict=True)))
+    return TimedNodes(*(np.concatenate((a, b)) for a, b in zip(first, walked, strict=True)))
 
 
-def _merged(found: Motion) -> Motion:
+def _merged(found: TimedNodes) -> TimedNodes:
     """Neighbouring stretches of one acceleration as one."""
     t, s, v, a = found
     keep = np.ones(len(t), dtype=np.bool_)
     keep[1:-1] = a[1:-1] != a[:-2]
-    return Motion(*(np.ascontiguousarray(x[keep]) for x in (t, s, v, np.append(a[:-1], 0.0))))
+    return TimedNodes(*(np.ascontiguousarray(x[keep]) for x in (t, s, v, np.append(a[:-1], 0.0))))
 
 
 def _name_braking(cause: list[str], about: list[int]) -> None:

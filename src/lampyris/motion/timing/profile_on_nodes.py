@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.model.profile import Profile
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.typing import Floats
 
 _CLOSE = 1e-6
@@ -14,7 +14,7 @@ _CLOSE = 1e-6
 _MET = ("wait", "moving obstacle")
 
 
-def with_nodes(found: Profile, still: Profile, course: Course, a_max: float) -> Profile:
+def with_nodes(found: Profile, still: Profile, course: SampledPath, a_max: float) -> Profile:
     """The same motion with a node at each node of the course, too.
 
     :func:`lampyris.motion.timing.path_time.through_tracks` tells where the acceleration changes. Between two such
@@ -64,7 +64,7 @@ def with_nodes(found: Profile, still: Profile, course: Course, a_max: float) -> 
     )
 
 
-def _places(found: Profile, course: Course) -> tuple[Floats, NDArray[np.int64]]:
+def _places(found: Profile, course: SampledPath) -> tuple[Floats, NDArray[np.int64]]:
     """Which nodes of the course are put in, and how far along the stretch each is, as a share below 1."""
     s = course.s
     if len(s) < 3 or len(found.s) < 2:

@@ -12,7 +12,7 @@ from lampyris._core import elementary
 from lampyris.errors import InternalFault, LimitError
 from lampyris.kernels.motion.collision_time import taken
 from lampyris.kernels.motion.path_time import prune, spread, walk_on
-from lampyris.motion.timing.obstacle_tracks import Discs, Way
+from lampyris.motion.timing.obstacle_tracks import CappedPath, Discs
 from lampyris.motion.timing.spacetime_lattice import MAX_WORDS, Lattice
 from lampyris.typing import Floats
 
@@ -58,7 +58,7 @@ class Spans(NamedTuple):
     who: NDArray[np.int64]
 
 
-def walk(way: Way, lattice: Lattice, discs: Discs, t: float, horizon: float | None) -> Walk:
+def walk(way: CappedPath, lattice: Lattice, discs: Discs, t: float, horizon: float | None) -> Walk:
     """The walk with fewest steps that meets nobody, from time ``t`` on.
 
     Raises
@@ -130,7 +130,9 @@ def parts_of(lattice: Lattice, discs: Discs) -> int:
     return int(min(max(4, math.ceil(wanted)), 64))
 
 
-def spans_of(way: Way, lattice: Lattice, discs: Discs, t: float, begin: int, end: int, parts: int) -> Spans:
+def spans_of(
+    way: CappedPath, lattice: Lattice, discs: Discs, t: float, begin: int, end: int, parts: int
+) -> Spans:
     """What discs take of the lattice in the steps from ``begin`` to before ``end``; step 0 is at time ``t``.
 
     In each part of a step a disc takes all that it sweeps in it.
@@ -174,7 +176,7 @@ def spans_of(way: Way, lattice: Lattice, discs: Discs, t: float, begin: int, end
     return Spans(index, units[0][order], units[1][order], np.concatenate(whose)[piece][order])
 
 
-def _taken(way: Way, rows: list[Floats]) -> tuple[Floats, Floats, NDArray[np.int64]]:
+def _taken(way: CappedPath, rows: list[Floats]) -> tuple[Floats, Floats, NDArray[np.int64]]:
     """Stretches of the way that the pieces take, and the piece of each."""
     edges = len(way.s) - 1
     firsts = np.arange(0, edges, _BLOCK)

@@ -12,7 +12,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.motion.geometry.sampled_path import Course, corners_of_path, course_of_path
+from lampyris.motion.geometry.sampled_path import SampledPath, corners_of_path, course_of_path
 from lampyris.motion.laws.physical import PhysicalLaw, physical_profile
 from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
@@ -66,7 +66,7 @@ def scheduled_profile(
     )
 
 
-def divided(path: Path, resolution: float, robot: Robot) -> Course:
+def divided(path: Path, resolution: float, robot: Robot) -> SampledPath:
     """A path of cells as a course whose every step is divided evenly; its corners have their curvature.
 
     Raises
@@ -93,4 +93,4 @@ def divided(path: Path, resolution: float, robot: Robot) -> Course:
     kappa = np.zeros(len(at))
     for k in range(-(_PARTS // 2), _PARTS // 2 + 1):
         np.maximum.at(kappa, _PARTS * corners.node + k, 1.0 / corners.radius)
-    return Course(s, xy, heading, kappa, np.zeros(len(at), dtype=np.bool_), resolution)
+    return SampledPath(s, xy, heading, kappa, np.zeros(len(at), dtype=np.bool_), resolution)

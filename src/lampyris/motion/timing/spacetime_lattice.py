@@ -199,7 +199,7 @@ def _kinks(
     return elementary.interp(s[inner], legs, places.astype(np.float64)), x[inner] / np.square(unit[leg])
 
 
-class Found(NamedTuple):
+class RootedLattice(NamedTuple):
     """A lattice and where it begins."""
 
     lattice: Lattice
@@ -220,7 +220,7 @@ def best_lattice(
     fastest: float,
     step: float | None,
     begin: float,
-) -> Found | None:
+) -> RootedLattice | None:
     """The coarsest lattice that loses little where nobody is in the way; None: v0 leaves no freedom.
 
     Parameters
@@ -239,7 +239,7 @@ def best_lattice(
     rate = rates(robot)
     if step is not None and not in_range(step, 1e-9, 1e9):
         raise SettingError("STEP", shown(step), where="step", allowed="seconds, > 0")
-    best: Found | None = None
+    best: RootedLattice | None = None
     for count in (*LEVELS, *_COARSE) if step is None else (0,):
         if best is not None and count in _COARSE:
             break
@@ -259,7 +259,7 @@ def best_lattice(
                 break
         if lattice is None or start is None:
             continue
-        found = Found(lattice, start)
+        found = RootedLattice(lattice, start)
         if best is None or found.seconds < best.seconds:
             best = found
         if found.seconds <= (1.0 + _GOOD) * fastest:

@@ -7,21 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.predicates import is_real
-from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.scene import Scene
 from lampyris.planning.adgso.layers import LayeredSession
 from lampyris.planning.adgso.session import AdGsoSession
+from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.base import Traits
-
-CHOICES = ("greedy", "roulette", "exact")
-GATES = ("ignore", "close", "replan")
-MAX_NT = 10_000
-MAX_MVR = 50
 
 
 @dataclass(frozen=True, slots=True)
-class AdGso:
+class AdGso(AdGsoSettings):
     """Adaptive-dimensionality glowworm swarm optimisation (AD-GSO).
 
     One iteration opens whole Chebyshev rings around the robot X until at least ``nt`` cells are accepted, or
@@ -55,20 +49,6 @@ class AdGso:
     SettingError : a setting out of its range.
     """
 
-    choice: str = "greedy"
-    nt: int = 10
-    mvr: int = 3
-    rho: float = 0.4
-    gamma: float = 0.6
-    gates: str = "ignore"
-    iter_max: int | None = None
-    crowding: float = 0.0
-    window: int = 3
-    warmth: float = 0.0
-    keep_away: int = 0
-    max_extra: float | None = 0.25
-
-    name: ClassVar[str] = "ad-gso"
     # A trait has to hold for every setting. optimal: ``exact`` is, greedy is not. stochastic: only roulette
     # draws, but who asks must not take one seed's answer for another's. incremental: the field outlives
     # moving obstacles.
@@ -79,31 +59,6 @@ class AdGso:
         "Table 4.4 needs; how ties fall; mending the field when hemmed in; choice = exact; the scales of "
         "crowding, warmth and keep_away, which it suggests as future work."
     )
-
-    def __post_init__(self) -> None:
-        _one_of("CHOICE", "choice", self.choice, CHOICES)
-        _one_of("GATES", "gates", self.gates, GATES)
-        _whole("NT", "nt", self.nt, MAX_NT)
-        _whole("MVR", "mvr", self.mvr, MAX_MVR)
-        if self.iter_max is not None:
-            _whole("ITER_MAX", "iter_max", self.iter_max, 10**9)
-        _whole("WINDOW", "window", self.window, MAX_MVR)
-        if not (is_real(self.keep_away) and self.keep_away == 0):
-            _whole("KEEP_AWAY", "keep_away", self.keep_away, MAX_MVR)
-        for what, weight in (("crowding", self.crowding), ("warmth", self.warmth)):
-            if not (is_real(weight) and 0 <= weight <= 4):
-                raise SettingError.of(what.upper(), what, shown(weight), where="ad-gso", allowed="0 to 4")
-        if self.max_extra is not None and not (is_real(self.max_extra) and self.max_extra >= 0):
-            allowed = "a share >= 0 (0.25: a quarter longer at most), or None"
-            raise SettingError.of(
-                "MAX_EXTRA", "max_extra", shown(self.max_extra), where="ad-gso", allowed=allowed
-            )
-        if not (is_real(self.rho) and 0 < self.rho <= 1):
-            raise SettingError.of("RHO", "rho", shown(self.rho), where="ad-gso", allowed="0 < rho <= 1")
-        if not (is_real(self.gamma) and self.gamma > 0):
-            raise SettingError.of(
-                "GAMMA", "gamma", shown(self.gamma), where="ad-gso", allowed="a finite number > 0"
-            )
 
     def open(
         self, scene: Scene, rng: np.random.Generator, *, record: bool = False
@@ -119,16 +74,3 @@ class AdGso:
         if self.crowding > 0 or self.warmth > 0 or self.keep_away > 0:
             return LayeredSession(self, scene, rng, record=record)
         return AdGsoSession(self, scene, rng, record=record)
-
-
-def _one_of(code: str, what: str, value: object, allowed: tuple[str, ...]) -> None:
-    if not isinstance(value, str) or value not in allowed:
-        todo = did_you_mean(value, allowed)
-        raise SettingError.of(code, what, shown(value), where="ad-gso", allowed=", ".join(allowed), todo=todo)
-
-
-def _whole(code: str, what: str, value: object, most: int) -> None:
-    if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= most:
-        raise SettingError.of(
-            code, what, shown(value), where="ad-gso", allowed=f"a whole number, 1 to {most}"
-        )

@@ -8,7 +8,6 @@ it really is.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from lampyris.model.path import path_of, step_costs
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.adgso.session import AdGsoSession
+from lampyris.planning.adgso.settings import AdGsoSettings
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.attributes import blend, cut_off, kept_away
@@ -26,9 +26,6 @@ from lampyris.planning.field.solve import solve
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.session_limits import limited
 from lampyris.typing import ByteGrid, Cell, FloatGrid
-
-if TYPE_CHECKING:
-    from lampyris.planning.adgso.ad_gso import AdGso
 
 COOLING = 0.9
 """What is left of a cell's heat from one call to the next."""
@@ -50,7 +47,9 @@ class LayeredSession(SessionBase):
     scene, rng, record : as for :meth:`lampyris.planning.adgso.ad_gso.AdGso.open`.
     """
 
-    def __init__(self, settings: AdGso, scene: Scene, rng: np.random.Generator, *, record: bool) -> None:
+    def __init__(
+        self, settings: AdGsoSettings, scene: Scene, rng: np.random.Generator, *, record: bool
+    ) -> None:
         check_cells(scene.grid.blocked.size)
         self._settings = settings
         self._bare = replace(settings, crowding=0.0, warmth=0.0, keep_away=0)

@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.adgso import walk as w
 from lampyris.model.change import Change
 from lampyris.model.path import Path, path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Trip, Walker, walls
+from lampyris.planning.adgso.settings import AdGsoSettings
+from lampyris.planning.adgso.walk import NO_LIMIT, Flat, Walker, WalkState, walls
 from lampyris.planning.base import Budget, SessionBase
-from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import moves_for
 from lampyris.planning.field.repair import Padded
-from lampyris.planning.field_cache import Grounds
+from lampyris.planning.field_cache import FieldCache
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.living_map import LivingMap
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell
-
-if TYPE_CHECKING:
-    from lampyris.planning.adgso.ad_gso import AdGso
 
 CUT_OFF = w.SPENT + 1
 """A trip's ending that no kernel tells: the field it would walk on does not reach where it stands."""
@@ -50,7 +47,9 @@ class AdGsoSession(SessionBase):
     left: each is freed exactly when no obstacle covers it any more.
     """
 
-    def __init__(self, settings: AdGso, scene: Scene, rng: np.random.Generator, *, record: bool) -> None:
+    def __init__(
+        self, settings: AdGsoSettings, scene: Scene, rng: np.random.Generator, *, record: bool
+    ) -> None:
         check_cells(scene.grid.blocked.size)
         self._settings = settings
         self._scene = scene
@@ -68,7 +67,7 @@ class AdGsoSession(SessionBase):
         self._grounds = self._new_grounds()
         self._spent = 0
         self._walker = Walker(
-            Frame(self._map.free, self._moves, terrain=self._map.has_terrain),
+            BorderedMap(self._map.free, self._moves, terrain=self._map.has_terrain),
             scene.goal,
             self._moves,
             choice=settings.choice,
@@ -136,7 +135,7 @@ class AdGsoSession(SessionBase):
         self._hemmed = None
         return self._conclude(trip)
 
-    def _travel(self, bodies: frozenset[Cell], look: int) -> Trip:
+    def _travel(self, bodies: frozenset[Cell], look: int) -> WalkState:
         """Walk from the robot's cell as far as it goes, finding gates on the way if the policy says so.
 
         A gate that the preview finds is sealed for this plan only. It stays sealed in the session once the
@@ -179,14 +178,14 @@ class AdGsoSession(SessionBase):
             self._spent += self._grounds.spent - before
         return ground
 
-    def _new_grounds(self) -> Grounds:
+    def _new_grounds(self) -> FieldCache:
         s = self._settings
-        return Grounds(self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma)
+        return FieldCache(self._map, self._moves, self._scene.goal, rho=s.rho, gamma=s.gamma)
 
     def _mark(self, shut: Flat, cells: frozenset[Cell], bit: int) -> None:
         for k, cell in enumerate(cells):  # bits: each sets its own bit
             if k % 4096 == 0:
-                look()
+                checkpoint()
             shut[self._walker.flat(cell)] |= bit
 
     def _take(self, change: Change) -> None:
@@ -206,7 +205,7 @@ class AdGsoSession(SessionBase):
     def _is_free(self, cell: Cell) -> bool:
         return bool(self._map.free[cell[1], cell[0]])
 
-    def _conclude(self, trip: Trip) -> Plan:
+    def _conclude(self, trip: WalkState) -> Plan:
         """The plan that a trip's ending makes."""
         if trip.code == CUT_OFF:
             return self._answer(Status.NO_PATH, trip, self._why_cut_off(trip))
@@ -218,7 +217,7 @@ class AdGsoSession(SessionBase):
             return self._answer(Status.ITERATION_LIMIT, trip)
         return self._answer(Status.FOUND, trip)
 
-    def _why_cut_off(self, trip: Trip) -> str:
+    def _why_cut_off(self, trip: WalkState) -> str:
         """Whether it is walls or gates that leave no path."""
         gates = self._closed | frozenset(trip.gates_met)
         if not gates or self._ground(_NONE, counted=False).cost[self._walker.flat(self._robot)] < 0:
@@ -230,7 +229,7 @@ class AdGsoSession(SessionBase):
             named += f" and {len(gates) - NAMED:,} more"
         return f"No path: every way leads through a gate, and each one met was sealed: {named}."
 
-    def _answer(self, status: Status, trip: Trip | None = None, detail: str = "") -> Plan:
+    def _answer(self, status: Status, trip: WalkState | None = None, detail: str = "") -> Plan:
         """The plan of that status, with what the trip can tell."""
         name = self._settings.name
         if trip is None:
@@ -251,15 +250,15 @@ class AdGsoSession(SessionBase):
             detail=detail,
         )
 
-    def _measured(self, trip: Trip) -> tuple[Path, int, float]:
+    def _measured(self, trip: WalkState) -> tuple[Path, int, float]:
         """The path of a trip that arrived, the best one's exact cost, the sum of cost-to-go (gates open)."""
         flat = trip.cells
         terrain = self._map.terrain if self._map.has_terrain else None
         path = path_of(self._walker.cells(flat), self._moves, terrain)
-        look()
+        checkpoint()
         bare = self._ground(_NONE, counted=False).cost[flat]
         values = self._moves.values(bare)
-        look()
+        checkpoint()
         return path, int(bare[0]), math.fsum(values.tolist())
 
 

@@ -11,7 +11,7 @@ from lampyris.kernels.adgso import walk as w
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Candidate, Jump
-from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.repair import Padded
 from lampyris.typing import Cell, Cells, Floats
 
@@ -24,7 +24,7 @@ _DRAWS = 64
 
 
 @dataclass(slots=True)
-class Trip:
+class WalkState:
     """How far one plan has walked. ``path`` and ``log`` grow when the kernel says they are full."""
 
     tally: Flat
@@ -54,12 +54,12 @@ class Walker:
     moves : the step set; see :meth:`take`.
     choice, nt, mvr : see :class:`lampyris.planning.adgso.ad_gso.AdGso`.
     rng : where roulette's numbers come from.
-    record : whether :attr:`Trip.jumps` is kept.
+    record : whether :attr:`WalkState.jumps` is kept.
     """
 
     def __init__(
         self,
-        frame: Frame,
+        frame: BorderedMap,
         goal: Cell,
         moves: Moves,
         *,
@@ -108,15 +108,15 @@ class Walker:
     def drawn(self, was: tuple[Floats, int]) -> None:
         self._draws, self._drawn = was
 
-    def start(self, at: int) -> Trip:
+    def start(self, at: int) -> WalkState:
         """A trip that stands on a flat cell and has not moved."""
         tally = np.zeros(w.LOGGED + 1, dtype=np.int64)
         tally[w.AT], tally[w.LENGTH] = at, 1
         path = np.zeros(self._first_path, dtype=np.int64)
         path[0] = at
-        return Trip(tally, path, np.zeros(self._first_log, dtype=np.int64))
+        return WalkState(tally, path, np.zeros(self._first_log, dtype=np.int64))
 
-    def kernel_setup(self, trip: Trip) -> tuple[Any, ...]:
+    def kernel_setup(self, trip: WalkState) -> tuple[Any, ...]:
         """What :func:`lampyris.kernels.adgso.walk.walk` takes besides the field, for kernels that call it."""
         return (
             self._setup,
@@ -129,7 +129,7 @@ class Walker:
             *self._room,
         )
 
-    def go(self, trip: Trip, ground: Padded, shut: Flat, *, jumps: int, look: int) -> int:
+    def go(self, trip: WalkState, ground: Padded, shut: Flat, *, jumps: int, look: int) -> int:
         """Walk on until the goal or a reason to stop; the kernel's word for it, also in ``trip.code``.
 
         Parameters
@@ -172,7 +172,7 @@ class Walker:
             elif trip.code != w.PAUSED or trip.at(w.JUMPS) >= jumps:
                 return trip.code
 
-    def _read(self, trip: Trip, ground: Padded) -> None:
+    def _read(self, trip: WalkState, ground: Padded) -> None:
         """Turn the kernel's log into Jumps, and empty it."""
         log = trip.log[: trip.tally[w.LOGGED]].tolist()
         trip.tally[w.LOGGED] = 0

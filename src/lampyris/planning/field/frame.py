@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.errors import LimitError
 from lampyris.model.grid import frozen
 from lampyris.model.moves import PELL_Q, Moves
@@ -49,14 +49,14 @@ def framed(inside: NDArray[Any], pad: int, border: Any, kind: Any = None) -> NDA
     out[:pad] = out[height + pad :] = border
     part = max(1, PART // width)
     for y in range(0, height, part):
-        look()
+        checkpoint()
         rows = out[pad + y : pad + min(y + part, height)]
         rows[:, :pad] = rows[:, pad + width :] = border
         rows[:, pad : pad + width] = inside[y : y + part]
     return out.ravel()
 
 
-class Frame:
+class BorderedMap:
     """A map with its border of walls: sizes, indices and views.
 
     Parameters
@@ -121,7 +121,7 @@ class Frame:
 def _table(
     offsets: tuple[tuple[int, int], ...], cutting: bool, width: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """See :meth:`Frame.table`.
+    """See :meth:`BorderedMap.table`.
 
     The segment of a knight's step (2, 1) leaves its cell through the middle half of one side, crosses the
     border between the straight cell (1, 0) and the diagonal cell (1, 1) at its midpoint, and enters the

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field import gates as kernels
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid, frozen
@@ -79,18 +79,18 @@ def _found(grid: Grid, robot: Robot) -> tuple[Gate, ...]:
     kind = np.zeros(grid.blocked.shape, dtype=np.uint8)
     least = np.full(grid.blocked.shape, most + 1, dtype=np.uint16 if most < 2**16 - 1 else np.int64)
     for bit, lines in ((1, grid.blocked), (2, grid.blocked.T)):
-        look()
+        checkpoint()
         one, narrowest = (kind, least) if bit == 1 else (kind.T, least.T)
         for cells, lengths in _narrow(lines, most):
             one[cells] |= bit
             narrowest[cells] = np.minimum(narrowest[cells], lengths)
-    look()
+    checkpoint()
     ys, xs = np.nonzero(kind)
     if ys.size == 0:
         return ()
     dead = _dead(grid.blocked, kind, ys, xs, robot.radius > 0)
     axes = map(_AXES.__getitem__, kind[ys, xs].tolist())
-    look()
+    checkpoint()
     widths = (least[ys, xs] * grid.resolution).tolist()
     return _gates(zip(xs.tolist(), ys.tolist(), strict=True), axes, widths, dead.tolist())
 

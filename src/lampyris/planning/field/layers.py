@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.field.clearance import wall_distance
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves
@@ -84,7 +84,7 @@ def clearance(grid: Grid) -> FloatGrid:
     # In the same memory, part by part: no more than the result itself is ever held.
     for k in range(0, squared.size, _PART):
         if k % (64 * _PART) == 0:
-            look()
+            checkpoint()
         part = squared[k : k + _PART]
         metres[k : k + _PART] = np.where(part < _NEVER, np.sqrt(part) * (0.5 * grid.resolution), np.inf)
     return frozen(metres.reshape(grid.blocked.shape))

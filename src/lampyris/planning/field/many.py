@@ -108,7 +108,7 @@ def _solve_many(
                 future.cancel()
 
 
-def _watched(watch: cancellation.Watch | None, one: Callable[[], Field]) -> Field:
+def _watched(watch: cancellation.CancelScope | None, one: Callable[[], Field]) -> Field:
     """A field, given up when the call that asked for it is to stop."""
     with cancellation.under(watch):
         return one()
@@ -117,6 +117,6 @@ def _watched(watch: cancellation.Watch | None, one: Callable[[], Field]) -> Fiel
 def _taken(future: Future[Field], one: Callable[[], Field]) -> Field:
     try:
         return future.result()
-    except cancellation.Halted:
-        cancellation.look()
+    except cancellation.Cancelled:
+        cancellation.checkpoint()
         return one()  # the call that asked for it is over, and another one takes it

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris.errors import SceneError, SettingError
 from lampyris.kernels.field import calendar, repair
 from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
-from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.solve import checked, fill
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
@@ -45,7 +45,7 @@ class Padded:
     terrain : uint8; empty if the field has none.
     """
 
-    frame: Frame
+    frame: BorderedMap
     cost: NDArray[Any]
     luciferin: Floats
     step: NDArray[np.int8]
@@ -53,7 +53,7 @@ class Padded:
     terrain: NDArray[np.uint8]
 
 
-class Mender(Exclusive):
+class FieldRepairer(Exclusive):
     """Keeps the field of one goal on a map that changes; for one call at a time (:mod:`lampyris._core.exclusive`).
 
     Memory besides the field: one or two bytes a cell, 15 from the first mend on.
@@ -130,16 +130,16 @@ class Mender(Exclusive):
         )
 
     @one_call
-    def copy(self) -> Mender:
+    def copy(self) -> FieldRepairer:
         """Another keeper of the same field, which goes its own way from here."""
-        other = Mender.__new__(Mender)
+        other = FieldRepairer.__new__(FieldRepairer)
         other.__dict__.update(super()._own_state())
         luciferin, cost, step = self._maps
-        look()
+        checkpoint()
         luciferin = luciferin.copy()
-        look()
+        checkpoint()
         other._maps = (luciferin, cost.copy(), step.copy())
-        look()
+        checkpoint()
         other._free, other._weight = self._free.copy(), self._weight.copy()
         other._lists, other._work = None, self._work.copy()
         other.solved, other.mended = 0, 0
@@ -272,7 +272,7 @@ class Mender(Exclusive):
             raise SettingError(
                 "GRID_TERRAIN",
                 "terrain for a field that has none",
-                todo="make a Mender with terrain and weighed moves",
+                todo="make a FieldRepairer with terrain and weighed moves",
             )
         for cell, value in terrain:
             if not (isinstance(value, int | np.integer) and 0 <= value <= MAX_TERRAIN):

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris._core.predicates import is_real, is_word
 from lampyris.errors import SceneError, SettingError, of_kind, shown
 from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
 from lampyris.model.moves import Moves
 from lampyris.model.scene import Scene
-from lampyris.planning.field.frame import Frame, carve
+from lampyris.planning.field.frame import BorderedMap, carve
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.field.waves import Wave
@@ -112,7 +112,7 @@ def checked(
     _check(rho, gamma)
     free = _cells(free)
     height, width = free.shape
-    Frame(free, moves, terrain=terrain is not None)  # before anything is made for it
+    BorderedMap(free, moves, terrain=terrain is not None)  # before anything is made for it
     free = _own(free)
     if not (0 <= goal[0] < width and 0 <= goal[1] < height):
         raise SceneError(
@@ -135,9 +135,9 @@ def fill(
     shares: tuple[float, float, float],
     *,
     stop: Cell | None = None,
-    into: tuple[Frame, Maps] | None = None,
+    into: tuple[BorderedMap, Maps] | None = None,
     sparing: bool | None = None,
-) -> tuple[Frame, Maps, int]:
+) -> tuple[BorderedMap, Maps, int]:
     """The three maps of a field, the frame they lie in, and how many cells were settled.
 
     Parameters
@@ -147,17 +147,17 @@ def fill(
     into : a frame and maps of it to be written over, for the same map size and moves.
     sparing : see :class:`lampyris.planning.field.waves.Wave`.
     """
-    frame = into[0] if into else Frame(free, moves, terrain=terrain is not None)
+    frame = into[0] if into else BorderedMap(free, moves, terrain=terrain is not None)
     maps = into[1] if into else _maps(frame)
     count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing)
     if count == 0 and free[goal[1], goal[0]]:
-        frame = Frame(free, moves, terrain=True, wide=True)
+        frame = BorderedMap(free, moves, terrain=True, wide=True)
         maps = _maps(frame)
         count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing)
     return frame, maps, count
 
 
-def _maps(frame: Frame) -> Maps:
+def _maps(frame: BorderedMap) -> Maps:
     # One block, not three: freed and asked for again it comes back without the pages being faulted in anew.
     n = frame.size
     _, (luciferin, cost, step) = carve(None, (n, np.float64), (n, frame.dtype), (n, np.int8))
@@ -165,7 +165,7 @@ def _maps(frame: Frame) -> Maps:
 
 
 def _fill(
-    frame: Frame,
+    frame: BorderedMap,
     maps: Maps,
     free: BoolGrid,
     terrain: ByteGrid | None,
@@ -177,7 +177,7 @@ def _fill(
 ) -> int:
     """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
-    look()
+    checkpoint()
     step.fill(-1)
     if not free[goal[1], goal[0]]:
         cost.fill(-1)

@@ -13,7 +13,7 @@ from lampyris.errors import SettingError
 from lampyris.kernels.field import bucket_wavefront, descent, wavefront, weighted_descent, weighted_wavefront
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
-from lampyris.planning.field.frame import AHEAD, SCRATCH, SPARING, WEIGHS_MOST, Frame, Wanted
+from lampyris.planning.field.frame import AHEAD, SCRATCH, SPARING, WEIGHS_MOST, BorderedMap, Wanted
 from lampyris.typing import BoolGrid, ByteGrid, Floats
 
 _EIGHT = MOVES["octile"].offsets
@@ -36,7 +36,7 @@ class Wave:
     sparing : whether lists lie where luciferin will, if they can; None for on large maps.
     """
 
-    frame: Frame
+    frame: BorderedMap
     free: BoolGrid
     moves: Moves
     goal: int

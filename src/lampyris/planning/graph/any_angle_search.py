@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.graph.any_angle import CUT, FOUND, TOUCH, WIDE, follow, theta
 from lampyris.model.moves import Moves
-from lampyris.planning.graph.grid_graph import Answer, Board, check_limits, rules_of
+from lampyris.planning.graph.grid_graph import PaddedMap, SearchResult, check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 
@@ -36,7 +36,7 @@ class AnyAngleSearch:
         self, free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, wide: bool, lazy: int
     ) -> None:
         check_limits(free, moves)
-        self._board = Board(free.shape, moves.reach)
+        self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         rules = rules_of(moves, informed=False)
         self._steps = self._board.steps(rules)
@@ -66,7 +66,9 @@ class AnyAngleSearch:
             self._board.lay(terrain, self._weight)
         return True
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """A short way between two free cells while some cells (of the map) are closed."""
         if self._runs == 2**31 - 1:
             self._seen.fill(0)
@@ -81,11 +83,11 @@ class AnyAngleSearch:
             theta(*ground, *ends, *rules, *scratch)
             ending, expansions, points = self._result.tolist()
             if ending != FOUND:
-                return Answer(ending, expansions, None)
+                return SearchResult(ending, expansions, None)
             chain = self._chain[:points]
             cells = board.cells(self._walk(chain)[::-1])
         turns = board.cells(chain)
-        return Answer(ending, expansions, cells, waypoints=_turns(turns) if self._even else turns)
+        return SearchResult(ending, expansions, cells, waypoints=_turns(turns) if self._even else turns)
 
     def _walk(self, chain: NDArray[np.int32]) -> NDArray[np.int32]:
         """Flat cells, start first, along the lines of a chain, goal first."""

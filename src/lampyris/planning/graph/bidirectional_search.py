@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lampyris.kernels.graph.bidirectional import FOUND, SPAN, meet, meet_even
 from lampyris.model.moves import Moves
-from lampyris.planning.graph.grid_graph import Answer, Board, check_limits, rules_of
+from lampyris.planning.graph.grid_graph import PaddedMap, SearchResult, check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 _Ints = NDArray[np.int64]
@@ -32,7 +32,7 @@ class TwoSearches:
 
     def __init__(self, free: BoolGrid, moves: Moves) -> None:
         check_limits(free, moves)
-        self._board = Board(free.shape, moves.reach)
+        self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         r = rules_of(moves, informed=True)
         self._rules = (*self._board.steps(r), r.cost, r.slope, r.slot, r.shift, r.queues)
@@ -51,7 +51,9 @@ class TwoSearches:
             self._board.lay(free, self._board.free)
         return terrain is None
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
         if self._base < -(2**63) + 2 * SPAN:
             self._f.fill(0)
@@ -64,7 +66,7 @@ class TwoSearches:
             meet_even(board.free, board.stride, *ends, *self._rules, *scratch)
         ending, expansions, length = self._state[:3].tolist()
         cells = board.cells(self._path[:length]) if ending == FOUND else None
-        return Answer(ending, expansions, cells)
+        return SearchResult(ending, expansions, cells)
 
 
 class TwoTerrainSearches:
@@ -82,7 +84,7 @@ class TwoTerrainSearches:
     def __init__(self, free: BoolGrid, terrain: ByteGrid, moves: Moves) -> None:
         check_limits(free, moves)
         self._scale = moves.scale
-        self._board = Board(free.shape, moves.reach)
+        self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         r = rules_of(moves, informed=True)
         self._rules = (*self._board.steps(r), r.cost // moves.scale, r.slope)
@@ -103,7 +105,9 @@ class TwoTerrainSearches:
             self._board.lay(terrain, self._weight)
         return terrain is not None
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
         if self._runs == 2**31 - 1:
             for seen in self._seen:
@@ -119,7 +123,7 @@ class TwoTerrainSearches:
             meet(*ground, *ends, *self._rules, *sides, self._step, self._state, self._path)
         ending, expansions, length, _ = self._state.tolist()
         cells = board.cells(self._path[:length]) if ending == FOUND else None
-        return Answer(ending, expansions, cells)
+        return SearchResult(ending, expansions, cells)
 
 
 def both_ends(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> TwoSearches | TwoTerrainSearches:

@@ -13,9 +13,9 @@ from lampyris.kernels.graph.trail import trail
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
 from lampyris.planning.field.solve import fill
-from lampyris.planning.graph.grid_graph import Answer
+from lampyris.planning.graph.grid_graph import SearchResult
 from lampyris.planning.graph.jps_search import JumpSearch, PackedMap, can_jump
-from lampyris.planning.graph.session import Search
+from lampyris.planning.graph.session import PathSearch
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
@@ -27,7 +27,7 @@ NARROW = 0.55
 """Share of free cells below which a crowded map is taken for one of narrow corridors, corners cut."""
 
 
-def suited(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> Search:
+def suited(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> PathSearch:
     """The search that is quickest on such maps; see :class:`lampyris.planning.graph.fastest.Fastest`."""
     if terrain is not None or not can_jump(moves):
         return search_of(free, terrain, moves)
@@ -84,7 +84,9 @@ class FieldSearch:
         self._cells = int(np.count_nonzero(free))
         return True
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
         if budget is not None and budget < self._cells:
             return self._other.way(start, goal, budget, closed)
@@ -98,9 +100,9 @@ class FieldSearch:
         frame, (_, cost, step), count = fill(open_now, None, self._moves, goal, shares, stop=start)
         at = frame.index(start)
         if cost[at] < 0:
-            return Answer(EXHAUSTED, count, None)
+            return SearchResult(EXHAUSTED, count, None)
         jump, _, _ = frame.table(self._moves)
         length = trail(step, jump, at, self._path)
         y, x = np.divmod(self._path[:length], np.int32(frame.width))
         cells = np.stack((x, y), axis=1) - np.int32(frame.pad)
-        return Answer(FOUND, count, cells)
+        return SearchResult(FOUND, count, cells)

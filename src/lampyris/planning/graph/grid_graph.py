@@ -164,7 +164,7 @@ def raises_of(moves: Moves, slope: tuple[int, int, int, int], around: int = 4) -
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answer:
+class SearchResult:
     """What one search found.
 
     Parameters
@@ -210,7 +210,7 @@ def check_cells(cells: int) -> None:
         raise LimitError("LIMIT", f"{cells} cells", allowed=f"at most {MAX_CELLS} cells to plan on")
 
 
-class Board:
+class PaddedMap:
     """A map in a border of blocked cells as wide as the longest step.
 
     Parameters
@@ -298,7 +298,7 @@ class GridSearch:
 
     def __init__(self, free: BoolGrid, moves: Moves, *, informed: bool) -> None:
         check_limits(free, moves)
-        self._board = Board(free.shape, moves.reach)
+        self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         led, blind = rules_of(moves, informed), rules_of(moves, False)
         self._led, self._blind = self._arguments(led), self._arguments(blind)
@@ -325,7 +325,9 @@ class GridSearch:
             self.set_free(free)
         return terrain is None
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
         with self._board.closing(closed):
             return self._run(self._led, self._board.flat(start), self._board.flat(goal), budget)
@@ -340,11 +342,11 @@ class GridSearch:
         search.run_plain(board.free, board.stride, *ends, *self._led, *scratch)
         return board.cells(step.order(int(result[1])))
 
-    def region(self, cell: Cell, budget: int | None = None) -> Answer:
+    def region(self, cell: Cell, budget: int | None = None) -> SearchResult:
         """How many cells can be reached from a free cell, itself included: the expansions of the answer."""
         return self._run(self._blind, self._board.flat(cell), -1, budget)
 
-    def _run(self, rules: tuple[_Ints | int, ...], start: int, goal: int, budget: int | None) -> Answer:
+    def _run(self, rules: tuple[_Ints | int, ...], start: int, goal: int, budget: int | None) -> SearchResult:
         if self._base < -(2**63) + 2 * SPAN:
             self._f.fill(0)
             self._base = 0
@@ -358,4 +360,4 @@ class GridSearch:
         ending, expansions, length, _ = self._result.tolist()
         self._spent += expansions
         cells = board.cells(self._after[:length]) if ending == FOUND else None
-        return Answer(ending, expansions, cells)
+        return SearchResult(ending, expansions, cells)

@@ -12,8 +12,8 @@ from lampyris.kernels import loading
 from lampyris.kernels.graph.jps import FOUND, FULL, jump, unroll
 from lampyris.model.grid import frozen
 from lampyris.model.moves import Moves
-from lampyris.planning.graph.grid_graph import Answer, check_limits
-from lampyris.planning.graph.session import Search
+from lampyris.planning.graph.grid_graph import SearchResult, check_limits
+from lampyris.planning.graph.session import PathSearch
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
@@ -183,7 +183,9 @@ class JumpSearch:
         self._pack_s += loading.wall() - began
         return True
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed.
 
         ``expansions`` are jump points, ``pack_s`` what packing and mending took since the answer before.
@@ -207,7 +209,7 @@ class JumpSearch:
         self._nodes = np.empty(6 * nodes, dtype=np.int64)
         self._heap = np.empty(2 * nodes, dtype=np.int64)
 
-    def _run(self, start: Cell, goal: Cell, budget: int | None) -> Answer:
+    def _run(self, start: Cell, goal: Cell, budget: int | None) -> SearchResult:
         m = self.packed
         height, width = self._free.shape
         ends = (start[0] + 1, start[1] + 1, goal[0] + 1, goal[1] + 1, -1 if budget is None else budget)
@@ -223,10 +225,10 @@ class JumpSearch:
             self._room(min((height + 2) * (width + 2), len(self._nodes)))
         pack_s, self._pack_s = self._pack_s, 0.0
         if ending != FOUND:
-            return Answer(ending, expansions, None, pack_s=pack_s)
+            return SearchResult(ending, expansions, None, pack_s=pack_s)
         path = np.empty(2 * length, dtype=np.int32)
         unroll(self._nodes, ends[2], ends[3], last, path)
-        return Answer(ending, expansions, path.reshape(-1, 2)[::-1], pack_s=pack_s)
+        return SearchResult(ending, expansions, path.reshape(-1, 2)[::-1], pack_s=pack_s)
 
 
 def _turns(cutting: bool) -> _Ints:
@@ -244,7 +246,7 @@ def _turns(cutting: bool) -> _Ints:
     return frozen(np.array(bits, dtype=np.int64))
 
 
-def jump_search(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> Search:
+def jump_search(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> PathSearch:
     """Jump point search where it can be, A* elsewhere."""
     if terrain is None and can_jump(moves):
         return JumpSearch(free, moves)

@@ -6,18 +6,18 @@ from typing import Protocol
 
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
 from lampyris.model.plan import Plan, Status
-from lampyris.planning.graph.grid_graph import Answer
+from lampyris.planning.graph.grid_graph import SearchResult
 from lampyris.typing import Cell
 
 
 class Finder(Protocol):
     """A search over the map as it is without moving obstacles."""
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None) -> Answer:
+    def way(self, start: Cell, goal: Cell, budget: int | None = None) -> SearchResult:
         """Cheapest way between two free cells."""
         ...
 
-    def region(self, cell: Cell, budget: int | None = None) -> Answer:
+    def region(self, cell: Cell, budget: int | None = None) -> SearchResult:
         """How many cells can be reached from a free cell: the expansions of the answer."""
         ...
 

@@ -16,26 +16,28 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
-from lampyris.planning.graph.grid_graph import Answer, GridSearch
+from lampyris.planning.graph.grid_graph import GridSearch, SearchResult
 from lampyris.planning.graph.no_path_reason import why_not
 from lampyris.planning.graph.terrain_graph import TerrainSearch, search_of
 from lampyris.planning.session_limits import limited
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 
-class Search(Protocol):
+class PathSearch(Protocol):
     """A search over one map, asked as often as one likes."""
 
     def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
         """Take a new ground of the same shape; False, and nothing done, if this search is not made for it."""
         ...
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """A way between two free cells while some cells (of the map) are closed."""
         ...
 
 
-Maker = Callable[[BoolGrid, ByteGrid | None, Moves], Search]
+Maker = Callable[[BoolGrid, ByteGrid | None, Moves], PathSearch]
 """Makes the search for a free space, its terrain (or None) and the moves on it."""
 
 
@@ -57,12 +59,12 @@ class GraphSession(SessionBase):
         self._optimal = optimal
         self._robot = scene.start
         self._under_walls: dict[Cell, int] = {}
-        self._search: Search | None = None
+        self._search: PathSearch | None = None
         self._see()
         self._search = make(self._free, scene.grid.terrain, self._moves)
 
     @property
-    def search(self) -> Search:
+    def search(self) -> PathSearch:
         """What it searches with."""
         if self._search is None:
             self._see()

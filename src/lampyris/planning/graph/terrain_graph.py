@@ -14,11 +14,11 @@ from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import (
     HEAVIEST,
     PLAIN_EXPANSIONS,
-    Answer,
-    Board,
     GridSearch,
+    PaddedMap,
     Reads,
     Rules,
+    SearchResult,
     check_limits,
     rules_of,
 )
@@ -50,7 +50,7 @@ class TerrainSearch:
 
     def __init__(self, free: BoolGrid, terrain: ByteGrid, moves: Moves, *, informed: bool) -> None:
         check_limits(free, moves)
-        self._board = Board(free.shape, moves.reach)
+        self._board = PaddedMap(free.shape, moves.reach)
         n = self._board.size
         self._scale = moves.scale
         self._led = self._arguments(rules_of(moves, informed))
@@ -80,7 +80,9 @@ class TerrainSearch:
             self.set_ground(free, terrain)
         return terrain is not None
 
-    def way(self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()) -> Answer:
+    def way(
+        self, start: Cell, goal: Cell, budget: int | None = None, closed: Iterable[Cell] = ()
+    ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed."""
         with self._board.closing(closed):
             return self._run(self._led, self._board.flat(start), self._board.flat(goal), budget)
@@ -96,11 +98,11 @@ class TerrainSearch:
         weighted_search.run_plain(*ground, *ends, *self._led, *scratch)
         return board.cells(step.order(int(result[1])))
 
-    def region(self, cell: Cell, budget: int | None = None) -> Answer:
+    def region(self, cell: Cell, budget: int | None = None) -> SearchResult:
         """How many cells can be reached from a free cell, itself included: the expansions of the answer."""
         return self._run(self._blind, self._board.flat(cell), -1, budget)
 
-    def _run(self, rules: tuple[_Ints, ...], start: int, goal: int, budget: int | None) -> Answer:
+    def _run(self, rules: tuple[_Ints, ...], start: int, goal: int, budget: int | None) -> SearchResult:
         if self._base - self._span < _LOWEST:
             self._g.fill(0)
             self._base = 0
@@ -115,7 +117,7 @@ class TerrainSearch:
         ending, expansions, length, _ = self._result.tolist()
         self._spent += expansions
         cells = board.cells(self._heap[2][:length]) if ending == FOUND else None
-        return Answer(ending, expansions, cells)
+        return SearchResult(ending, expansions, cells)
 
 
 def search_of(

@@ -17,7 +17,7 @@ from lampyris.kernels.incremental import queue as incremental
 from lampyris.kernels.incremental.queue import BIAS, NEVER, SLOPE
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
-from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.graph.grid_graph import check_limits, rules_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
@@ -28,7 +28,7 @@ LIMIT = incremental.LIMIT
 Bytes = NDArray[np.uint8]
 
 
-class Ground:
+class SearchMap:
     """A map in a border of walls, the step set as kernels read it, and the robot's place on it.
 
     Parameters
@@ -60,7 +60,7 @@ class Ground:
             raise SettingError(
                 "MOVES", f"{moves.name}: a step without its opposite", allowed="steps in pairs"
             )
-        frame = self.frame = Frame(free, moves, terrain=terrain is not None)
+        frame = self.frame = BorderedMap(free, moves, terrain=terrain is not None)
         unit = 1 if terrain is None else TERRAIN_UNIT
         self.free = frame.lay(free, np.uint8)
         self.weight = np.zeros(1, np.uint8) if terrain is None else frame.lay(terrain, np.uint8)
@@ -107,7 +107,7 @@ class Ground:
 class _Queue:
     """A heap of cells with keys of two parts, kept from call to call."""
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: SearchMap) -> None:
         n = ground.frame.size
         goal = int(ground.setup[incremental.GOAL])
         self.low = np.zeros(n, dtype=np.int64)
@@ -123,22 +123,22 @@ class _Queue:
         """As every kernel takes them."""
         return self.low, self.key, self.heap, self.place
 
-    def follow(self, ground: Ground, robot: Cell) -> None:
+    def follow(self, ground: SearchMap, robot: Cell) -> None:
         """The robot has moved: raise the bias, so that every key made so far stays a lower bound."""
         ground.bias += ground.place(robot)
         if ground.bias > _MOST_BIAS:
             ground.bias = 0
             self.renew(ground)
 
-    def renew(self, ground: Ground) -> None:
+    def renew(self, ground: SearchMap) -> None:
         """Make every key, and the order of the heap, anew."""
         incremental.refile(*self.arrays, ground.setup)
 
 
-class Search(Protocol):
+class IncrementalSearch(Protocol):
     """What a session asks of the four."""
 
-    ground: Ground
+    ground: SearchMap
 
     def move(self, robot: Cell) -> None:
         """The robot is somewhere else."""
@@ -164,7 +164,7 @@ class Search(Protocol):
 class Waves:
     """D*, and Focussed D* if the ground's estimates are informed."""
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: SearchMap) -> None:
         self.ground = ground
         self._queue = _Queue(ground)
         n, goal = ground.frame.size, int(ground.setup[incremental.GOAL])
@@ -173,11 +173,11 @@ class Waves:
         self.cost[goal], self._back[goal] = 0, -1
 
     def move(self, robot: Cell) -> None:
-        """See :class:`Search`."""
+        """See :class:`IncrementalSearch`."""
         self._queue.follow(self.ground, robot)
 
     def edit(self, cells: NDArray[np.int32], free: Bytes, weights: Bytes) -> None:
-        """See :class:`Search`."""
+        """See :class:`IncrementalSearch`."""
         g, q = self.ground, self._queue
         dstar.edit(
             g.free,
@@ -195,7 +195,7 @@ class Waves:
         )
 
     def run(self, budget: int | None) -> tuple[int, int]:
-        """See :class:`Search`."""
+        """See :class:`IncrementalSearch`."""
         g, q = self.ground, self._queue
         known = (g.free, g.weight, self.cost, q.low, q.key, self._back, q.heap, q.place)
         limit = -1 if budget is None else budget
@@ -213,7 +213,7 @@ class Estimates:
         moves.
     """
 
-    def __init__(self, ground: Ground, *, biased: bool) -> None:
+    def __init__(self, ground: SearchMap, *, biased: bool) -> None:
         self.ground = ground
         self._biased = biased
         self._queue = _Queue(ground)
@@ -223,7 +223,7 @@ class Estimates:
         self._ahead[ground.setup[incremental.GOAL]] = 0
 
     def move(self, robot: Cell) -> None:
-        """See :class:`Search`."""
+        """See :class:`IncrementalSearch`."""
         if self._biased:
             self._queue.follow(self.ground, robot)
         else:
@@ -231,7 +231,7 @@ class Estimates:
             self._queue.renew(self.ground)
 
     def edit(self, cells: NDArray[np.int32], free: Bytes, weights: Bytes) -> None:
-        """See :class:`Search`."""
+        """See :class:`IncrementalSearch`."""
         g = self.ground
         dstar_lite.edit(
             g.free,
@@ -247,7 +247,7 @@ class Estimates:
         )
 
     def run(self, budget: int | None) -> tuple[int, int]:
-        """See :class:`Search`."""
+        """See :class:`IncrementalSearch`."""
         g = self.ground
         search = dstar_lite.d_star_lite if self._biased else dstar_lite.lpa_star
         known = (g.free, g.weight, self.cost, self._ahead, *self._queue.arrays)

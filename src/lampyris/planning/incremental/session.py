@@ -17,12 +17,12 @@ from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.field.layers import moves_for
 from lampyris.planning.graph.grid_graph import GridSearch
 from lampyris.planning.graph.no_path_reason import why_not
-from lampyris.planning.incremental.search import LIMIT, Ground, Search
+from lampyris.planning.incremental.search import LIMIT, IncrementalSearch, SearchMap
 from lampyris.planning.living_map import LivingMap
 from lampyris.planning.session_limits import limited
 from lampyris.typing import Cell, Cells
 
-Make = Callable[[Ground], Search]
+Make = Callable[[SearchMap], IncrementalSearch]
 """From a map to a search over it that knows nothing yet."""
 
 
@@ -58,7 +58,7 @@ class IncrementalSession(SessionBase):
         self._moves = moves
         ends = (self._scene.goal, self._robot)
         self._search = self._make(
-            Ground(self._map.free, self._map.terrain, moves, *ends, informed=self._informed)
+            SearchMap(self._map.free, self._map.terrain, moves, *ends, informed=self._informed)
         )
         self._torn = False
 

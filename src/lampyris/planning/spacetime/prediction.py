@@ -3,7 +3,7 @@
 An obstacle with a size and a robot with a size meet as a point robot meets a larger obstacle
 (:func:`lampyris.planning.field.footprint.reach_of`); so everything here is about a point.
 
-What is known of an obstacle's future (:class:`lampyris.model.change.Seen`) is taken as it is. What is not is
+What is known of an obstacle's future (:class:`lampyris.model.change.ObstacleTrack`) is taken as it is. What is not is
 guessed, by one of
 
 * ``velocity``: it goes on as in its last step, inside a disc that grows by ``growth`` cells a tick;
@@ -23,8 +23,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
-from lampyris.model.change import Seen
+from lampyris._core.cancellation import checkpoint
+from lampyris.model.change import ObstacleTrack
 from lampyris.model.grid import frozen
 from lampyris.planning.field.footprint import reach_of
 from lampyris.typing import BoolGrid, Cell
@@ -84,7 +84,7 @@ class Forecaster:
 
     def forbidden(
         self,
-        bodies: Sequence[Seen],
+        bodies: Sequence[ObstacleTrack],
         tick: int,
         horizon: int,
         unrolled: int,
@@ -102,7 +102,7 @@ class Forecaster:
             those with an unknown future, and not with a horizon of 0.
         """
         notes = _Notes()
-        alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[Seen]] = {}
+        alike: dict[tuple[tuple[Cell, ...], int, int, int | None], list[ObstacleTrack]] = {}
         for seen in bodies:
             # Those of one size that are known for the same ticks are computed together.
             key = (seen.footprint, seen.since, len(seen.track), seen.period)
@@ -161,7 +161,7 @@ class Forecaster:
         """Bodies that are on ``places`` (bodies, m, 2) at ``ticks``; ``stands``: and stay at the last."""
         each = max(1, _PART // (places.shape[1] * len(cells)))
         for k in range(0, len(places), each):
-            look()
+            checkpoint()
             self._drive_some(places[k : k + each], ticks, cells, notes, stands)
 
     def _drive_some(
@@ -219,7 +219,7 @@ class Forecaster:
                 around = (places[k][:, None, :] + disc).reshape(-1, 2)
                 self._note_spread(around[self._standing(around)], met, last + k, notes)
 
-    def _stays(self, seen: Seen, ticks: int, notes: _Notes) -> None:
+    def _stays(self, seen: ObstacleTrack, ticks: int, notes: _Notes) -> None:
         """A body that may stay where it is for so many ticks."""
         around = np.array(seen.track[-1], dtype=np.int64) + _offsets(self._own, seen.footprint)
         last = seen.since + len(seen.track) - 1
@@ -234,7 +234,7 @@ class Forecaster:
         mask: NDArray[np.bool_] = np.zeros(window.shape, dtype=np.bool_)
         mask[cell[1] - y0, cell[0] - x0] = True
         for k in range(1, horizon + 1):
-            look()
+            checkpoint()
             wide = np.pad(mask, 1)
             grown = mask.copy()
             for dx, dy in _EIGHT:

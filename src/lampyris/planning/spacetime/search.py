@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.spacetime.timed_search import (
     EXHAUSTED,
     FOUND,
@@ -31,11 +31,11 @@ _Ints = NDArray[np.int64]
 MOST_STATES = 1 << 24
 """Cells times ticks that space-time A* looks at before it gives up: about a gigabyte."""
 
-__all__ = ["EXHAUSTED", "FOUND", "LIMIT", "Route", "TimedSearch", "Timetable"]
+__all__ = ["EXHAUSTED", "FOUND", "LIMIT", "TimedSearch", "TimedSearchResult", "Timetable"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Route:
+class TimedSearchResult:
     """What one search found.
 
     Parameters
@@ -140,7 +140,7 @@ class TimedSearch:
         )
         exact = solve(free, moves, goal, terrain=terrain).exact
         self._rest = framed(exact, 1, -1, np.int64)
-        look()
+        checkpoint()
         self._slot = np.full(n, -1, dtype=np.int32)
 
     def flat(self, cell: Cell) -> int:
@@ -153,20 +153,20 @@ class TimedSearch:
 
     def timetable(self, given: Forbidden) -> Timetable:
         """Lay out a forecast. Valid until the next one is laid out."""
-        look()
+        checkpoint()
         at = np.stack((self._padded(given.at[:, 0]), given.at[:, 1]), axis=1)
         forever = np.stack((self._padded(given.forever[:, 0]), given.forever[:, 1]), axis=1)
         kinds = self._kind_of[(given.steps[:, 2] + 1) * 3 + given.steps[:, 3] + 1]
         may = kinds >= 0
         out = self._padded(given.steps[may, 0])
         code = given.steps[may, 1] * len(self._offset) + kinds[may]
-        look()
+        checkpoint()
         touched = _distinct(np.concatenate((at[:, 0], forever[:, 0], out)))
-        look()
+        checkpoint()
         self._slot[:] = -1
         self._slot[touched] = np.arange(len(touched), dtype=np.int32)
         begin, end, owner = _intervals(at, forever, touched)
-        look()
+        checkpoint()
         first = np.searchsorted(owner, np.concatenate((touched, [len(self._slot)])))
         # One number for slot and code: sorting pairs by column takes twenty times as long.
         span = int(code.max(initial=0)) + 1
@@ -196,7 +196,7 @@ class TimedSearch:
             self._rest,
         )  # fmt: skip
 
-    def by_intervals(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> Route:
+    def by_intervals(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> TimedSearchResult:
         """The earliest arrival, by SIPP."""
         s = self.flat(start)
         n = len(self._free)
@@ -223,17 +223,17 @@ class TimedSearch:
 
         return self._route(result, came, cells_of, arrive)
 
-    def by_ticks(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> Route:
+    def by_ticks(self, table: Timetable, start: Cell, tick: int, budget: int | None) -> TimedSearchResult:
         """The earliest arrival, by A* over cells and ticks."""
         s = self.flat(start)
         room = 1 << 12
         while True:
-            look()
+            checkpoint()
             hashed = np.full(2 * room, -1, dtype=np.int32)
             arrive, paid, key, tie = (np.zeros(room, dtype=np.int64) for _ in range(4))
             cell, came, place = (np.zeros(room, dtype=np.int32) for _ in range(3))
             result = np.zeros(4, dtype=np.int64)
-            look()
+            checkpoint()
             space_time(
                 *self._ground(), table.slot, table.first, table.begin, table.end, table.barred, table.ban, s,
                 self._goal, tick, table.still, table.horizon, -1 if budget is None else budget, hashed, cell,
@@ -243,7 +243,7 @@ class TimedSearch:
             if result[0] != FULL:
                 return self._route(result, came, cell.__getitem__, arrive)
             if room >= MOST_STATES:
-                return Route(LIMIT, int(result[1]))
+                return TimedSearchResult(LIMIT, int(result[1]))
             room *= 4
 
     def _route(
@@ -252,27 +252,27 @@ class TimedSearch:
         came: NDArray[np.int32],
         cells_of: Callable[[_Ints], NDArray[np.int64] | NDArray[np.int32]],
         arrive: _Ints,
-    ) -> Route:
+    ) -> TimedSearchResult:
         ending, expansions, state, cut = result.tolist()
         if ending != FOUND:
-            return Route(ending, expansions, bool(cut))
+            return TimedSearchResult(ending, expansions, bool(cut))
         # Backwards, by pieces: of one list of half a million the array alone was 18 ms without a look.
         pieces, piece = [], [state]
         while came[piece[-1]] >= 0:
             last = piece[-1]
             if len(piece) == 4096:
-                look()
+                checkpoint()
                 pieces.append(np.array(piece, dtype=np.int64))
                 piece = []
             piece.append(int(came[last]))
         states = np.concatenate((*pieces, np.array(piece, dtype=np.int64)))[::-1]
-        look()
+        checkpoint()
         flat = cells_of(states).astype(np.int64)
         moved = np.concatenate(([True], flat[1:] != flat[:-1]))  # a wait is a state of its own in A*
         flat, ticks = flat[moved], arrive[states][moved]
-        look()
+        checkpoint()
         cells = np.stack((flat % self._stride - 1, flat // self._stride - 1), axis=1).astype(np.int32)
-        return Route(ending, expansions, bool(cut), cells, ticks)
+        return TimedSearchResult(ending, expansions, bool(cut), cells, ticks)
 
     def still_good(self, table: Timetable, cells: Cells, ticks: Ticks) -> bool:
         """Whether a robot that is on ``cells[0]`` at ``ticks[0]`` may drive on as planned."""

@@ -11,7 +11,7 @@ import numpy as np
 from lampyris._core.predicates import in_range
 from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.kernels import loading
-from lampyris.model.change import Change, Seen
+from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.moves import Moves
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
@@ -24,7 +24,7 @@ from lampyris.planning.field.layers import free_cells, free_space, moves_for
 from lampyris.planning.graph.grid_graph import check_cells
 from lampyris.planning.session_limits import limited
 from lampyris.planning.spacetime.prediction import Forbidden, Forecaster
-from lampyris.planning.spacetime.search import LIMIT, Route, TimedSearch, Timetable
+from lampyris.planning.spacetime.search import LIMIT, TimedSearch, TimedSearchResult, Timetable
 from lampyris.typing import BoolGrid, Cell
 
 GUESSES = ("velocity", "reach", "still")
@@ -97,7 +97,7 @@ class TimedSession(SessionBase):
         self._settings = settings
         self._by_ticks = by_ticks
         self._robot = scene.start
-        self._way: Route | None = None
+        self._way: TimedSearchResult | None = None
         self._stood: dict[int, tuple[Cell, int]] = {}
         self._under_walls: dict[Cell, int] = {}
         self._lay(scene)
@@ -188,7 +188,7 @@ class TimedSession(SessionBase):
             schedule=route.ticks,
         )
 
-    def _told(self, change: Change) -> tuple[list[Seen], list[Cell]]:
+    def _told(self, change: Change) -> tuple[list[ObstacleTrack], list[Cell]]:
         """The obstacles of this call, and cells that count as taken for ever."""
         if change.bodies is None:
             if change.obstacles:
@@ -196,7 +196,7 @@ class TimedSession(SessionBase):
                 return [], sorted(c for c in change.obstacles if c not in ends and contains(c))
             resolution = self._scene.grid.resolution
             seen = [
-                Seen(k, one.track, 0, 1, footprint(one.radius, resolution))
+                ObstacleTrack(k, one.track, 0, 1, footprint(one.radius, resolution))
                 for k, one in enumerate(self._scene.traffic)
                 if isinstance(one, Recorded)
             ]
@@ -209,7 +209,7 @@ class TimedSession(SessionBase):
                 for cell in one.starts
             ]
             seen += [
-                Seen(first + n, (cell,), 0, None, footprint(radius, resolution))
+                ObstacleTrack(first + n, (cell,), 0, None, footprint(radius, resolution))
                 for n, (cell, radius) in enumerate(begins)
             ]
         else:
@@ -219,7 +219,7 @@ class TimedSession(SessionBase):
             seen = [_hidden(s, now) for s in seen]
         return seen, []
 
-    def _watch(self, bodies: list[Seen]) -> None:
+    def _watch(self, bodies: list[ObstacleTrack]) -> None:
         """Note where each obstacle of unknown future is, and since when."""
         stood = {}
         for seen in bodies:
@@ -233,7 +233,7 @@ class TimedSession(SessionBase):
                 stood[seen.body] = here, min(first, since) if known == here else since
         self._stood = stood
 
-    def _standing(self, bodies: list[Seen]) -> dict[int, int]:
+    def _standing(self, bodies: list[ObstacleTrack]) -> dict[int, int]:
         """The obstacles that have been standing, and for how many ticks more they may."""
         for_ = {}
         for seen in bodies:
@@ -244,8 +244,8 @@ class TimedSession(SessionBase):
         return for_
 
     def _route(
-        self, bodies: list[Seen], closed: list[Cell], tick: int, believed: int, budget: int | None
-    ) -> tuple[Timetable, Route]:
+        self, bodies: list[ObstacleTrack], closed: list[Cell], tick: int, believed: int, budget: int | None
+    ) -> tuple[Timetable, TimedSearchResult]:
         """The earliest arrival; tracks without end are written out for as long as it takes."""
         search = self._search
         assert search is not None
@@ -269,7 +269,7 @@ class TimedSession(SessionBase):
                 return table, replace(route, expansions=spent)
             unrolled *= 4
 
-    def _chosen(self, table: Timetable, found: Route, tick: int) -> Route:
+    def _chosen(self, table: Timetable, found: TimedSearchResult, tick: int) -> TimedSearchResult:
         """The new way, or the one the robot is on if that is still good and the new one saves too little."""
         old = self._way
         search = self._search
@@ -292,7 +292,7 @@ class TimedSession(SessionBase):
         return Plan(status, self._name, iterations=1, expansions=expansions, detail=detail)
 
 
-def _hidden(seen: Seen, now: int) -> Seen:
+def _hidden(seen: ObstacleTrack, now: int) -> ObstacleTrack:
     """The same obstacle with no more known than where it is at a tick, and where it was the tick before."""
     if seen.period is None:
         return seen

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.planning.swarm.optimisers.box import Box, Points
-from lampyris.planning.swarm.search_space import Flags, Ground, Ints
-from lampyris.planning.swarm.walks import Lines, trace
+from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
+from lampyris.planning.swarm.walks import LineWalks, trace
 from lampyris.typing import Cells
 
 LONGEST = 64
@@ -57,7 +57,7 @@ class Encoding:
         """The particle (1, d) of these cells (k, 2)."""
         return self.spread(waypoints[np.newaxis].astype(np.float64) + 0.5)
 
-    def lines(self, ground: Ground, start: Ints, particles: Points) -> Lines:
+    def lines(self, ground: SearchSpace, start: Ints, particles: Points) -> LineWalks:
         """The walks of particles (n, d): each waypoint on the nearest cell from which the goal can be
         reached, joined by straight grid lines."""
         cells = np.minimum(np.floor(self.places(particles)).astype(np.int64), self.size - 1)
@@ -67,15 +67,15 @@ class Encoding:
         nodes[:, 0] = start
         nodes[:, 1:-1] = snapped.reshape(n, k, 2)
         nodes[:, -1] = ground.scene.goal
-        return Lines(ground, nodes)
+        return LineWalks(ground, nodes)
 
 
-def anywhere(ground: Ground, waypoints: Ints) -> Encoding:
+def anywhere(ground: SearchSpace, waypoints: Ints) -> Encoding:
     """Waypoints that may lie anywhere on the map."""
     return Encoding(waypoints, np.ones(waypoints.shape, dtype=np.bool_), _size(ground))
 
 
-def on_lines(ground: Ground, start: Ints, waypoints: Ints) -> Encoding:
+def on_lines(ground: SearchSpace, start: Ints, waypoints: Ints) -> Encoding:
     """Waypoints each on a grid line of its own, across the main direction from start to goal."""
     d = np.abs(np.array(ground.scene.goal) - start)
     chosen = np.zeros(waypoints.shape, dtype=np.bool_)
@@ -83,7 +83,7 @@ def on_lines(ground: Ground, start: Ints, waypoints: Ints) -> Encoding:
     return Encoding(waypoints, chosen, _size(ground))
 
 
-def _size(ground: Ground) -> Ints:
+def _size(ground: SearchSpace) -> Ints:
     height, width = ground.open_cells.shape
     return np.array([width, height], dtype=np.int64)
 
@@ -94,7 +94,7 @@ def evenly(start: Ints, goal: Ints, k: int) -> Ints:
     return (start * (k + 1) + (goal - start) * share) // (k + 1)
 
 
-def waypoints_of(ground: Ground, way: Cells, k: int) -> Ints:
+def waypoints_of(ground: SearchSpace, way: Cells, k: int) -> Ints:
     """At least k waypoints whose straight grid lines cost exactly what a cheapest way costs; int64 (k', 2).
 
     From each waypoint the next is the farthest cell of the way, at most an even share of its length ahead,

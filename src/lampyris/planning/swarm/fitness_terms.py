@@ -13,31 +13,31 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.planning.swarm.search_space import THOUSAND, Ground, Ints
-from lampyris.planning.swarm.walks import Batch, Ways
+from lampyris.planning.swarm.search_space import THOUSAND, Ints, SearchSpace
+from lampyris.planning.swarm.walks import WalkBatch, Ways
 
 
-def length(ground: Ground, ways: Ways) -> Ints:
+def length(ground: SearchSpace, ways: Ways) -> Ints:
     """Exact cost of the steps on plain ground."""
     return ways.total(ground.plain(ways.step))
 
 
-def terrain(ground: Ground, ways: Ways) -> Ints:
+def terrain(ground: SearchSpace, ways: Ways) -> Ints:
     """Exact cost that the terrain of the cells entered adds to it."""
     return ways.total(ground.toll(ways.at, ways.step))
 
 
-def blocked(ground: Ground, ways: Ways) -> Ints:
+def blocked(ground: SearchSpace, ways: Ways) -> Ints:
     """Steps that may not be made, and those by which a way falls short of the goal."""
     return ways.total((~ways.legal).astype(np.int64)) + ways.missing
 
 
-def clearance(ground: Ground, ways: Ways) -> Ints:
-    """How near walls are to the cells entered, thousandths a cell (:attr:`Ground.nearness`)."""
+def clearance(ground: SearchSpace, ways: Ways) -> Ints:
+    """How near walls are to the cells entered, thousandths a cell (:attr:`SearchSpace.nearness`)."""
     return ways.total(ground.nearness[ways.at + ground.jump[ways.step]])
 
 
-def turns(ground: Ground, ways: Ways) -> Ints:
+def turns(ground: SearchSpace, ways: Ways) -> Ints:
     """All changes of direction on the way, in sixteenths of a turn."""
     change = np.zeros_like(ways.step)
     change[1:] = ground.turn[ways.step[:-1], ways.step[1:]]
@@ -45,7 +45,7 @@ def turns(ground: Ground, ways: Ways) -> Ints:
     return ways.total(change)
 
 
-Term = Callable[[Ground, Ways], Ints]
+Term = Callable[[SearchSpace, Ways], Ints]
 
 TERMS = MappingProxyType(
     {"length": length, "terrain": terrain, "blocked": blocked, "clearance": clearance, "turns": turns}
@@ -87,7 +87,7 @@ class Score:
     legal: NDArray[np.bool_]
 
 
-def score(ground: Ground, batch: Batch, weights: Weights) -> Score:
+def score(ground: SearchSpace, batch: WalkBatch, weights: Weights) -> Score:
     """Fitness, exact cost and legality of each walk. Terms of weight 0 are not worked out."""
     unit = float(ground.moves.unit)
     names = ["length", "terrain", "blocked"]

@@ -7,13 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.planning.swarm import settings as check
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.optimisers.glowworm import roulette
 from lampyris.planning.swarm.optimisers.loop import Swarm
 from lampyris.planning.swarm.pheromone import Pheromone, trails_of
-from lampyris.planning.swarm.search_space import Ground, Ints
+from lampyris.planning.swarm.search_space import Ints, SearchSpace
 from lampyris.planning.swarm.session import Decode, SwarmPlanner, Task
 from lampyris.planning.swarm.walks import PART, Ways, parts
 
@@ -94,7 +94,7 @@ class _Ants:
         self._stale = self._round = 0
 
     @staticmethod
-    def _written(ground: Ground, flat: Ints) -> tuple[Ints, Ints]:
+    def _written(ground: SearchSpace, flat: Ints) -> tuple[Ints, Ints]:
         """A way, given as flat cells, as the cells left and the steps taken."""
         order = np.argsort(ground.jump, kind="stable")
         return flat[:-1], order[np.searchsorted(ground.jump[order], np.diff(flat))]
@@ -133,11 +133,11 @@ class _Ants:
         # A row lies far from the next: the system gives these pages now, 50 MB on 512 x 512 in 0.1 s.
         rows = max(1, 16 * PART // self._ground.free.size)
         for ant in range(0, ants, rows):
-            look()
+            checkpoint()
             self._seen[ant : ant + rows, self._start] = True
         log = _Log(ants)
         for turn in range(self._longest):
-            look()
+            checkpoint()
             weights = self._weights(on_way, here[on_way])
             chosen = roulette(weights, self._rng.random(on_way.size))
             goes = weights[np.arange(on_way.size), chosen] > 0.0
@@ -171,7 +171,7 @@ class _Ants:
         seed = self._seed if self._round == 0 else None
         many = np.zeros(last.size, dtype=np.int64)
         for piece in pieces:
-            look()
+            checkpoint()
             many += np.bincount(piece[2], minlength=last.size)
         if seed is not None:
             many[0] = seed[0].size
@@ -179,7 +179,7 @@ class _Ants:
         at, step = (np.empty(int(first[-1]), dtype=np.int64) for _ in range(2))
         self._seen[:, self._start] = False
         for left, taken, who, turn in pieces:
-            look()
+            checkpoint()
             self._seen[who, left + ground.jump[taken]] = False
             own = slice(None) if seed is None else who > 0
             place = first[who[own]] + turn[own]  # an ant goes on until it stops for good

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.search_space import Ints
 from lampyris.planning.swarm.walks import PART, Ways, parts
@@ -46,7 +46,7 @@ class Pheromone:
         end = 0
         bounds = ([0, *np.searchsorted(some, cuts).tolist(), some.size] for some in (old, trails))
         for (a, b), (c, d) in zip(*map(pairwise, bounds), strict=True):
-            look()
+            checkpoint()
             some = np.union1d(old[a:b], trails[c:d])
             tau = np.full(some.size, self.rest)
             tau[np.searchsorted(some, old[a:b])] = self.values[a:b]

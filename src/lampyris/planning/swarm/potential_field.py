@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.planning.field.frame import PART
 from lampyris.planning.swarm.encoding import Encoding
 from lampyris.planning.swarm.optimisers.box import Points
 from lampyris.planning.swarm.optimisers.particle import Push
-from lampyris.planning.swarm.search_space import Ground
+from lampyris.planning.swarm.search_space import SearchSpace
 from lampyris.planning.swarm.session import Task
 
 NEAREST = 0.25
@@ -42,7 +42,7 @@ def push_of(task: Task, encoding: Encoding, attract: float, repel: float, reach:
     return push
 
 
-def repulsion(ground: Ground, eta: float, reach: float) -> NDArray[np.float64]:
+def repulsion(ground: SearchSpace, eta: float, reach: float) -> NDArray[np.float64]:
     """Push from walls at each cell, float64 (height, width, 2), cells an iteration; none exceeds one cell.
 
     It is minus the central difference of ``U = eta / 2 (1/d - 1/d0)^2``, d the distance to the nearest wall.
@@ -53,7 +53,7 @@ def repulsion(ground: Ground, eta: float, reach: float) -> NDArray[np.float64]:
     force = np.empty((height, width, 2))
     rows = max(1, PART // width)
     for y in range(0, height, rows):
-        look()
+        checkpoint()
         end = min(y + rows, height)
         # One row more on either side; at the edge of the map it is the edge again.
         d = np.maximum(np.minimum(ground.room[max(y - 1, 0) : end + 1], reach), NEAREST)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.model.field import Field
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves
@@ -37,7 +37,7 @@ _ROUND = ((1, 0), (2, 1), (1, 1), (1, 2))
 """A quarter of the sixteen directions in order; the others are these, turned."""
 
 
-class Ground:
+class SearchSpace:
     """A map with some cells closed, the field over it, and tables for its steps.
 
     Parameters
@@ -61,7 +61,7 @@ class Ground:
             left = free.copy()
             for k, (x, y) in enumerate(closed):  # bits: each sets its own cell
                 if k % 4096 == 0:
-                    look()
+                    checkpoint()
                 left[y, x] = False
             left.setflags(write=False)
             free = left
@@ -141,7 +141,7 @@ class Ground:
         cells = np.empty_like(metres)
         part = max(1, PART // metres.shape[1])
         for y in range(0, len(metres), part):
-            look()
+            checkpoint()
             np.divide(metres[y : y + part], resolution, out=cells[y : y + part])
         return cells
 
@@ -154,7 +154,7 @@ class Ground:
         near: Ints = np.empty((height, width), dtype=np.int64)
         part = max(1, PART // width)
         for y in range(0, height, part):
-            look()
+            checkpoint()
             share = 1.0 - np.minimum(self.room[y : y + part], reach) / reach
             near[y : y + part] = np.rint(THOUSAND * share)
         return self._framed(near, 0)
@@ -179,7 +179,7 @@ class Ground:
         inside = self._framed(np.ones(self.open_cells.shape, dtype=np.bool_), False)
         unknown = []
         for a in range(0, to.size, PART):
-            look()
+            checkpoint()
             known = self.to_go[a : a + PART]
             to[a : a + PART] = np.arange(a, a + known.size)
             other = a + np.flatnonzero(known < 0)
@@ -191,7 +191,7 @@ class Ground:
         while rest.size and any_known:
             found = np.full(rest.size, -1, dtype=np.int64)
             for a in range(0, rest.size, PART):
-                look()
+                checkpoint()
                 here, nearest = rest[a : a + PART], found[a : a + PART]
                 for ahead in around:
                     nearest[:] = np.where(nearest < 0, to[here + ahead], nearest)
@@ -209,7 +209,7 @@ def _along_parents(field: Field, start: Cell) -> Cells:
     way = [at]
     while at != goal:
         if len(way) % 1024 == 0:
-            look()
+            checkpoint()
         at += jump[step[at]]
         way.append(at)
     y, x = np.divmod(np.array(way, dtype=np.int32), np.int32(width))

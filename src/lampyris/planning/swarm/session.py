@@ -20,10 +20,10 @@ from lampyris.planning.base import Budget, SessionBase, Traits
 from lampyris.planning.session_limits import limited
 from lampyris.planning.swarm import settings as check
 from lampyris.planning.swarm.fitness_terms import Weights, score
-from lampyris.planning.swarm.optimisers.loop import Stop, Swarm, minimise
-from lampyris.planning.swarm.search_space import Ground, Ints
+from lampyris.planning.swarm.optimisers.loop import StoppingRule, Swarm, minimise
+from lampyris.planning.swarm.search_space import Ints, SearchSpace
 from lampyris.planning.swarm.session_memory import Memory
-from lampyris.planning.swarm.walks import Batch, Ways, walk_of
+from lampyris.planning.swarm.walks import WalkBatch, Ways, walk_of
 from lampyris.typing import Cells
 
 
@@ -39,13 +39,13 @@ class Task:
     best_possible : exact cost of a cheapest way.
     """
 
-    ground: Ground
+    ground: SearchSpace
     start: Ints
     seed: Cells | None
     best_possible: int
 
 
-Decode = Callable[[Any], Batch]
+Decode = Callable[[Any], WalkBatch]
 """From what a swarm asks to the ways it means."""
 
 
@@ -108,7 +108,7 @@ class SwarmPlanner:
         return SwarmSession(self, scene, rng, record=record)
 
 
-class Judge:
+class FitnessEvaluator:
     """Scores what a swarm asks, counts it, and remembers the best way that may be an answer.
 
     An answer is legal and, if the swarm is seeded, costs no more than the exact way and its slack.
@@ -131,8 +131,8 @@ class Judge:
             if planner.terrain >= 1:
                 # No legal way is fitter than a cheapest one that is straight and far from walls.
                 self._bound = task.best_possible / float(task.ground.moves.unit)
-        self.best: Batch | None = None
-        self.nearest: Batch | None = None
+        self.best: WalkBatch | None = None
+        self.nearest: WalkBatch | None = None
         self.fitness = self.gap = math.inf
         self.trace: list[float] = []
         self.over = False
@@ -210,12 +210,12 @@ class SwarmSession(SessionBase):
         seed = ground.exact_way(memory.robot) if planner.seeded else None
         task = Task(ground, np.array(memory.robot, dtype=np.int64), seed, exact)
         swarm, decode = planner.begin(task, self._rng)
-        judge = Judge(planner, task, memory, decode)
-        minimise(swarm, judge, Stop(planner.iterations), judge.enough)
+        judge = FitnessEvaluator(planner, task, memory, decode)
+        minimise(swarm, judge, StoppingRule(planner.iterations), judge.enough)
         made = self._conclude(ground, judge)
         return replace(made, best_by_iteration=tuple(judge.trace)) if self._record else made
 
-    def _conclude(self, ground: Ground, judge: Judge) -> Plan:
+    def _conclude(self, ground: SearchSpace, judge: FitnessEvaluator) -> Plan:
         memory, rounds = self._memory, len(judge.trace)
         if judge.best is not None:
             return memory.found(walk_of(ground, judge.best.whole()), iterations=rounds)
@@ -230,7 +230,7 @@ class SwarmSession(SessionBase):
         told = f"No legal way was among those a swarm of {self._planner.swarm} tried in {rounds} iterations."
         return memory.failed(Status.ITERATION_LIMIT, iterations=rounds, detail=f"{told} There is one.")
 
-    def _repaired(self, ground: Ground, way: Ways) -> tuple[Cells, int]:
+    def _repaired(self, ground: SearchSpace, way: Ways) -> tuple[Cells, int]:
         """The way with every blocked stretch, and what it lacks to the goal, replaced by an exact way."""
         cells = walk_of(ground, way)
         reached = ground.to_go[ground.flat(cells)] >= 0

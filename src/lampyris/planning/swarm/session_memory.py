@@ -13,7 +13,7 @@ from lampyris.planning.base import Budget
 from lampyris.planning.edits import edited
 from lampyris.planning.field.layers import free_space, moves_for
 from lampyris.planning.graph.grid_graph import check_cells
-from lampyris.planning.swarm.search_space import Ground
+from lampyris.planning.swarm.search_space import SearchSpace
 from lampyris.typing import Cell, Cells
 
 KEPT = 4
@@ -54,7 +54,7 @@ class Memory:
         check_cells(self.scene.grid.blocked.size)
         self._moves = moves_for(self.scene)
         self._free = free_space(self.scene)
-        self._grounds: dict[frozenset[Cell], Ground] = {}
+        self._grounds: dict[frozenset[Cell], SearchSpace] = {}
         self._seen = True
 
     def drop(self, anywhere: bool) -> str:
@@ -89,11 +89,11 @@ class Memory:
         """Whether the budget is exceeded."""
         return self.spent > self.most
 
-    def ground(self, closed: frozenset[Cell] = NONE, *, counted: bool = True) -> Ground:
+    def ground(self, closed: frozenset[Cell] = NONE, *, counted: bool = True) -> SearchSpace:
         """The ground with these cells closed: one that is remembered, or solved now."""
         known = self._grounds.pop(closed, None)
         if known is None:
-            known = Ground(self.scene, self._moves, self._free, closed)
+            known = SearchSpace(self.scene, self._moves, self._free, closed)
             if counted:
                 self.spent += known.field.expansions
         self._grounds[closed] = known  # last used, last in line

@@ -1,33 +1,32 @@
-"""The session of the baselines: the robot moves by a cell or two an iteration; a small swarm says where."""
+"""What the baselines share, settings and session: the robot moves by a cell or two an iteration; a small swarm says where."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.moves import Moves
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
-from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.base import Budget, SessionBase, Traits
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.session_limits import limited
+from lampyris.planning.swarm import settings as check
 from lampyris.planning.swarm.optimisers.box import Box, Points
-from lampyris.planning.swarm.optimisers.loop import Stop, minimise
+from lampyris.planning.swarm.optimisers.loop import StoppingRule, minimise
 from lampyris.planning.swarm.optimisers.particle import PSO
-from lampyris.planning.swarm.search_space import Ground, Ints
+from lampyris.planning.swarm.search_space import Ints, SearchSpace
 from lampyris.planning.swarm.session_memory import NONE, Memory
 from lampyris.typing import Cell
 
-if TYPE_CHECKING:
-    from lampyris.planning.swarm.dstar_lpso import StepPlanner
-
+GATES = ("ignore", "close", "replan")
 WORSE = 1000.0
 """Cells by which a candidate that will not do is worse than the cell where the robot stands."""
 
@@ -84,7 +83,7 @@ def _compass(offset: Cell) -> tuple[int, float]:
 
 
 @dataclass(slots=True)
-class Trip:
+class StepWalk:
     """How far one plan has walked: cells, iterations, the gates it met, the length of its first move."""
 
     cells: list[Cell]
@@ -94,8 +93,54 @@ class Trip:
     forced: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class StepPlanner:
+    """Settings that both baselines share. Abstract.
+
+    At every cell a particle swarm with a ring neighbourhood (lbest) lives in the square around the robot. A
+    particle means the candidate cell nearest to it; its fitness is that cell's cost-to-go plus the share of
+    its eight neighbours that are blocked, weighed. A candidate that is blocked or no nearer to the goal loses
+    to all that are. The first particles begin on the candidates, one on each, in compass order, so with as
+    many particles as candidates none is overlooked; with fewer it is a search, and where it finds nothing
+    that is nearer to the goal, D*'s own step is taken. All of this is ours: of the published methods no more
+    is known than that D* computes the costs, an lbest swarm moves the robot, and a gate makes it plan anew.
+
+    Parameters
+    ----------
+    particles : of the swarm at each cell. 1 to 1000.
+    rounds : iterations of that swarm. 1 to 1000.
+    obstacles : weight of blocked neighbours, in cells, 0 to 100.
+    gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``:
+        one that is met is closed (D* raises its cost) and the costs are mended. Where every way leads through
+        gates they are passed, and the plan says so.
+    """
+
+    particles: int = 8
+    rounds: int = 4
+    obstacles: float = 0.1
+    gates: str = "replan"
+
+    name: ClassVar[str]
+    # The costs are solved anew where cells were closed, so nothing is reused after a Change.
+    traits: ClassVar[Traits] = Traits(optimal=False, stochastic=True)
+    summary: ClassVar[str]
+    source: ClassVar[str]
+    reach: ClassVar[int]
+    """Cells moved in an iteration."""
+
+    def __post_init__(self) -> None:
+        check.whole(self.name, "particles", self.particles, 1, 1000)
+        check.whole(self.name, "rounds", self.rounds, 1, 1000)
+        check.number(self.name, "obstacles", self.obstacles, 0.0, 100.0)
+        check.one_of(self.name, "gates", self.gates, GATES)
+
+    def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> StepSession:
+        """Start a session. There is no per-iteration record."""
+        return StepSession(self, scene, rng)
+
+
 class StepSession(SessionBase):
-    """A session of a :class:`lampyris.planning.swarm.dstar_lpso.StepPlanner`.
+    """A session of a :class:`StepPlanner`.
 
     Moving obstacles count as walls for the call, save on the robot's own cell and on the goal. One iteration
     moves the robot, or finds a gate in its way, which is closed; the costs are then mended. A gate that the
@@ -141,11 +186,11 @@ class StepSession(SessionBase):
 
     def _travel(self) -> Plan:
         memory, planner = self._memory, self._planner
-        trip = Trip([memory.robot])
+        trip = StepWalk([memory.robot])
         sealed = self._closed
         ground = self._ground(trip, sealed)
         while not memory.over and ground.field.exact[trip.cells[-1][1], trip.cells[-1][0]] >= 0:
-            look()
+            checkpoint()
             here = trip.cells[-1]
             if here == memory.scene.goal:
                 return self._arrived(trip)
@@ -167,7 +212,7 @@ class StepSession(SessionBase):
             return memory.failed(Status.LIMIT, iterations=trip.iterations)
         return memory.cut_off()
 
-    def _ground(self, trip: Trip, sealed: frozenset[Cell]) -> Ground:
+    def _ground(self, trip: StepWalk, sealed: frozenset[Cell]) -> SearchSpace:
         """The ground with these gates closed, or with none where they cut the robot off."""
         memory = self._memory
         x, y = trip.cells[-1]
@@ -177,7 +222,7 @@ class StepSession(SessionBase):
             ground = memory.ground(memory.bodies)
         return ground
 
-    def _move(self, ground: Ground, here: Cell) -> list[Cell]:
+    def _move(self, ground: SearchSpace, here: Cell) -> list[Cell]:
         """The cells of the next move: what the swarm chose, or D*'s own step if it found nothing."""
         fan = fan_of(ground.moves, self._planner.reach)
         at = int(ground.flat(np.array(here)))
@@ -199,7 +244,7 @@ class StepSession(SessionBase):
                 cells.append((cells[-1][0] + dx, cells[-1][1] + dy))
         return cells[1:]
 
-    def _candidates(self, ground: Ground, fan: Fan, at: int) -> tuple[NDArray[np.float64], Ints]:
+    def _candidates(self, ground: SearchSpace, fan: Fan, at: int) -> tuple[NDArray[np.float64], Ints]:
         """What each candidate is worth, in cells, the less the better; and the cheapest legal way to it."""
         one, two = fan.steps[:, 0], np.maximum(fan.steps[:, 1], 0)
         second = fan.steps[:, 1] >= 0
@@ -236,11 +281,11 @@ class StepSession(SessionBase):
             return nearest
 
         swarm = PSO(n=planner.particles, ring=1).start(fan.box, self._rng, first)
-        found = minimise(swarm, lambda points: worth[meant(points)], Stop(planner.rounds))
+        found = minimise(swarm, lambda points: worth[meant(points)], StoppingRule(planner.rounds))
         memory.spent += found.evaluations
         return int(meant(found.best[np.newaxis])[0])
 
-    def _arrived(self, trip: Trip) -> Plan:
+    def _arrived(self, trip: StepWalk) -> Plan:
         detail = ""
         if trip.forced:
             detail = "A path was found. Every way leads through a gate, so gates were passed."

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.cancellation import look
-from lampyris.planning.swarm.search_space import Flags, Ground, Ints
+from lampyris._core.cancellation import checkpoint
+from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.typing import Cells
 
 PART = 1 << 16
@@ -20,11 +20,11 @@ PART = 1 << 16
 def parts(n: int) -> Iterator[slice]:
     """n elements, :data:`PART` at a time, with a look before each at whether to go on."""
     for a in range(0, n, PART):
-        look()
+        checkpoint()
         yield slice(a, min(a + PART, n))
 
 
-class Batch(Protocol):
+class WalkBatch(Protocol):
     """n walks, one after the other, each of at least one step; at hand, or made when they are asked for."""
 
     @property
@@ -37,7 +37,7 @@ class Batch(Protocol):
 
     def __len__(self) -> int: ...
 
-    def __getitem__(self, k: int) -> Batch:
+    def __getitem__(self, k: int) -> WalkBatch:
         """One of them."""
 
     def pieces(self) -> Iterator[Piece]:
@@ -70,7 +70,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ways:
-    """n walks, step by step; a :class:`Batch`.
+    """n walks, step by step; a :class:`WalkBatch`.
 
     Parameters
     ----------
@@ -101,20 +101,20 @@ class Ways:
 
     @property
     def steps(self) -> int:
-        """See :class:`Batch`."""
+        """See :class:`WalkBatch`."""
         return int(self.at.size)
 
     def pieces(self) -> Iterator[Piece]:
-        """See :class:`Batch`."""
+        """See :class:`WalkBatch`."""
         for a in range(0, self.steps, PART):
-            look()
+            checkpoint()
             b = min(a + PART, self.steps)
             walk, first = _walks_between(self.first, a, b)
             ways = Ways(first, self.at[a:b], self.step[a:b], self.legal[a:b], np.zeros_like(first[1:]))
             yield Piece(walk, ways, int(self.step[a - 1]) if a > self.first[walk] else -1)
 
     def whole(self) -> Ways:
-        """See :class:`Batch`."""
+        """See :class:`WalkBatch`."""
         return self
 
 
@@ -125,7 +125,7 @@ def _walks_between(bounds: Ints, a: int, b: int) -> tuple[int, Ints]:
     return walk, np.clip(bounds[walk : end + 1], a, b) - a
 
 
-def walk_of(ground: Ground, way: Ways) -> Cells:
+def walk_of(ground: SearchSpace, way: Ways) -> Cells:
     """The cells of a batch of one walk, both ends included; int32 (n, 2)."""
     cells = np.empty((way.steps + 1, 2), dtype=np.int32)
     for part in parts(way.steps):
@@ -134,8 +134,8 @@ def walk_of(ground: Ground, way: Ways) -> Cells:
     return cells
 
 
-class Lines:
-    """Walks along straight grid lines from node to node; a :class:`Batch`.
+class LineWalks:
+    """Walks along straight grid lines from node to node; a :class:`WalkBatch`.
 
     On a map of long corridors a swarm's walks have a hundred million steps: they are made piece by piece,
     each time that they are asked for, and thrown away. (Made at once, those of 30 particles on a spiral of
@@ -152,13 +152,13 @@ class Lines:
     Without walls no way between the two cells is cheaper.
     """
 
-    def __init__(self, ground: Ground, nodes: Ints) -> None:
+    def __init__(self, ground: SearchSpace, nodes: Ints) -> None:
         self._ground, self._nodes = ground, nodes
         here, there = (part.reshape(-1, 2) for part in (nodes[:, :-1], nodes[:, 1:]))
         self._here = here
         kinds, counts = [], []
         for a in range(0, len(here), PART):
-            look()
+            checkpoint()
             some = slice(a, a + PART)
             kind, count = _mixture(ground, there[some] - here[some])
             kinds.append(kind)
@@ -172,25 +172,25 @@ class Lines:
     def __len__(self) -> int:
         return len(self._nodes)
 
-    def __getitem__(self, k: int) -> Lines:
-        return Lines(self._ground, self._nodes[k : k + 1].copy())
+    def __getitem__(self, k: int) -> LineWalks:
+        return LineWalks(self._ground, self._nodes[k : k + 1].copy())
 
     @property
     def steps(self) -> int:
-        """See :class:`Batch`."""
+        """See :class:`WalkBatch`."""
         return int(self._begin[-1])
 
     @property
     def missing(self) -> Ints:
-        """See :class:`Batch`: they all end at the goal."""
+        """See :class:`WalkBatch`: they all end at the goal."""
         return np.zeros(len(self), dtype=np.int64)
 
     def pieces(self) -> Iterator[Piece]:
-        """See :class:`Batch`."""
+        """See :class:`WalkBatch`."""
         begin, last = self._begin, self._begin.size - 1
         # A leg weighs as much as a step, and is never cut: it is no longer than the map.
         if self.steps + last <= PART:
-            look()
+            checkpoint()
             yield Piece(0, self._ways(0, last, self._bounds), -1)
             return
         cuts = np.searchsorted(begin + np.arange(begin.size), np.arange(PART, self.steps + last, PART))
@@ -198,7 +198,7 @@ class Lines:
         for b in (*cuts.tolist(), last):
             if begin[b] == begin[a]:  # no step, or no leg at all
                 continue
-            look()
+            checkpoint()
             walk, first = _walks_between(self._bounds, int(begin[a]), int(begin[b]))
             ways = self._ways(a, b, first)
             yield Piece(walk, ways, before if begin[a] > self._bounds[walk] else -1)
@@ -221,7 +221,7 @@ class Lines:
         return Ways(first, at, step, ground.legal(at, step), np.zeros_like(first[1:]))
 
     def whole(self) -> Ways:
-        """See :class:`Batch`."""
+        """See :class:`WalkBatch`."""
         made = [piece.ways for piece in self.pieces()]
         if len(made) == 1:
             return made[0]
@@ -231,12 +231,12 @@ class Lines:
         return Ways(self._bounds, at, step, legal, self.missing)
 
 
-def trace(ground: Ground, nodes: Ints) -> Ways:
-    """:class:`Lines`, made at once: for few."""
-    return Lines(ground, nodes).whole()
+def trace(ground: SearchSpace, nodes: Ints) -> Ways:
+    """:class:`LineWalks`, made at once: for few."""
+    return LineWalks(ground, nodes).whole()
 
 
-def _mixture(ground: Ground, d: Ints) -> tuple[Ints, Ints]:
+def _mixture(ground: SearchSpace, d: Ints) -> tuple[Ints, Ints]:
     """For each leg (m, 2) the numbers of its two steps and how many of each; int64 (m, 2) both."""
     sign = np.sign(d)
     far, near = np.abs(d).max(axis=1), np.abs(d).min(axis=1)

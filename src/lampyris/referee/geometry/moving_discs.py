@@ -36,7 +36,7 @@ _HALVINGS = 48
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class RobotMotion:
     """The robot's motion cut into parts: one acceleration on one piece each.
 
     Parameters
@@ -73,7 +73,7 @@ class Motion:
         return self.top**2 * np.abs(self.pieces.bend[self.piece])
 
 
-def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pieces) -> Motion:
+def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pieces) -> RobotMotion:
     """Cut a drive's stretches at the borders of pieces. ``leg`` numbers curves of ``pieces``.
 
     The distance at the end of a stretch is the next one's s (they are checked to agree), except where the leg
@@ -88,7 +88,7 @@ def motion_of(t: Floats, s: Floats, v: Floats, a: Floats, leg: Ints, pieces: Pie
         begins = pieces.begin[pieces.first[k] : pieces.first[k + 1]]
         found = np.searchsorted(begins, middle[here], side="right") - 1
         piece[here] = low[here] + np.clip(found, 0, high[here] - low[here] - 1)
-    return Motion(t0, t1, at, speed, rate, piece, pieces)
+    return RobotMotion(t0, t1, at, speed, rate, piece, pieces)
 
 
 def _stretches(
@@ -141,7 +141,7 @@ class Pairs(NamedTuple):
         return self.some(np.tile(np.arange(len(self.begin)), 2))
 
 
-def pairs_of(motion: Motion, tracks: Sequence[Track], radius: float, resolution: float) -> Pairs:
+def pairs_of(motion: RobotMotion, tracks: Sequence[Track], radius: float, resolution: float) -> Pairs:
     """Every part of the motion with every track that is there at the time."""
     columns: list[Pairs] = []
     last = float(motion.t1[-1]) if len(motion.t1) else 0.0
@@ -170,7 +170,7 @@ def pairs_of(motion: Motion, tracks: Sequence[Track], radius: float, resolution:
     return Pairs(*(np.concatenate([c[i] for c in columns]) for i in range(len(Pairs._fields))))
 
 
-def moving(motion: Motion, pairs: Pairs) -> NDArray[np.bool_]:
+def moving(motion: RobotMotion, pairs: Pairs) -> NDArray[np.bool_]:
     """Whether the robot moves in each pair's time."""
     return motion.top[pairs.part] > STANDS
 
@@ -183,7 +183,7 @@ class _Seen(NamedTuple):
     """A lower bound of the distance in the whole interval."""
 
 
-def _look(motion: Motion, p: Pairs, begin: Floats, end: Floats) -> _Seen:
+def _look(motion: RobotMotion, p: Pairs, begin: Floats, end: Floats) -> _Seen:
     m, h = 0.5 * (begin + end), 0.5 * (end - begin)
     place, drive = motion.at(p.part, m)
     gap = place - (p.at + p.velocity * (m - p.begin)[:, None])
@@ -197,7 +197,7 @@ def _look(motion: Motion, p: Pairs, begin: Floats, end: Floats) -> _Seen:
     return _Seen(d, np.maximum(d - w, np.sqrt(np.maximum(square, 0.0))))
 
 
-def first_contact(motion: Motion, pairs: Pairs) -> tuple[float, int, float] | None:
+def first_contact(motion: RobotMotion, pairs: Pairs) -> tuple[float, int, float] | None:
     """The first contact while the robot moves: time (within a part), body, distance of the centres (metres).
 
     Contact is an overlap of more than :data:`lampyris.referee.geometry.shapes.TOUCH`.
@@ -234,7 +234,7 @@ def _halves(begin: Floats, end: Floats) -> tuple[Floats, Floats]:
     return np.concatenate((begin, m)), np.concatenate((m, end))
 
 
-def nearest(motion: Motion, pairs: Pairs, give: float = 1e-6) -> tuple[float, float, int]:
+def nearest(motion: RobotMotion, pairs: Pairs, give: float = 1e-6) -> tuple[float, float, int]:
     """The least gap between robot and obstacle while it moves (metres, within ``give``), when, and which.
 
     (infinity, 0, -1) if nobody was there. A gap below 0 is how far two discs overlap.
@@ -265,7 +265,7 @@ class Episode(NamedTuple):
     end: float
 
 
-def standing_contacts(motion: Motion, pairs: Pairs, apart: float = 1e-9) -> list[Episode]:
+def standing_contacts(motion: RobotMotion, pairs: Pairs, apart: float = 1e-9) -> list[Episode]:
     """Contacts while the robot stands, in order of body and time.
 
     Those of one body that are no more than ``apart`` seconds apart are one.
@@ -296,7 +296,7 @@ def standing_contacts(motion: Motion, pairs: Pairs, apart: float = 1e-9) -> list
     return out
 
 
-def gap_at(motion: Motion, track: Track, radius: float, resolution: float, t: float) -> float:
+def gap_at(motion: RobotMotion, track: Track, radius: float, resolution: float, t: float) -> float:
     """Metres between the two discs' rims at one time; infinity before the obstacle is there."""
     if t < track.t[0] or len(motion.t0) == 0:
         return float("inf")

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lampyris.model.obstacles import Track
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.referee.geometry.shapes import TOUCH, Ints
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Floats
@@ -26,7 +26,7 @@ _AT_ONCE = 1_000_000
 
 
 def bodies_violation(
-    tracks: Sequence[Track], bodies: Sequence[Body], resolution: float, duration: float
+    tracks: Sequence[Track], bodies: Sequence[Obstacle], resolution: float, duration: float
 ) -> Violation | None:
     """Whether two obstacles, one of them of a kind that avoids the others, ever overlap.
 
@@ -47,7 +47,7 @@ def bodies_violation(
 
 
 def least_gap(
-    tracks: Sequence[Track], bodies: Sequence[Body], resolution: float, duration: float
+    tracks: Sequence[Track], bodies: Sequence[Obstacle], resolution: float, duration: float
 ) -> tuple[float, float, int, int, float] | None:
     """The least gap between the rims of two obstacles that must keep apart, where their boxes ever meet.
 

@@ -25,7 +25,7 @@ WIDE = 5.8
 """Inches of a figure: beside another on a wide screen, its words are as large as those of the page."""
 
 
-class Line(NamedTuple):
+class ErrorBar(NamedTuple):
     """A value with its interval; NaN where there is none."""
 
     value: float
@@ -46,7 +46,7 @@ def look(k: int) -> tuple[str, Any, str]:
     return COLOURS[k % n], DASHES[k // n % len(DASHES)], MARKS[(k + k // n) % len(MARKS)]
 
 
-def dot(axes: Axes, line: Line, k: float, colour: str) -> None:
+def dot(axes: Axes, line: ErrorBar, k: float, colour: str) -> None:
     """A value with its interval in row ``k``; a word where there is none."""
     if not math.isfinite(line.value):
         axes.text(0.02, k, "none", transform=axes.get_yaxis_transform(), va="center", fontsize=8, color=FAINT)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lampyris.report.charts.chart_parts import (  # fmt: skip
     POINTS,
     WIDE,
-    Line,
+    ErrorBar,
     dot,
     dress,
     look,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def strips(name: str, rows_of: Sequence[tuple[int, str, Sequence[float], Line]], label: str) -> Markup:
+def strips(name: str, rows_of: Sequence[tuple[int, str, Sequence[float], ErrorBar]], label: str) -> Markup:
     """Paired differences: a point a query with median and quartiles, above it the mean with its interval.
 
     Parameters

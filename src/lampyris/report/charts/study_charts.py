@@ -15,7 +15,7 @@ from lampyris.report.charts.chart_parts import (
     POINTS,
     STEPS,
     WIDE,
-    Line,
+    ErrorBar,
     Steps,
     dot,
     dress,
@@ -31,7 +31,7 @@ from lampyris.report.html.page import Markup
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["COLOURS", "Line", "Steps", "bars", "density", "dots", "profiles", "scatter"]
+__all__ = ["COLOURS", "ErrorBar", "Steps", "bars", "density", "dots", "profiles", "scatter"]
 
 DISSERTATION = ("#1f4fd8", "#2f9e44", INK)
 """Blue, green and black, as the dissertation says of its figures' bars; black is the page's ink."""
@@ -86,7 +86,7 @@ def _swatch(axes: Axes, k: int, colour: str, words: str) -> None:
 def dots(
     name: str,
     names: Sequence[str],
-    panels: Sequence[tuple[str, Sequence[Line]]],
+    panels: Sequence[tuple[str, Sequence[ErrorBar]]],
     label: str,
     *,
     share: bool = False,
@@ -131,7 +131,7 @@ def _limits(axes: Axes, finite: Sequence[float], share: bool) -> None:
 
 
 def density(
-    name: str, counts: Sequence[float], series: Sequence[tuple[str, Sequence[Line]]], label: str
+    name: str, counts: Sequence[float], series: Sequence[tuple[str, Sequence[ErrorBar]]], label: str
 ) -> Markup:
     """Shares over the number of obstacles, with intervals; the curves stand a little apart to be seen."""
     figure = figure_of(WIDE, 3.0)

@@ -50,7 +50,7 @@ def film_drive(
     """
     check(out, fps, scale)
     shown, quick = _moments(drive.duration, fps)
-    write_film(DriveStage(drive, scale, quick, fps), shown, out, progress)
+    write_film(DriveRenderer(drive, scale, quick, fps), shown, out, progress)
 
 
 def _moments(duration: float, fps: float) -> tuple[Shown, int]:
@@ -62,7 +62,7 @@ def _moments(duration: float, fps: float) -> tuple[Shown, int]:
     return Shown(tuple(moments), frame_ms(fps), quick), quick
 
 
-class DriveStage:
+class DriveRenderer:
     """Draws the moments of a drive, forward in time.
 
     Parameters

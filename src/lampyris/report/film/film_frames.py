@@ -32,7 +32,7 @@ class Landscape:
     moves: bool = False
 
 
-class Stage:
+class TraceRenderer:
     """Draws the moments of a trace, forward in time.
 
     Parameters

@@ -15,7 +15,7 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.model.trace import Trace
-from lampyris.report.film.film_frames import Landscape, Stage
+from lampyris.report.film.film_frames import Landscape, TraceRenderer
 from lampyris.report.style import OutFile, Rgb, cannot_write, suffix_of
 
 MAX_FRAMES = 240
@@ -90,7 +90,7 @@ def film(
     """
     check(out, fps, scale)
     shown = _moments(trace.ticks, fps)
-    write_film(Stage(trace, scale, shown.stride, landscape), shown, out, progress)
+    write_film(TraceRenderer(trace, scale, shown.stride, landscape), shown, out, progress)
 
 
 def frames_of(trace: Trace, fps: float = FPS) -> int:

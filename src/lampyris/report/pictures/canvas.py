@@ -30,7 +30,7 @@ _PIXELS = 1200
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class FigureLayout:
     """Where things stand, inches: width and height of the figure, the map's box, and points a cell."""
 
     width: float
@@ -45,14 +45,14 @@ class Frame:
         return (x / self.width, y / self.height, w / self.width, h / self.height)
 
 
-def frame_of(grid: Grid, bars: int) -> Frame:
+def frame_of(grid: Grid, bars: int) -> FigureLayout:
     """Room for a map and so many colour bars beside it."""
     long = max(grid.width, grid.height)
     w = max(_LEAST, _LONG * grid.width / long)
     h = max(_LEAST, _LONG * grid.height / long)
     cell = 72 * min(w / grid.width, h / grid.height)
     width = 0.75 + w + (1.35 if bars else 0.35)
-    return Frame(max(width, 5.2), 0.8 + h + 1.25, 0.75, 1.25, w, h, cell)
+    return FigureLayout(max(width, 5.2), 0.8 + h + 1.25, 0.75, 1.25, w, h, cell)
 
 
 def blank(
@@ -61,7 +61,7 @@ def blank(
     values: FloatGrid | None = None,
     labels: Sequence[str] = (),
     below: float = 0.0,
-) -> tuple[Figure, Axes, Frame]:
+) -> tuple[Figure, Axes, FigureLayout]:
     """A figure with the map, a landscape on it if there is one, and colour bars beside it.
 
     ``labels``: those of the legend to come, where there may be more than three rows of them. ``below``:
@@ -86,7 +86,7 @@ def size_of(grid: Grid) -> str:
     return f"{grid.width} x {grid.height} cells of {grid.resolution:g} m"
 
 
-def draw_ground(axes: Axes, grid: Grid, values: FloatGrid | None, frame: Frame) -> None:
+def draw_ground(axes: Axes, grid: Grid, values: FloatGrid | None, frame: FigureLayout) -> None:
     """Map and landscape as one image, then the cells' lines and numbers where there is room for them."""
     from matplotlib.ticker import FixedLocator, MaxNLocator
 
@@ -118,7 +118,7 @@ def draw_ground(axes: Axes, grid: Grid, values: FloatGrid | None, frame: Frame) 
         _draw_numbers(axes, values, frame)
 
 
-def _draw_numbers(axes: Axes, values: FloatGrid, frame: Frame) -> None:
+def _draw_numbers(axes: Axes, values: FloatGrid, frame: FigureLayout) -> None:
     """The landscape in figures, as Table 4.2 prints it."""
     size = min(7.5, frame.cell / 6)
     for y, x in np.argwhere(np.isfinite(values)).tolist():
@@ -128,7 +128,7 @@ def _draw_numbers(axes: Axes, values: FloatGrid, frame: Frame) -> None:
         )
 
 
-def draw_ends(axes: Axes, start: Sequence[float], goal: Sequence[float], frame: Frame) -> list[Any]:
+def draw_ends(axes: Axes, start: Sequence[float], goal: Sequence[float], frame: FigureLayout) -> list[Any]:
     """Start and goal, cells; their legend entries."""
     from matplotlib.lines import Line2D
 
@@ -172,7 +172,7 @@ def patches(grid: Grid, values: FloatGrid | None) -> list[Any]:
     return items
 
 
-def draw_bars(figure: Figure, frame: Frame, bars: Sequence[tuple[Any, float, str]]) -> None:
+def draw_bars(figure: Figure, frame: FigureLayout, bars: Sequence[tuple[Any, float, str]]) -> None:
     """Colour bars beside the map, from the top down: colours, greatest value, what it is."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -188,7 +188,9 @@ def draw_bars(figure: Figure, frame: Frame, bars: Sequence[tuple[Any, float, str
         bar.outline.set_linewidth(0.6)
 
 
-def draw_words(figure: Figure, frame: Frame, title: str, told: str, foot: str, items: list[Any]) -> None:
+def draw_words(
+    figure: Figure, frame: FigureLayout, title: str, told: str, foot: str, items: list[Any]
+) -> None:
     """Title and what is told of it above; legend, and a line at the foot, below."""
     from matplotlib.legend_handler import HandlerTuple
 
@@ -222,7 +224,7 @@ def draw_words(figure: Figure, frame: Frame, title: str, told: str, foot: str, i
         )
 
 
-def _columns(labels: Sequence[str], frame: Frame) -> int:
+def _columns(labels: Sequence[str], frame: FigureLayout) -> int:
     """Columns of a legend: as many as fit, each as wide as its longest label."""
     for columns in range(len(labels), 1, -1):
         parts = np.array_split([len(label) for label in labels], columns)
@@ -231,7 +233,7 @@ def _columns(labels: Sequence[str], frame: Frame) -> int:
     return 1
 
 
-def _rows(labels: Sequence[str], frame: Frame) -> int:
+def _rows(labels: Sequence[str], frame: FigureLayout) -> int:
     """Rows of a legend."""
     return -(-len(labels) // _columns(labels, frame)) if labels else 0
 

@@ -11,7 +11,7 @@ import numpy as np
 from lampyris.model.grid import Grid
 from lampyris.report import style
 from lampyris.report.pictures import canvas
-from lampyris.report.pictures.canvas import Frame
+from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.typing import Cell, Floats, Points
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ _BESIDE = 2.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class DrawnPath:
     """One way on the picture.
 
     Parameters
@@ -87,7 +87,7 @@ def draw_ways(
     grid: Grid,
     start: Cell,
     goal: Cell,
-    ways: Sequence[Way],
+    ways: Sequence[DrawnPath],
     out: style.OutFile,
     *,
     title: str,
@@ -126,7 +126,7 @@ def draw_ways(
     style.save(figure, out, suffix, canvas.DPI)
 
 
-def _label(way: Way) -> str:
+def _label(way: DrawnPath) -> str:
     return f"{way.name}: {way.told}"
 
 
@@ -136,7 +136,7 @@ def _ground_labels(grid: Grid) -> list[str]:
     return [str((item[0] if isinstance(item, tuple) else item).get_label()) for item in items]
 
 
-def _draw_all(axes: Axes, ways: Sequence[Way], frame: Frame) -> list[Any]:
+def _draw_all(axes: Axes, ways: Sequence[DrawnPath], frame: FigureLayout) -> list[Any]:
     """All ways, each beside the others; their legend entries."""
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import Normal, Stroke
@@ -189,7 +189,7 @@ def beside(xy: Points, aside: float) -> Points:
     return out
 
 
-def _draw_tracks(axes: Axes, tracks: Sequence[Points], frame: Frame) -> list[Any]:
+def _draw_tracks(axes: Axes, tracks: Sequence[Points], frame: FigureLayout) -> list[Any]:
     """Where obstacles went."""
     from matplotlib.lines import Line2D
 
@@ -204,7 +204,7 @@ def _draw_tracks(axes: Axes, tracks: Sequence[Points], frame: Frame) -> list[Any
     return [Line2D([], [], markersize=5, markeredgewidth=0.8, label=OBSTACLE, **ring, **look)]
 
 
-def _draw_speeds(figure: Figure, frame: Frame, speeds: Sequence[Speeds], title: str) -> str:
+def _draw_speeds(figure: Figure, frame: FigureLayout, speeds: Sequence[Speeds], title: str) -> str:
     """The chart beneath; which of the lines it leaves out, for the line at the foot."""
     if not speeds:
         return ""

@@ -8,13 +8,13 @@ import numpy as np
 
 from lampyris.errors import UsageError
 from lampyris.model.grid import Grid
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.profile import Profile
 from lampyris.report import style
 from lampyris.report.charts.speed_chart import runs_of
 from lampyris.report.data.metrics import cause_shares, worth_telling
 from lampyris.report.pictures import canvas
-from lampyris.report.pictures.canvas import Frame
+from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.typing import Points
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def draw_course(
     out: style.OutFile,
     *,
     by: str = "speed",
-    movers: Movers | None = None,
+    movers: ObstacleStates | None = None,
     given: Points | None = None,
     radius: float = 0.0,
 ) -> None:
@@ -81,7 +81,7 @@ def _cause_labels(profile: Profile) -> dict[str, str]:
 
 
 def _draw_line(
-    axes: Axes, profile: Profile, labels: dict[str, str], frame: Frame, radius: float
+    axes: Axes, profile: Profile, labels: dict[str, str], frame: FigureLayout, radius: float
 ) -> list[Any]:
     """The curve over a dark casing, each edge in a colour of its own."""
     from matplotlib.collections import LineCollection
@@ -127,7 +127,7 @@ def _draw_given(axes: Axes, given: Points | None) -> list[Any]:
     return [Line2D([], [], label="way given", **look)]
 
 
-def _draw_movers(axes: Axes, movers: Movers | None, grid: Grid) -> list[Any]:
+def _draw_movers(axes: Axes, movers: ObstacleStates | None, grid: Grid) -> list[Any]:
     """Discs with their sizes, numbered as the causes call them, and arrows."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Circle

@@ -15,7 +15,7 @@ from lampyris.model.scene import Scene
 from lampyris.report import style
 from lampyris.report.charts.speed_chart import draw_speed
 from lampyris.report.pictures import canvas
-from lampyris.report.pictures.canvas import Frame
+from lampyris.report.pictures.canvas import FigureLayout
 from lampyris.typing import FloatGrid
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _layer(field: Field | None, layer: str) -> FloatGrid | None:
     return field.luciferin if layer == "luciferin" else field.cost
 
 
-def _draw_path(axes: Axes, plan: Plan, profile: Profile | None, frame: Frame) -> list[Any]:
+def _draw_path(axes: Axes, plan: Plan, profile: Profile | None, frame: FigureLayout) -> list[Any]:
     """The path over a dark casing, coloured by the mean speed of each step; rings where AD-GSO jumped to."""
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
@@ -131,7 +131,7 @@ def _top_speed(profile: Profile) -> float:
     return float(profile.v.max()) or 1.0
 
 
-def _draw_gates(axes: Axes, plan: Plan, frame: Frame) -> list[Any]:
+def _draw_gates(axes: Axes, plan: Plan, frame: FigureLayout) -> list[Any]:
     """Gates as diamonds: full on the way, hollow elsewhere; a dead end is crossed out."""
     from matplotlib.lines import Line2D
 

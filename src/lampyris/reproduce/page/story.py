@@ -73,7 +73,7 @@ def storage(costs: Costs) -> claims.Said:
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class MethodPair:
     """Two methods that are compared in words.
 
     Parameters
@@ -90,12 +90,12 @@ class Pair:
 
 
 COMPARED = (
-    Pair("ad-gso", "mixed", "mixed with gates found on the way by both"),
-    Pair(
+    MethodPair("ad-gso", "mixed", "mixed with gates found on the way by both"),
+    MethodPair(
         "ad-gso", "improved", "improved as printed",
         "AD-GSO finds gates on the way, improved closes them beforehand; ",
     ),
-    Pair("ad-gso, gates closed", "improved", "improved with gates closed for both"),
+    MethodPair("ad-gso, gates closed", "improved", "improved with gates closed for both"),
 )  # fmt: skip
 """Every comparison is told, each time, with its variant of AD-GSO: the two of the dissertation, where the
 improved method alone closes gates beforehand, and the one that is like with like. None may be left out."""
@@ -210,7 +210,7 @@ def _surely(some: Iterable[Difference], measures: Iterable[str]) -> str:
     )
 
 
-def _where(name: str, pairs: list[Pair]) -> list[str]:
+def _where(name: str, pairs: list[MethodPair]) -> list[str]:
     if not pairs:
         return []
     if len(pairs) == len(COMPARED):

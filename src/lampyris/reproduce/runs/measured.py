@@ -34,7 +34,7 @@ WINDOW = 48
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class MemoryUse:
     """Bytes that a planner's session holds after a plan, and at most while it plans; medians over queries."""
 
     planner: str
@@ -60,7 +60,7 @@ class Costs:
 
     queries: int
     cells: int
-    kept: tuple[Kept, ...]
+    kept: tuple[MemoryUse, ...]
     costs_alone: int
     luciferin: int
     window: int
@@ -106,7 +106,7 @@ def _plan(name: str, scene: Scene) -> tuple[Any, Plan]:
     return session, session.plan()
 
 
-def _kept(name: str, scenes: list[Scene]) -> Kept:
+def _kept(name: str, scenes: list[Scene]) -> MemoryUse:
     """Memory of one planner; the garbage of whoever went before is gone when it begins."""
     kept, peak = [], []
     for scene in scenes:
@@ -122,7 +122,7 @@ def _kept(name: str, scenes: list[Scene]) -> Kept:
             del session
         finally:
             tracemalloc.stop()
-    return Kept(name, median(kept), median(peak))
+    return MemoryUse(name, median(kept), median(peak))
 
 
 def _times(scene: Scene, repeats: int) -> tuple[float, float, float, float]:

@@ -12,7 +12,7 @@ from lampyris.reproduce.tables import printed_data
 from lampyris.reproduce.tables.verdict import short
 from lampyris.study.analysis import compare
 from lampyris.study.analysis.compare import Interval, Signed
-from lampyris.study.analysis.table import Table
+from lampyris.study.analysis.table import ResultTable
 
 USUAL = "nt 10"
 SURE = 0.05
@@ -112,7 +112,7 @@ def results(tables: Tables) -> Results:
     )
 
 
-def units(table: Table, measure: str) -> Units:
+def units(table: ResultTable, measure: str) -> Units:
     """Means over seeds, of runs that solved their query and have the measure."""
     found: dict[str, dict[Query, list[float]]] = {}
     columns = (table[c] for c in ("planner", "map", "query", "arrived", measure))
@@ -123,7 +123,7 @@ def units(table: Table, measure: str) -> Units:
     return {p: {q: math.fsum(v) / len(v) for q, v in by.items() if v} for p, by in found.items()}
 
 
-def methods(table: Table, measures: Sequence[str]) -> tuple[Method, ...]:
+def methods(table: ResultTable, measures: Sequence[str]) -> tuple[Method, ...]:
     """Every planner of a table with its means, in the order of the study."""
     known = {m: units(table, m) for m in measures}
     out = []
@@ -149,13 +149,13 @@ def methods(table: Table, measures: Sequence[str]) -> tuple[Method, ...]:
     return tuple(out)
 
 
-def _time(table: Table, k: int) -> float | None:
+def _time(table: ResultTable, k: int) -> float | None:
     value = table["plan_s"][k] if "plan_s" in table.columns else None
     return None if value is None else float(value)
 
 
 def differences(
-    table: Table, measures: Sequence[str], pairs: Iterable[tuple[str, str]]
+    table: ResultTable, measures: Sequence[str], pairs: Iterable[tuple[str, str]]
 ) -> tuple[Difference, ...]:
     """Paired differences, their p corrected for all of them together."""
     known = set(table["planner"])
@@ -185,7 +185,7 @@ def spelled(query: str) -> tuple[str, str]:
     return start, goal
 
 
-def by_pair(table: Table) -> dict[tuple[str, str, str, str, str], str]:
+def by_pair(table: ResultTable) -> dict[tuple[str, str, str, str, str], str]:
     """Ours beside each row of Table 4.11: the same pair on our map of that number."""
     columns = {"iterations": units(table, "iterations")}
     costs, sums = units(table, "cost"), units(table, "cost_to_go")
@@ -198,7 +198,7 @@ def by_pair(table: Table) -> dict[tuple[str, str, str, str, str], str]:
     return out
 
 
-def first_map(table: Table) -> dict[str, dict[str, tuple[float, ...]]]:
+def first_map(table: ResultTable) -> dict[str, dict[str, tuple[float, ...]]]:
     """For figures in the form of 4.5 to 4.7: of the pairs on ``env-1``, a value for each method and measure.
 
     ``printed`` is what the dissertation prints as path cost: the sum of cost-to-go, for its own method the
@@ -224,7 +224,7 @@ def pairs_of(environment: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     return [(printed_data.cell(r["start"]), printed_data.cell(r["goal"])) for r in rows]
 
 
-def _median_time(table: Table, method: str, query: str) -> float:
+def _median_time(table: ResultTable, method: str, query: str) -> float:
     names = zip(table["planner"], table["map"], table["query"], strict=True)
     at = [k for k, who in enumerate(names) if who == (method, "env-1", query)]
     times = [t for k in at if (t := _time(table, k)) is not None]

@@ -22,11 +22,11 @@ from lampyris.model.moves import moves_named
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.field.solve import solve_field
-from lampyris.study.analysis.table import Table, table_of
+from lampyris.study.analysis.table import ResultTable, table_of
 from lampyris.study.design.config import law_who, planner_who
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Crowd, Ground, Kind, Study, Who, World
-from lampyris.study.execution.execution import Progress, Where
+from lampyris.study.design.study import Config, Kind, Study, StudyMap, StudyTraffic, World
+from lampyris.study.execution.execution import Execution, Progress
 from lampyris.study.execution.run import run
 from lampyris.study.store.store import Store, open_for
 from lampyris.typing import Cell
@@ -45,7 +45,7 @@ WEIGHTS = {"nt": 1.0, "static": 2.0, "moving": 40.0}
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class RunProgress:
     """How far the runs are.
 
     Parameters
@@ -65,9 +65,9 @@ class Stage:
 class Tables:
     """The results: of the sweep of nt, and of the comparison without and with moving obstacles."""
 
-    nt: Table
-    static: Table
-    moving: Table
+    nt: ResultTable
+    static: ResultTable
+    moving: ResultTable
 
 
 def studies(quick: bool = False) -> dict[str, Study]:
@@ -84,7 +84,7 @@ def studies(quick: bool = False) -> dict[str, Study]:
     grounds = _grounds()
     drawn = tuple(w for k, g in enumerate(grounds) for w in _drawn(g, k, 5 if quick else 40))
     stored = tuple(w for g in grounds for w in _stored(g)[: 2 if quick else 5])
-    walkers = (Crowd("random-walk", WALKERS, tracks="live"),)
+    walkers = (StudyTraffic("random-walk", WALKERS, tracks="live"),)
     return {
         "nt": _study("nt", "plan", drawn, greedy, 1, "Is nt = 10 best?"),
         "static": _study("static", "plan", stored, methods, 2 if quick else 10, "Table 4.11 on our maps"),
@@ -96,8 +96,8 @@ def studies(quick: bool = False) -> dict[str, Study]:
 
 
 def _study(
-    name: str, kind: Kind, worlds: tuple[World, ...], planners: list[Who], seeds: int, about: str,
-    crowds: tuple[Crowd, ...] = (Crowd(),),
+    name: str, kind: Kind, worlds: tuple[World, ...], planners: list[Config], seeds: int, about: str,
+    crowds: tuple[StudyTraffic, ...] = (StudyTraffic(),),
 ) -> Study:  # fmt: skip
     return Study(
         name=f"reproduce-{name}",
@@ -114,17 +114,17 @@ def _study(
     )
 
 
-def _grounds() -> list[Ground]:
+def _grounds() -> list[StudyMap]:
     grids = [(name, library.load(name).grid) for name in MAPS]
-    return [Ground(name, grid, map_hash(grid)) for name, grid in grids]
+    return [StudyMap(name, grid, map_hash(grid)) for name, grid in grids]
 
 
-def _stored(ground: Ground) -> list[World]:
+def _stored(ground: StudyMap) -> list[World]:
     """The queries that a bundled map holds: the pairs of Table 4.11."""
     return [World(ground, q.start, q.goal) for q in library.load(ground.name).queries]
 
 
-def _drawn(ground: Ground, number: int, many: int) -> list[World]:
+def _drawn(ground: StudyMap, number: int, many: int) -> list[World]:
     """Queries drawn at random, :data:`FAR` apart and joined by a way."""
     rng = np.random.default_rng([ROOT, number])
     grid = ground.grid
@@ -152,7 +152,7 @@ def run_all(
     *,
     workers: int = 2,
     quick: bool = False,
-    progress: Callable[[Stage], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
 ) -> Tables:
     """Run what the stores in a folder lack, and read them.
 
@@ -176,7 +176,7 @@ def run_all(
         with open_for(folder / f"{name}{'-quick' if quick else ''}.sqlite", study) as store:
             done = store.keys()
             pace.start(name, len(done))
-            run(study, partial(_keep, store), done=done, where=Where(workers=workers), progress=pace.tell)
+            run(study, partial(_keep, store), done=done, where=Execution(workers=workers), progress=pace.tell)
             pace.end()
             out[name] = table_of(study, store.rows())
     return Tables(out["nt"], out["static"], out["moving"])
@@ -189,7 +189,7 @@ def _keep(store: Store, rows: Sequence[Row]) -> None:
 class _Pace:
     """Progress over all three studies, their runs weighed by what they take."""
 
-    def __init__(self, asked: dict[str, Study], tell: Callable[[Stage], None] | None) -> None:
+    def __init__(self, asked: dict[str, Study], tell: Callable[[RunProgress], None] | None) -> None:
         self._asked = {name: len(study) for name, study in asked.items()}
         self._report = tell
         self._began = time.perf_counter()
@@ -216,4 +216,4 @@ class _Pace:
         left = sum(WEIGHTS[n] * (self._asked[n] - self._done[n]) for n in self._asked)
         ran = sum(WEIGHTS[n] * (self._done[n] - self._before[n]) for n in self._asked)
         seconds = (time.perf_counter() - self._began) * left / ran if ran > 0 else None
-        self._report(Stage(self._name, sum(self._done.values()), sum(self._asked.values()), seconds))
+        self._report(RunProgress(self._name, sum(self._done.values()), sum(self._asked.values()), seconds))

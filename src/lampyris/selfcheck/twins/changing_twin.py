@@ -44,7 +44,7 @@ def steps_of(name: str, wide: bool) -> list[tuple[int, int, int, list[Cell]]]:
     return out
 
 
-class World:
+class ChangingMap:
     """Walls and terrain as rows, changed as a Change says."""
 
     def __init__(

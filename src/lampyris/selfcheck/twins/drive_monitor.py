@@ -15,7 +15,7 @@ from lampyris.model.drive import Drive
 
 
 @dataclass
-class Seen:
+class DriveObservations:
     """What was seen at the times looked at."""
 
     gap: float = math.inf
@@ -33,9 +33,9 @@ class Seen:
     body_speed: dict[int, float] = field(default_factory=dict)
 
 
-def watch(drive: Drive, every: float = 0.002, wall_reach: float = 2.0) -> Seen:
+def watch(drive: Drive, every: float = 0.002, wall_reach: float = 2.0) -> DriveObservations:
     """Look at a drive every ``every`` seconds."""
-    seen = Seen()
+    seen = DriveObservations()
     grid = drive.scene.grid
     count = max(2, math.ceil(drive.duration / every) + 1)
     times = np.linspace(0.0, drive.duration, count)

@@ -15,7 +15,7 @@ NAMES = ("dissertation", "octile", "four", "sixteen")
 
 
 @dataclass
-class Edit:
+class StoryEdit:
     robot: Cell | None = None
     blocked: tuple[Cell, ...] = ()
     freed: tuple[Cell, ...] = ()
@@ -24,14 +24,14 @@ class Edit:
 
 
 @dataclass
-class Story:
+class EditStory:
     name: str
     blocked: np.ndarray
     terrain: np.ndarray | None
     radius: float
     start: Cell
     goal: Cell
-    edits: list[Edit] = field(default_factory=list)
+    edits: list[StoryEdit] = field(default_factory=list)
 
 
 def side(rng: np.random.Generator) -> int:
@@ -39,7 +39,7 @@ def side(rng: np.random.Generator) -> int:
     return int(rng.integers(5, rng.choice([10, 16, 24, 40, 65], p=[0.25, 0.2, 0.2, 0.15, 0.2])))
 
 
-def story(seed: int, number: int, edits: int = 6) -> Story:
+def story(seed: int, number: int, edits: int = 6) -> EditStory:
     """The step sets take turns, terrain and robots with a size are drawn; same numbers, same story."""
     rng = np.random.default_rng([seed, number])
     height, width = side(rng), side(rng)
@@ -56,7 +56,7 @@ def story(seed: int, number: int, edits: int = 6) -> Story:
     if rng.random() < 0.9:
         blocked[start[1], start[0]] = blocked[goal[1], goal[0]] = False
     radius = float(rng.choice([0, 0, 0, 0, 0, 0.8, 1.3]))
-    out = Story(NAMES[number % 4], blocked, terrain, radius, start, goal)
+    out = EditStory(NAMES[number % 4], blocked, terrain, radius, start, goal)
     robot, last, walls = start, goal, blocked.copy()
 
     def somewhere() -> Cell:
@@ -68,7 +68,7 @@ def story(seed: int, number: int, edits: int = 6) -> Story:
         return min(max(x, 0), width - 1), min(max(y, 0), height - 1)
 
     for _ in range(edits):
-        one = Edit()
+        one = StoryEdit()
         if rng.random() < 0.6:
             for _ in range(int(rng.integers(1, 9))):
                 robot = one.robot = somewhere() if rng.random() < 0.7 else anywhere()

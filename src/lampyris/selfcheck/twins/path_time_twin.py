@@ -14,7 +14,7 @@ import numpy as np
 
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 
 Point = tuple[float, float]
 
@@ -41,7 +41,7 @@ def _cross(p: Point, q: Point, a: Point, b: Point) -> bool:
     return side(p, q, a) * side(p, q, b) < 0.0 and side(a, b, p) * side(a, b, q) < 0.0
 
 
-def stretch(course: Course, s0: float, s1: float) -> list[Point]:
+def stretch(course: SampledPath, s0: float, s1: float) -> list[Point]:
     """The corners of a course between two distances, metres."""
     xs, ys = course.xy[:, 0] * course.resolution, course.xy[:, 1] * course.resolution
     at = [s0, *[float(s) for s in course.s if s0 < s < s1], s1]
@@ -55,7 +55,7 @@ def where(track: Track, t: float, resolution: float) -> Point:
 
 
 def hits(
-    course: Course, s0: float, s1: float, tracks: Sequence[Track], radius: float, t0: float, t1: float
+    course: SampledPath, s0: float, s1: float, tracks: Sequence[Track], radius: float, t0: float, t1: float
 ) -> bool:
     """Whether the way from s0 to s1, taken as a whole, comes too near to what a track sweeps in that time."""
     line = stretch(course, s0, s1)
@@ -73,7 +73,7 @@ def hits(
 
 
 def steps_to_goal(
-    course: Course,
+    course: SampledPath,
     ceiling: np.ndarray[Any, Any],
     tracks: Sequence[Track],
     radius: float,
@@ -124,7 +124,7 @@ def steps_to_goal(
 
 
 def _below(
-    course: Course, ceiling: np.ndarray[Any, Any], h: float, m: int, j: int, k: int, unit: float
+    course: SampledPath, ceiling: np.ndarray[Any, Any], h: float, m: int, j: int, k: int, unit: float
 ) -> bool:
     if j + k == 0:
         return True
@@ -139,7 +139,13 @@ def _below(
 
 
 def least_gap(
-    profile: Profile, course: Course, tracks: Sequence[Track], radius: float, *, t0: float = 0.0, dense: int
+    profile: Profile,
+    course: SampledPath,
+    tracks: Sequence[Track],
+    radius: float,
+    *,
+    t0: float = 0.0,
+    dense: int,
 ) -> float:
     """Least gap between the robot and any track, on samples of the profile in time; metres."""
     t = np.linspace(0.0, profile.t[-1], dense)

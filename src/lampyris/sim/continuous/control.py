@@ -8,11 +8,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from lampyris.kernels.motion.curve_motion import ceiling_push
-from lampyris.model.obstacles import Movers
+from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.sim.continuous.leg import Leg
-from lampyris.sim.sensor import Told
+from lampyris.sim.sensor import ObstacleMessage
 from lampyris.typing import Cell, Floats
 
 
@@ -62,7 +62,7 @@ class State:
     at: int
     leg: Leg
     robot: Robot
-    told: Told
+    told: ObstacleMessage
     still: Floats
     cells: list[Cell]
     period: float
@@ -73,7 +73,7 @@ class State:
     noise: float = 0.0
     tries: int = 0
 
-    def movers(self, know: str, within: tuple[float, float] | None = None) -> Movers:
+    def movers(self, know: str, within: tuple[float, float] | None = None) -> ObstacleStates:
         """What is known of the obstacles, as the caps take it.
 
         Parameters
@@ -92,9 +92,9 @@ class State:
             kept = (away * away).sum(axis=1) <= near * near
         velocity = None if know == "positions" or told.velocity is None else told.velocity[kept]
         radius, age = told.radius[kept] + self.noise, max(self.t - told.stamp, 0.0)
-        return Movers(told.xy[kept], radius, told.top_speed[kept], velocity, age)
+        return ObstacleStates(told.xy[kept], radius, told.top_speed[kept], velocity, age)
 
-    def ahead(self, metres: float) -> Course:
+    def ahead(self, metres: float) -> SampledPath:
         """The course from the robot on, so many metres of it; its first node is where the robot is."""
         course, s = self.leg.course, self.s
         later = np.flatnonzero((course.s > s + 1e-6) & (course.s <= s + metres + 1e-9))
@@ -103,7 +103,9 @@ class State:
         xy[0], places[0] = self.leg.route.at(s), 0.0
         stop = course.stop[nodes]
         stop[0] = False
-        return Course(places, xy, course.heading[nodes], course.curvature[nodes], stop, course.resolution)
+        return SampledPath(
+            places, xy, course.heading[nodes], course.curvature[nodes], stop, course.resolution
+        )
 
 
 class Controller(Protocol):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.sampled_path import Course
+from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.bounds import Constant, Optimum
 from lampyris.motion.laws.dissertation import DissertationLaw
@@ -17,7 +17,7 @@ from lampyris.sim.continuous.baseline_controllers import ByRings, Regulated
 from lampyris.sim.continuous.control import Controller, Follow
 from lampyris.sim.continuous.leg import Ceiling
 from lampyris.sim.continuous.lookahead import Foresight
-from lampyris.sim.continuous.safe_controller import Careful
+from lampyris.sim.continuous.safe_controller import SafeController
 from lampyris.sim.traffic.motion_sources import Roster
 
 
@@ -48,14 +48,14 @@ def wheel(scene: Scene, law: laws.SpeedLaw, know: str, roster: Roster) -> Wheel:
     if know != "positions":
         foresight = Foresight(roster if know == "tracks" else None)
 
-    def ceiling(course: Course) -> Profile | None:
+    def ceiling(course: SampledPath) -> Profile | None:
         return laws.profile(course, scene, law=settings)
 
-    def limits(course: Course) -> Profile | None:
+    def limits(course: SampledPath) -> Profile | None:
         return None
 
     table: dict[type, tuple[Callable[[Any], Controller], Ceiling]] = {
-        PhysicalLaw: (lambda one: Careful(scene, one, know, foresight), ceiling),
+        PhysicalLaw: (lambda one: SafeController(scene, one, know, foresight), ceiling),
         Constant: (lambda one: Follow(), ceiling),
         Optimum: (lambda one: Follow(), limits),
         DissertationLaw: (lambda one: ByRings(scene, one), limits),

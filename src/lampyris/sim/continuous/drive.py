@@ -38,13 +38,13 @@ from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import Leg, covered_cells
 from lampyris.sim.continuous.log import Log
-from lampyris.sim.continuous.replanner import Guide, spacing_of
+from lampyris.sim.continuous.replanner import Replanner, spacing_of
 from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
-from lampyris.sim.sensor import FaultyFeed, Feed, PerfectFeed, Watch
-from lampyris.sim.traffic.motion_sources import Source
-from lampyris.sim.traffic.obstacle_set import Others
-from lampyris.sim.world.trajectory import Going
+from lampyris.sim.sensor import FaultySensor, PerfectSensor, Sensor, SensorMonitor
+from lampyris.sim.traffic.motion_sources import MotionSource
+from lampyris.sim.traffic.obstacle_set import ObstacleSet
+from lampyris.sim.world.trajectory import Trajectory
 from lampyris.sim.world.waiting import WAITS, Waiting
 
 _LONGER = "choose a longer period"
@@ -61,8 +61,8 @@ def drive(
     *,
     law: SpeedLaw = "physical",
     seed: int = 0,
-    sources: Sequence[Source] = (),
-    feed: Feed | None = None,
+    sources: Sequence[MotionSource] = (),
+    feed: Sensor | None = None,
     budget: Budget | None = None,
     progress: Callable[[float], None] | None = None,
     **settings: object,
@@ -76,7 +76,7 @@ def drive(
     law : a speed law's name, or its settings.
     seed : root of every draw, >= 0. The planner has the stream ``SeedSequence((seed, 0))``, specification k
         of the traffic ``(seed, 1 + k)``, then come ``sources``, then the noise.
-    sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Cutter`.
+    sources : obstacles beside the scene's traffic, such as :class:`lampyris.sim.traffic.adversary.Adversary`.
     feed : what lies between the obstacles and the robot; None: nothing does.
     budget : of every single call of the planner; None: no limit.
     progress : called after each period with the seconds that are over.
@@ -114,7 +114,7 @@ class DriveSimulation(Exclusive):
     def __init__(
         self,
         scene: Scene, planner: Planner, *, law: SpeedLaw = "physical", seed: int = 0,
-        sources: Sequence[Source] = (), feed: Feed | None = None, budget: Budget | None = None,
+        sources: Sequence[MotionSource] = (), feed: Sensor | None = None, budget: Budget | None = None,
         **settings: object,
     ) -> None:  # fmt: skip
         began, loaded = time.perf_counter(), loading.seconds()
@@ -126,12 +126,12 @@ class DriveSimulation(Exclusive):
         self.scene = scene
         self._demand_room()
         self.seed = _seed(seed)
-        self.feed: Feed = feed.fresh() if isinstance(feed, FaultyFeed) else feed or PerfectFeed()
-        self.watch = Watch(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
+        self.feed: Sensor = feed.fresh() if isinstance(feed, FaultySensor) else feed or PerfectSensor()
+        self.watch = SensorMonitor(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
-        self.others = Others(scene, self.seed, one.obstacle_speed, one.noise)
+        self.others = ObstacleSet(scene, self.seed, one.obstacle_speed, one.noise)
         self.wheel = wheel(scene, law, one.know, self.others.roster)
-        self.guide = Guide(scene, planner, self.seed, one.smooth, one.spacing, budget)
+        self.guide = Replanner(scene, planner, self.seed, one.smooth, one.spacing, budget)
         self.log = Log()
         self.t = self.s = self.v = 0.0
         self.outcome: Outcome | None = None
@@ -249,7 +249,7 @@ class DriveSimulation(Exclusive):
         if self.outcome is None:
             self.decision = self._decide(end - self.t)
             stretches = self.train.drive(self.t, end, self.s, self.v, self.decision)
-            going = Going(self.leg.route, stretches)
+            going = Trajectory(self.leg.route, stretches)
             self._cut_at_goal(going)
             for body in self.others.move(self.t, end, going):
                 at, x, y = self.others.roster.corners[body][0]
@@ -318,7 +318,7 @@ class DriveSimulation(Exclusive):
         """Seconds until the next decision has an effect."""
         return period if isinstance(self.train, Perfect) else period + self.settings.delay + STEP
 
-    def _cut_at_goal(self, going: Going) -> None:
+    def _cut_at_goal(self, going: Trajectory) -> None:
         """A robot that comes to rest at the goal has arrived there and then."""
         for k, one in enumerate(going.stretches):
             if k and one.v == 0.0 and self._at_goal(one.s):
@@ -331,7 +331,7 @@ class DriveSimulation(Exclusive):
         (x, y), (gx, gy) = self.leg.route.at(s), self.scene.goal
         return not self.leg.nowhere and max(abs(x - gx), abs(y - gy)) <= AT_GOAL
 
-    def _contacts(self, going: Going) -> None:
+    def _contacts(self, going: Trajectory) -> None:
         """The first contact that ends the drive, and every hit before it."""
         while (met := self.others.contact(going)) is not None:
             t, body = met
@@ -355,7 +355,7 @@ class DriveSimulation(Exclusive):
             going.cut(t)
             return
 
-    def _go(self, going: Going) -> None:
+    def _go(self, going: Trajectory) -> None:
         """Write down what was driven and go to its end."""
         leg, decision = max(len(self.curves) - 1, 0), self.decision
         for one in going.stretches:

@@ -24,17 +24,17 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.acceleration_switches import with_switches
 from lampyris.motion.geometry.curve import Smooth, curve_of
-from lampyris.motion.geometry.sampled_path import Course, course_of
+from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.geometry.smoothing import Wanted, roomy_curve, wanted_of
 from lampyris.motion.laws.bounds import optimum_at_nodes
 from lampyris.motion.laws.node_refinement import refined
-from lampyris.sim.sensor import Told
+from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.adversary import line_is_clear, square_distances
-from lampyris.sim.world.trajectory import Route
+from lampyris.sim.world.trajectory import CurveLookup
 from lampyris.typing import BoolGrid, Cell, Floats, Points
 
 _Ints: TypeAlias = NDArray[np.int64]
-Ceiling: TypeAlias = Callable[[Course], Profile | None]
+Ceiling: TypeAlias = Callable[[SampledPath], Profile | None]
 """What makes the static ceiling of a course; None: the robot's own limits are all there is."""
 
 
@@ -51,8 +51,8 @@ class Leg:
     seconds : how long the robot's own limits would need.
     """
 
-    route: Route
-    course: Course
+    route: CurveLookup
+    course: SampledPath
     profile: Profile
     nodes: Floats
     squares: Floats
@@ -71,17 +71,17 @@ def leg_of(curve: Curve, scene: Scene, ceiling: Ceiling, spacing: float) -> Leg:
     if len(course) < 2:
         zero = np.zeros(1)
         still = Profile("", zero, zero, zero, zero, ("start",), "m/s")
-        return Leg(Route(curve), course, still, zero, zero, zero, 0.0)
+        return Leg(CurveLookup(curve), course, still, zero, zero, zero, 0.0)
     own = optimum_at_nodes(course, scene)
     seconds = _seconds(course, scene, own)
     made = ceiling(course)
     profile = own if made is None else made
     squares = np.ascontiguousarray(np.minimum(profile.v * profile.v, own.v * own.v))
     nodes = np.ascontiguousarray(course.s)
-    return Leg(Route(curve), course, profile, nodes, squares, own.v * own.v, seconds)
+    return Leg(CurveLookup(curve), course, profile, nodes, squares, own.v * own.v, seconds)
 
 
-def _seconds(course: Course, scene: Scene, own: Profile) -> float:
+def _seconds(course: SampledPath, scene: Scene, own: Profile) -> float:
     """What the optimum of the curve takes, whose acceleration changes between nodes, too."""
     if scene.robot.jerk_max is not None:
         return float(own.t[-1])
@@ -93,7 +93,9 @@ def standing(scene: Scene, xy: tuple[float, float]) -> Curve:
     return Curve(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), xy, scene.grid.resolution)
 
 
-def comfort(scene: Scene, told: Told | None, xy: tuple[float, float], reaction: float) -> Floats | None:
+def comfort(
+    scene: Scene, told: ObstacleMessage | None, xy: tuple[float, float], reaction: float
+) -> Floats | None:
     """How far a way should pass each obstacle near ``xy``, so that the robot need not crawl there; (m,).
 
     At so many metres it may drive at three tenths of its top speed: in ``T + 0.3 v_max / d_max`` seconds it
@@ -110,13 +112,13 @@ def comfort(scene: Scene, told: Told | None, xy: tuple[float, float], reaction: 
     return wide if wide.any() else None
 
 
-def closed_cells(scene: Scene, told: Told | None, more: Floats | None = None) -> frozenset[Cell]:
+def closed_cells(scene: Scene, told: ObstacleMessage | None, more: Floats | None = None) -> frozenset[Cell]:
     """Every cell at whose centre the robot would touch an obstacle as told, or come nearer than ``more``."""
     return _cells_within(scene, told, scene.robot.radius, more)
 
 
 def _cells_within(
-    scene: Scene, told: Told | None, reach: float, more: Floats | None = None
+    scene: Scene, told: ObstacleMessage | None, reach: float, more: Floats | None = None
 ) -> frozenset[Cell]:
     """The cells whose centres are nearer than so many metres to an obstacle's rim, and those it is on."""
     grid, cells = scene.grid, set()
@@ -138,7 +140,7 @@ def _cells_within(
     return frozenset(cells)
 
 
-def covered_cells(scene: Scene, told: Told) -> list[Cell]:
+def covered_cells(scene: Scene, told: ObstacleMessage) -> list[Cell]:
     """Cells whose squares obstacles overlap where they are said to be, in order of the obstacles."""
     found: dict[Cell, None] = {}
     resolution = scene.grid.resolution
@@ -203,7 +205,7 @@ def curve_from(
     plan: Plan,
     scene: Scene,
     xy: tuple[float, float],
-    told: Told | None,
+    told: ObstacleMessage | None,
     smooth: Smooth,
     blocked: Sequence[Cell] = (),
     more: Floats | None = None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from lampyris.model.drive import Moment
-from lampyris.sim.world.trajectory import Stretch
+from lampyris.sim.world.trajectory import Segment
 
 
 @dataclass
@@ -24,7 +24,7 @@ class Log:
     about: list[int] = field(default_factory=list)
     moments: list[Moment] = field(default_factory=list)
 
-    def add(self, one: Stretch, leg: int, cause: str, about: int) -> None:
+    def add(self, one: Segment, leg: int, cause: str, about: int) -> None:
         """A stretch, because of something."""
         still = one.v == 0.0 and one.a == 0.0
         goes_on = still and bool(self.t) and self.v[-1] == 0.0 and self.a[-1] == 0.0

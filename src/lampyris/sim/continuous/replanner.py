@@ -23,7 +23,7 @@ from lampyris.sim.continuous.leg import (
     nearest_cell,
     standing,
 )
-from lampyris.sim.sensor import Told
+from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.motion_sources import stream
 from lampyris.sim.world.notes import Notes
 from lampyris.typing import Cell, Floats
@@ -34,7 +34,7 @@ def spacing_of(spacing: float | None, scene: Scene) -> float:
     return DRIVE_SPACING * scene.grid.resolution if spacing is None else spacing
 
 
-class Guide:
+class Replanner:
     """A planner's session with what it has cost.
 
     Attributes
@@ -64,7 +64,7 @@ class Guide:
         self._untold: list[Cell] = []
         self.notes = Notes()
 
-    def first(self, told: Told) -> Plan:
+    def first(self, told: ObstacleMessage) -> Plan:
         """The first plan, with the obstacles where they are."""
         return self._ask(self.scene.start, closed_cells(self.scene, told))
 
@@ -76,7 +76,9 @@ class Guide:
         self._count(plan, began)
         return plan
 
-    def again(self, xy: tuple[float, float], told: Told | None, reaction: float) -> tuple[Plan, Curve | None]:
+    def again(
+        self, xy: tuple[float, float], told: ObstacleMessage | None, reaction: float
+    ) -> tuple[Plan, Curve | None]:
         """A plan from where the robot stands, and its way; None if there is none that can be driven.
 
         First one that passes the obstacles around it at a distance at which it need not crawl; if there is
@@ -105,7 +107,7 @@ class Guide:
         return bool(fresh)
 
     def curve(
-        self, plan: Plan, xy: tuple[float, float], told: Told | None, more: Floats | None = None
+        self, plan: Plan, xy: tuple[float, float], told: ObstacleMessage | None, more: Floats | None = None
     ) -> Curve | None:
         """The way of a plan from where the robot stands; None if it cannot be driven from there."""
         try:

@@ -153,7 +153,7 @@ def gaps(state: State) -> Floats:
 
 
 @dataclass
-class Careful:
+class SafeController:
     """``physical`` and its variants.
 
     Parameters

@@ -24,7 +24,7 @@ from lampyris.kernels.motion.curve_motion import ceiling_push
 from lampyris.model.robot import Robot
 from lampyris.sim.continuous.control import Decision, node_at
 from lampyris.sim.continuous.leg import Leg
-from lampyris.sim.world.trajectory import Stretch, split
+from lampyris.sim.world.trajectory import Segment, split
 
 Tracking: TypeAlias = Literal["perfect", "velocity", "position"]
 
@@ -65,7 +65,7 @@ class Train(Protocol):
         """The greatest speed that it may have because of commands on their way and of the next to land."""
         ...
 
-    def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Stretch]:
+    def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Segment]:
         """What it does with a decision, until the next."""
         ...
 
@@ -90,7 +90,7 @@ class Perfect:
         """As fast as it is."""
         return v
 
-    def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Stretch]:
+    def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Segment]:
         """One push; cut where it comes to rest."""
         assert self._leg is not None
         stop = float(self._leg.nodes[decision.rest]) if decision.rest >= 0 else None
@@ -153,7 +153,7 @@ class Late:
         land = self._landing(s, ahead) if may_land else 0.0
         return min(max([v, land, *(c.most for c in self._sent)]), self.robot.v_max)
 
-    def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Stretch]:
+    def drive(self, t: float, end: float, s: float, v: float, decision: Decision) -> list[Segment]:
         """Send the command, then follow what has arrived, step by step."""
         assert self._leg is not None
         push = split(t, end, self._s, self._v, decision.a, None)
@@ -171,7 +171,7 @@ class Late:
         period = end - t
         arrives = t + self.delay
         self._sent.append(_Command(arrives, sent, later, arrives + period, most, lands))
-        made: list[Stretch] = []
+        made: list[Segment] = []
         count = max(math.ceil(period / STEP - 1e-9), 1)
         for k in range(count):
             now, then = t + period * k / count, end if k + 1 == count else t + period * (k + 1) / count
@@ -191,7 +191,7 @@ class Late:
         there = self._s >= self._leg.route.length and decision.cause == "braking"
         return decision.rest >= 0 or there
 
-    def _step(self, now: float, then: float, s: float, v: float) -> list[Stretch]:
+    def _step(self, now: float, then: float, s: float, v: float) -> list[Segment]:
         leg, robot, h = self._leg, self.robot, then - now
         assert leg is not None
         while len(self._sent) > 1 and self._sent[1].arrives <= now + 1e-9:
@@ -213,16 +213,16 @@ class Late:
             return split(now, then, s, v, limit, float(leg.nodes[rest]) if rest >= 0 else None)
         return split(now, then, s, v, a, None)
 
-    def _compare(self, push: list[Stretch], t: float, s: float) -> None:
+    def _compare(self, push: list[Segment], t: float, s: float) -> None:
         for one in push:
             if t <= one.end or one is push[-1]:
                 self.error = max(self.error, abs(one.after(t)[0] - s))
                 return
 
 
-def _joined(stretches: list[Stretch]) -> list[Stretch]:
+def _joined(stretches: list[Segment]) -> list[Segment]:
     """The same with standing told once."""
-    out: list[Stretch] = []
+    out: list[Segment] = []
     for one in stretches:
         if out and one.v == 0.0 and one.a == 0.0 and out[-1].v == 0.0 and out[-1].a == 0.0:
             out[-1].end = one.end

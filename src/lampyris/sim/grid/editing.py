@@ -29,9 +29,9 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Event
 from lampyris.model.traffic import Recorded
 from lampyris.planning.field.layers import free_cells
-from lampyris.sim.traffic.traffic import Crowd
+from lampyris.sim.traffic.traffic import Traffic
 from lampyris.sim.world.cell_index import Shape
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell
 
 _CUT = "Walls have come into the way; planned anew."
@@ -71,7 +71,7 @@ class Walls:
     SceneError : ``EDIT_TRACK``: a wall in the lane of a recorded obstacle.
     """
 
-    def __init__(self, scene: Scene, world: World, crowd: Crowd) -> None:
+    def __init__(self, scene: Scene, world: Occupancy, crowd: Traffic) -> None:
         self.known = replace(scene, edits=()) if scene.edits else scene
         self.scene = replace(self.known, traffic=()) if scene.edits else scene
         self.done: list[Edit] = []
@@ -92,7 +92,7 @@ class Walls:
         """Whether an edit that is still to come frees a cell."""
         return any(edit.freed for edit in self._left)
 
-    def _keep_lanes(self, crowd: Crowd) -> None:
+    def _keep_lanes(self, crowd: Traffic) -> None:
         """Refuse walls in the lanes of recorded tracks."""
         if crowd.recording is None:
             return

@@ -22,27 +22,27 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body, RandomWalk
+from lampyris.model.traffic import Obstacle, RandomWalk
 from lampyris.motion.caps import COS_22_5, COS_67_5
 from lampyris.motion.laws.dissertation import DEFAULT, DissertationLaw
 from lampyris.motion.laws.rings import counted_around
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.adgso.walk import NO_LIMIT, Walker, walls
 from lampyris.planning.base import Budget, Planner
-from lampyris.planning.field.frame import Frame
+from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.field.layers import moves_for, moves_on
 from lampyris.planning.field.repair import Padded
-from lampyris.planning.field_cache import Grounds
+from lampyris.planning.field_cache import FieldCache
 from lampyris.planning.living_map import LivingMap
 from lampyris.sim.grid import loop
-from lampyris.sim.grid.tick_speed import Pace, SpeedLaw
+from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
 from lampyris.sim.traffic.obstacle_draws import WALKERS, key_of, places, steps
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import EIGHT, Space, robot_shape
+from lampyris.sim.world.cell_index import EIGHT, CellIndex, robot_shape
 from lampyris.sim.world.endings import gave_up, too_late
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
 BLOCK = 64
@@ -53,7 +53,7 @@ _OUTCOMES = {k.AT_GOAL: Outcome.ARRIVED, k.BLOCKED: Outcome.BLOCKED, k.TIMEOUT: 
 _ALL_THERE = 2.0
 """In place of a rate: nobody appears."""
 
-_WALKER = Body("random-walk", 0.0, True, ((0, 0),))
+_WALKER = Obstacle("random-walk", 0.0, True, ((0, 0),))
 _TOLD = (
     (k.TOLD_WAITED, "replan", "Asked again after waiting."),
     (k.TOLD_BLOCKED, "replan", "The next cell, {}, cannot be entered now; chose anew."),
@@ -119,7 +119,7 @@ class FastRuns(Exclusive):
         assert isinstance(spec, RandomWalk)
         self.scene, self.planner, self._spec = scene, planner, spec
         self._patience = loop.PATIENCE if patience is None else patience
-        self._space, moves = Space(scene.grid), moves_for(scene)
+        self._space, moves = CellIndex(scene.grid), moves_for(scene)
         self._path_moves = moves_on(scene.grid, scene.moves)
         self._start = self._space.number(scene.start)
         stride = self._space.stride
@@ -135,7 +135,7 @@ class FastRuns(Exclusive):
             *crowd, free, stride, int(moves.corner_cutting), robot, self._space.number(scene.goal),
             *self._pace(law),
         )  # fmt: skip
-        grounds = Grounds(living, moves, scene.goal, rho=planner.rho, gamma=planner.gamma)
+        grounds = FieldCache(living, moves, scene.goal, rho=planner.rho, gamma=planner.gamma)
         self._field, self._lower = self._walk(grounds.sealed(_closed(scene, planner)), living.free, moves)
         self._solved = grounds.spent
         # What is written anew by every run, and what is known of the field: the same for all of them.
@@ -146,7 +146,7 @@ class FastRuns(Exclusive):
 
     def _crowd(self, free: Bytes, stride: int) -> tuple[Ints, tuple[Any, ...]]:
         """Cells on which walkers may begin, and what the kernel takes of them."""
-        world = World(self._space, robot_shape(self.scene, self._space), self._start)
+        world = Occupancy(self._space, robot_shape(self.scene, self._space), self._start)
         open_traffic(self.scene, world, 0)  # for its errors: they do not depend on the seed
         plans = Placing(self.scene, world, 0)
         shape = plans.shape(0.0)
@@ -158,7 +158,7 @@ class FastRuns(Exclusive):
     def _pace(self, law: SpeedLaw) -> tuple[Any, ...]:
         """The law, as the kernel takes it, and its room."""
         own = law if isinstance(law, DissertationLaw) else DEFAULT
-        horizon, grid = Pace(self.scene, law).horizon + 1, self.scene.grid
+        horizon, grid = TickSpeed(self.scene, law).horizon + 1, self.scene.grid
         room = np.zeros(horizon + 2), np.zeros(horizon + 2, dtype=np.int64)
         return horizon, *_law_tables(own), bordered(grid.blocked), grid.height, *room
 
@@ -166,7 +166,7 @@ class FastRuns(Exclusive):
         """The field and the walker's room, as the kernels take them; whether steps look at no side cells."""
         scene, planner = self.scene, self.planner
         walker = Walker(
-            Frame(free, moves), scene.goal, moves, choice=planner.choice, nt=planner.nt, mvr=planner.mvr,
+            BorderedMap(free, moves), scene.goal, moves, choice=planner.choice, nt=planner.nt, mvr=planner.mvr,
             rng=np.random.Generator(np.random.PCG64(0)), record=False,
         )  # fmt: skip
         trip = walker.start(walker.flat(scene.start))

@@ -56,12 +56,12 @@ from lampyris.planning.field.layers import moves_on
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import Following, follow
 from lampyris.sim.grid.sensing import seen_bodies, seen_cells, sense
-from lampyris.sim.grid.tick_speed import Pace, SpeedLaw
+from lampyris.sim.grid.tick_speed import SpeedLaw, TickSpeed
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import Space, Step, robot_shape
+from lampyris.sim.world.cell_index import CellIndex, Step, robot_shape
 from lampyris.sim.world.endings import gave_up, too_late
 from lampyris.sim.world.notes import Notes
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
 PATIENCE = SIMULATION_PATIENCE
@@ -138,9 +138,9 @@ class Simulation(Exclusive):
         self.now = 0
         self.outcome: Outcome | None = None
         self.detail = ""
-        self.pace = Pace(scene, law)
-        space = Space(scene.grid)
-        self.world = World(space, robot_shape(scene, space), space.number(scene.start))
+        self.pace = TickSpeed(scene, law)
+        space = CellIndex(scene.grid)
+        self.world = Occupancy(space, robot_shape(scene, space), space.number(scene.start))
         self.crowd = open_traffic(scene, self.world, self.seed)
         self.walls = Walls(scene, self.world, self.crowd)
         self._news = ""

@@ -1,4 +1,4 @@
-"""Strollers: random walkers of one cell with nobody else about, many ticks in one call.
+"""Random walkers of one cell with nobody else about, many ticks in one call.
 
 Step for step and draw for draw what :mod:`lampyris.sim.traffic.traffic` does with them, without its dictionaries: 20
 walkers on 50 x 50 cells take 1.4 us a tick here and 150 us there.
@@ -15,7 +15,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import RandomWalk
 from lampyris.sim.grid.fast_simulation import bordered, walker_ways
 from lampyris.sim.traffic.obstacle_draws import steps
-from lampyris.sim.traffic.traffic import Crowd
+from lampyris.sim.traffic.traffic import Traffic
 
 
 def alone(scene: Scene) -> bool:
@@ -26,7 +26,7 @@ def alone(scene: Scene) -> bool:
     return isinstance(spec, RandomWalk) and spec.rate is None and spec.radius == 0 and spec.count > 0
 
 
-class Strollers:
+class RandomWalkers:
     """The walkers of a crowd that has just been opened; from here on only this moves them.
 
     Parameters
@@ -34,7 +34,7 @@ class Strollers:
     crowd : of a scene in which they are :func:`alone`.
     """
 
-    def __init__(self, crowd: Crowd) -> None:
+    def __init__(self, crowd: Traffic) -> None:
         world, walkers = crowd.world, crowd.walkers[0]
         shape, stride = walkers.shape, world.space.stride
         opened, free = bordered(shape.open), bordered(shape.free)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from lampyris.model.change import Change, Seen
-from lampyris.sim.traffic.traffic import Crowd
-from lampyris.sim.world.world import World
+from lampyris.model.change import Change, ObstacleTrack
+from lampyris.sim.traffic.traffic import Traffic
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cell
 
 
-def seen_cells(world: World) -> list[Cell]:
+def seen_cells(world: Occupancy) -> list[Cell]:
     """Every cell that a moving obstacle covers now, in the order in which they came to cover it."""
     cell = world.space.cell
     return [cell(c) for c in world.taken]
 
 
-def closed_cells(world: World) -> set[Cell]:
+def closed_cells(world: Occupancy) -> set[Cell]:
     """Every cell on which the robot, with its size, would now meet a moving obstacle; its own cell never
     among them.
 
@@ -33,7 +33,7 @@ def closed_cells(world: World) -> set[Cell]:
     return cells
 
 
-def seen_bodies(crowd: Crowd, now: int) -> tuple[Seen, ...]:
+def seen_bodies(crowd: Traffic, now: int) -> tuple[ObstacleTrack, ...]:
     """Every moving obstacle with what is known of it: its last step and place; a recorded track whole.
 
     Parameters
@@ -47,18 +47,18 @@ def seen_bodies(crowd: Crowd, now: int) -> tuple[Seen, ...]:
     for body, number in enumerate(world.where):
         cells = crowd.bodies[body].footprint
         if body in recorded:
-            seen.append(Seen(body, recorded[body].track, 0, 1, cells))
+            seen.append(ObstacleTrack(body, recorded[body].track, 0, 1, cells))
             continue
         x, y = world.space.cell(number)
         dx, dy = world.step[body]
         # One that has just appeared was nowhere a tick ago.
         new = crowd.appears[body] == now
         track = ((x, y),) if new else ((x - dx, y - dy), (x, y))
-        seen.append(Seen(body, track, now if new else now - 1, None, cells))
+        seen.append(ObstacleTrack(body, track, now if new else now - 1, None, cells))
     return tuple(seen)
 
 
-def sense(world: World, *, tick: int = 0, bodies: tuple[Seen, ...] | None = None) -> Change:
+def sense(world: Occupancy, *, tick: int = 0, bodies: tuple[ObstacleTrack, ...] | None = None) -> Change:
     """What the robot tells its planner: where it stands, and every cell that is closed to its next step.
 
     Parameters

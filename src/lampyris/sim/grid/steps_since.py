@@ -9,7 +9,7 @@ import numpy as np
 
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.sim.grid.loop import Simulation
-from lampyris.sim.world.cell_index import Space
+from lampyris.sim.world.cell_index import CellIndex
 from lampyris.typing import Cells
 
 
@@ -54,7 +54,7 @@ def events_since(run: Simulation, number: int) -> list[Event]:
     return run._events[number:]
 
 
-def _cells(track: list[int], space: Space) -> Cells:
+def _cells(track: list[int], space: CellIndex) -> Cells:
     """Numbers of the space as cells."""
     y, x = np.divmod(np.array(track, dtype=np.int64), space.stride)
     return np.stack((x - 1, y - 1), axis=1).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Pace: the robot's speed at each tick, by the profile of the way it means to drive from there."""
+"""Tick speed: the robot's speed at each tick, by the profile of the way it means to drive from there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lampyris.typing import Cell, Cells
 SpeedLaw: TypeAlias = str | DissertationLaw | PhysicalLaw
 
 
-class Pace:
+class TickSpeed:
     """The speed of a robot that drives on, tick after tick.
 
     Parameters

@@ -9,10 +9,10 @@ import numpy as np
 
 from lampyris._core.predicates import in_range, is_whole
 from lampyris.errors import SettingError, shown
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.planning.field.layers import free_cells
 from lampyris.sim.traffic.motion_sources import NO_LEGS, Opening
-from lampyris.sim.world.trajectory import Going
+from lampyris.sim.world.trajectory import Trajectory
 from lampyris.typing import BoolGrid, Floats
 
 _TRIES = 20
@@ -20,7 +20,7 @@ _TRIES = 20
 
 
 @dataclass(frozen=True)
-class Cutter:
+class Adversary:
     """Obstacles that stand in random free places and run straight across the robot's way, ignoring the robot.
 
     At a random moment each runs, at exactly its top speed, at a random point of the stretch of way that the
@@ -63,9 +63,9 @@ class Cutter:
             if not is_whole(value, 0, 10_000):
                 raise SettingError("CUTTER", shown(value), where=f"cutter.{name}", allowed="0 to 10000")
 
-    def open(self, opening: Opening) -> RunningCutters:
+    def open(self, opening: Opening) -> RunningAdversaries:
         """Put them in their places: clear of walls, of the robot, and of the way that it has planned."""
-        return RunningCutters(self, opening)
+        return RunningAdversaries(self, opening)
 
 
 @dataclass
@@ -83,10 +83,10 @@ class _One:
     velocity: tuple[float, float] = (0.0, 0.0)
 
 
-class RunningCutters:
+class RunningAdversaries:
     """Cutters at work."""
 
-    def __init__(self, cutter: Cutter, opening: Opening) -> None:
+    def __init__(self, cutter: Adversary, opening: Opening) -> None:
         self.cutter, self.rng = cutter, opening.rng
         self.roster, self.scene = opening.roster, opening.scene
         grid = self.scene.grid
@@ -98,7 +98,7 @@ class RunningCutters:
         self._one: list[_One] = []
         for cell in self._places(opening):
             at = (float(cell[0]), float(cell[1]))
-            body = Body("cutter", self.radius, False)
+            body = Obstacle("cutter", self.radius, False)
             number = self.roster.add(body, self.radius, cutter.top_speed * (1.0 + 1e-12), 0.0, *at)
             self._one.append(_One(number, at, self._pause(0.0)))
 
@@ -124,7 +124,7 @@ class RunningCutters:
         order = self.rng.permutation(len(xs))[: self.cutter.count].tolist()
         return [(int(xs[k]), int(ys[k])) for k in order]
 
-    def advance(self, t0: float, t1: float, going: Going) -> Floats:
+    def advance(self, t0: float, t1: float, going: Trajectory) -> Floats:
         """The legs from ``t0`` to ``t1``."""
         legs: list[tuple[float, ...]] = []
         for one in self._one:
@@ -154,7 +154,7 @@ class RunningCutters:
         (x, y), (vx, vy), d = one.origin, one.velocity, one.ends - one.began
         return x + vx * d, y + vy * d
 
-    def _begin(self, one: _One, now: float, going: Going) -> None:
+    def _begin(self, one: _One, now: float, going: Trajectory) -> None:
         """Begin a run, or wait for another moment where no line is free."""
         on = bool(self.rng.random() < 0.5)
         one.next = self._pause(now)
@@ -177,7 +177,7 @@ class RunningCutters:
         self.roster.go(one.number, now, *one.at)
         self.roster.go(one.number, one.ends, *self._end_of(one))
 
-    def _target(self, one: _One, now: float, going: Going) -> tuple[float, float] | None:
+    def _target(self, one: _One, now: float, going: Trajectory) -> tuple[float, float] | None:
         """A point of the robot's way that it reaches about when the cutter does, with a free line to it."""
         s, v = going.at(now)
         speed = self.cutter.top_speed

@@ -1,4 +1,4 @@
-"""Crowd motion: the traffic of the tick model (:mod:`lampyris.sim.traffic.traffic`) in continuous time.
+"""Traffic motion: the traffic of the tick model (:mod:`lampyris.sim.traffic.traffic`) in continuous time.
 
 A tick lasts ``resolution / obstacle_speed`` seconds, and during it every body moves straight from cell to
 cell. A diagonal is the square root of two longer in the same time, so the top speed of a body is so much
@@ -33,17 +33,17 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
 from lampyris.sim.traffic.motion_sources import NO_LEGS, Roster
 from lampyris.sim.traffic.separation import Motions, beside_lanes
-from lampyris.sim.traffic.traffic import Crowd, Shuttle, open_traffic
-from lampyris.sim.world.cell_index import Shape, Space, Step, robot_shape
-from lampyris.sim.world.trajectory import Going
-from lampyris.sim.world.world import World
+from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
+from lampyris.sim.world.cell_index import CellIndex, Shape, Step, robot_shape
+from lampyris.sim.world.trajectory import Trajectory
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Floats, Points
 
 DIAGONAL = math.sqrt(2.0) * (1.0 + 1e-12)
 """How much faster than a straight step a diagonal one is; and a rounding, so that no leg is above it."""
 
 
-class RoadWorld(World):
+class RoadOccupancy(Occupancy):
     """A world in which the robot is anywhere on its road, not on a cell.
 
     Attributes
@@ -60,7 +60,7 @@ class RoadWorld(World):
     """
 
     def __init__(
-        self, space: Space, robot_shape: Shape, robot: int, radius: float, resolution: float
+        self, space: CellIndex, robot_shape: Shape, robot: int, radius: float, resolution: float
     ) -> None:
         self.motions = Motions()
         super().__init__(space, robot_shape, robot)
@@ -167,7 +167,7 @@ class RoadWorld(World):
 
 
 @dataclass(frozen=True)
-class CrowdMotion:
+class TrafficMotion:
     """The scene's own traffic.
 
     Parameters
@@ -180,7 +180,7 @@ class CrowdMotion:
     obstacle_speed: float | None
     seed: int
 
-    def open(self, scene: Scene, roster: Roster) -> RunningCrowd:
+    def open(self, scene: Scene, roster: Roster) -> RunningTraffic:
         """Place everybody.
 
         Raises
@@ -193,17 +193,17 @@ class CrowdMotion:
             raise SettingError(
                 "OBSTACLE_SPEED", shown(speed), where="obstacle_speed", allowed="1e-6 to 1e6 m/s"
             )
-        space = Space(scene.grid)
+        space = CellIndex(scene.grid)
         radius = scene.robot.radius / scene.grid.resolution
-        world = RoadWorld(
+        world = RoadOccupancy(
             space, robot_shape(scene, space), space.number(scene.start), radius, scene.grid.resolution
         )
         crowd = open_traffic(scene, world, self.seed)
         world.robot_cover = frozenset()  # from here on it is on its road
-        return RunningCrowd(scene, roster, crowd, world, float(speed))
+        return RunningTraffic(scene, roster, crowd, world, float(speed))
 
 
-class RunningCrowd:
+class RunningTraffic:
     """The crowd at work.
 
     Attributes
@@ -212,7 +212,9 @@ class RunningCrowd:
     tick : seconds a tick lasts.
     """
 
-    def __init__(self, scene: Scene, roster: Roster, crowd: Crowd, world: RoadWorld, speed: float) -> None:
+    def __init__(
+        self, scene: Scene, roster: Roster, crowd: Traffic, world: RoadOccupancy, speed: float
+    ) -> None:
         self.scene, self.roster, self.crowd, self.world = scene, roster, crowd, world
         self.resolution = scene.grid.resolution
         self.tick = self.resolution / speed
@@ -250,7 +252,7 @@ class RunningCrowd:
         radius = max(spec.radius, 0.5 * self.resolution)
         return Track(t, np.array(spec.track, dtype=np.float64), radius, self.top_speed)
 
-    def advance(self, t0: float, t1: float, going: Going) -> Floats:
+    def advance(self, t0: float, t1: float, going: Trajectory) -> Floats:
         """The legs from ``t0`` to ``t1``, tick by tick; a tick that begins before ``t1`` is decided now."""
         if not self.crowd.bodies and not self.crowd.walkers:
             return NO_LEGS
@@ -265,7 +267,7 @@ class RunningCrowd:
             t = end
         return tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
 
-    def _walk(self, t: float, end: float, going: Going) -> Floats:
+    def _walk(self, t: float, end: float, going: Trajectory) -> Floats:
         """Everybody goes on from ``t`` to ``end``, which is no later than the tick's end."""
         speed = self._go
         halting = self._halting(t, end, going)
@@ -303,7 +305,7 @@ class RunningCrowd:
         for number, (x, y) in zip(self._numbers.tolist(), self._at.tolist(), strict=True):
             self.roster.go(number, t, x, y)
 
-    def _halting(self, t: float, end: float, going: Going) -> list[int]:
+    def _halting(self, t: float, end: float, going: Trajectory) -> list[int]:
         """Bodies that yield and might come to touch the robot before ``end``, if they go on towards it."""
         (s0, v0), (s1, v1) = going.at(t), going.at(end)
         q0 = np.array(going.route.at(s0))
@@ -319,7 +321,7 @@ class RunningCrowd:
         found: list[int] = np.flatnonzero(close & towards).tolist()
         return found
 
-    def _decide(self, t: float, going: Going) -> None:
+    def _decide(self, t: float, going: Trajectory) -> None:
         """A tick begins: who is late goes on or back, everybody else chooses a step."""
         self._now += 1
         self._see(t, going)
@@ -339,7 +341,7 @@ class RunningCrowd:
             to[body] = self.world.space.cell(where[body])
         self._go = (to - self._at) / self.tick
 
-    def _bring_back(self, t: float, going: Going) -> set[int]:
+    def _bring_back(self, t: float, going: Trajectory) -> set[int]:
         """Those that are late finish their step, or go back if that is towards a robot that is near.
 
         Whoever can do neither without meeting somebody stays where it is: these are returned.
@@ -358,7 +360,7 @@ class RunningCrowd:
             ahead, home = (float(x1), float(y1)), (float(x0), float(y0))
             on = world.motions.clear(body, ahead)
             back: Step = (came, x0 - x1, y0 - y1)
-            may = (met or not on) and came != number and World.may_step(world, body, back, False)
+            may = (met or not on) and came != number and Occupancy.may_step(world, body, back, False)
             if not (may and world.motions.clear(body, home)):
                 if on:
                     world.motions.to[body] = ahead
@@ -374,7 +376,7 @@ class RunningCrowd:
                     driver.at = before if before >= 0 and driver.route[before] == came else driver.at + 1
         return still
 
-    def _see(self, t: float, going: Going) -> None:
+    def _see(self, t: float, going: Trajectory) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
         s, v = going.at(t)
         robot, route = self.scene.robot, going.route

@@ -11,13 +11,13 @@ from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import SceneError, SettingError, UsageError, did_you_mean, shown
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded, Traffic
+from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.planning.field.layers import free_cells
 from lampyris.sim.traffic.obstacle_draws import PATROLS, PLACE, TRIES, first_of, key_of, ranks, uniforms
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.separation import beside_lanes
-from lampyris.sim.world.cell_index import Space, robot_shape
-from lampyris.sim.world.world import World
+from lampyris.sim.world.cell_index import CellIndex, robot_shape
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell
 
 MOBILITIES = ("random-walk", "patrol", "crossing", "mixed")
@@ -37,7 +37,7 @@ def crowd(
     rate: float | None = None,
     radius: float = 0.0,
     fit: Scene | None = None,
-) -> tuple[Traffic, ...]:
+) -> tuple[ObstacleSpec, ...]:
     """So many moving obstacles of a kind: crossing ones first, then patrols, then random walkers.
 
     Parameters
@@ -74,7 +74,7 @@ def crowd(
         "crossing": (0, 0, count),
         "mixed": (count - 2 * third, third, third),
     }[kind]
-    made: list[Traffic] = [Crossing(crossing, radius)] if crossing else []
+    made: list[ObstacleSpec] = [Crossing(crossing, radius)] if crossing else []
     made += patrols(patrol, grid, seed, radius=radius, fit=fit)
     made += [RandomWalk(walk, rate, radius)] if walk else []
     return tuple(made)
@@ -82,7 +82,7 @@ def crowd(
 
 def patrols(
     count: int, grid: Grid, seed: int, *, radius: float = 0.0, fit: Scene | None = None
-) -> list[Traffic]:
+) -> list[ObstacleSpec]:
     """Patrols between random cells of one region, a dozen cells or so apart; see :func:`crowd`.
 
     Each draws for itself: a cell of the map that is painted, or a patrol more, moves only those that it
@@ -96,7 +96,7 @@ def patrols(
         return []
     room = _Room(grid, radius, fit)
     key = key_of(seed, PATROLS, 0)
-    made: list[Traffic] = []
+    made: list[ObstacleSpec] = []
     for own in range(count):
         ends = room.draw(key, own)
         if ends is None:
@@ -128,7 +128,7 @@ class _Room:
             self._open = free_cells(grid, radius)
             cutting = False
         else:
-            space = Space(fit.grid)
+            space = CellIndex(fit.grid)
             world = _LaneWorld(space, robot_shape(fit, space), space.number(fit.start))
             world.resolution = grid.resolution
             self._placing = Placing(fit, world, 0)
@@ -191,7 +191,7 @@ class _Room:
         return a, b
 
 
-class _LaneWorld(World):
+class _LaneWorld(Occupancy):
     """A world in which others keep as far from recorded tracks as in a drive: what fits here fits both."""
 
     resolution = 1.0

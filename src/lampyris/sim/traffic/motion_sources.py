@@ -14,8 +14,8 @@ import numpy as np
 
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Body
-from lampyris.sim.world.trajectory import Going, Route
+from lampyris.model.traffic import Obstacle
+from lampyris.sim.world.trajectory import CurveLookup, Trajectory
 from lampyris.typing import Floats, Points
 
 BODY, FROM, TO, X, Y, VX, VY = range(7)
@@ -36,13 +36,13 @@ class Roster:
     whole : for a body whose way is known from beginning to end, that way.
     """
 
-    bodies: list[Body] = field(default_factory=list)
+    bodies: list[Obstacle] = field(default_factory=list)
     radius: list[float] = field(default_factory=list)
     top_speed: list[float] = field(default_factory=list)
     corners: list[list[tuple[float, float, float]]] = field(default_factory=list)
     whole: dict[int, Track] = field(default_factory=dict)
 
-    def add(self, body: Body, radius: float, top_speed: float, t: float, x: float, y: float) -> int:
+    def add(self, body: Obstacle, radius: float, top_speed: float, t: float, x: float, y: float) -> int:
         """A new body; its number."""
         self.bodies.append(body)
         self.radius.append(radius)
@@ -86,19 +86,19 @@ class Opening:
     scene: Scene
     roster: Roster
     rng: np.random.Generator
-    route: Route | None = None
+    route: CurveLookup | None = None
 
 
-class Source(Protocol):
+class MotionSource(Protocol):
     """Who moves some of the obstacles. Settings are frozen; ``open`` gives what remembers."""
 
-    def open(self, opening: Opening) -> Running: ...
+    def open(self, opening: Opening) -> RunningSource: ...
 
 
-class Running(Protocol):
+class RunningSource(Protocol):
     """A source at work."""
 
-    def advance(self, t0: float, t1: float, going: Going) -> Floats:
+    def advance(self, t0: float, t1: float, going: Trajectory) -> Floats:
         """The legs of its obstacles that cover the time from ``t0`` to ``t1``, in order of time; (k, 7).
 
         Parameters

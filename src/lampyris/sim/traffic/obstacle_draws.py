@@ -108,7 +108,7 @@ def places(
     Parameters
     ----------
     first, count : the number of the first, and how many.
-    size : width and height of the map. Cells are numbers of :class:`lampyris.sim.world.cell_index.Space`.
+    size : width and height of the map. Cells are numbers of :class:`lampyris.sim.world.cell_index.CellIndex`.
     fits : whether a cell will do now; what is handed out counts as taken.
     left : all cells that will do now, for when chance does not find one.
     """

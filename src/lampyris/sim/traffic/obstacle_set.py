@@ -10,14 +10,22 @@ import numpy as np
 from lampyris.kernels.motion.curve_motion import first_contact
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
-from lampyris.sim.sensor import Told
-from lampyris.sim.traffic.continuous_traffic import CrowdMotion
-from lampyris.sim.traffic.motion_sources import FROM, NO_LEGS, Opening, Roster, Running, Source, stream
-from lampyris.sim.world.trajectory import Going, Route
+from lampyris.sim.sensor import ObstacleMessage
+from lampyris.sim.traffic.continuous_traffic import TrafficMotion
+from lampyris.sim.traffic.motion_sources import (
+    FROM,
+    NO_LEGS,
+    MotionSource,
+    Opening,
+    Roster,
+    RunningSource,
+    stream,
+)
+from lampyris.sim.world.trajectory import CurveLookup, Trajectory
 from lampyris.typing import Floats
 
 
-class Others:
+class ObstacleSet:
     """All moving obstacles of one drive.
 
     Attributes
@@ -30,15 +38,15 @@ class Others:
     def __init__(self, scene: Scene, seed: int, obstacle_speed: float | None, noise: float) -> None:
         self.scene, self.seed, self.noise = scene, seed, noise
         self.roster = Roster()
-        self.crowd = CrowdMotion(obstacle_speed, seed).open(scene, self.roster)
+        self.crowd = TrafficMotion(obstacle_speed, seed).open(scene, self.roster)
         self.touching: set[int] = set()
-        self._running: list[Running] = [self.crowd]
+        self._running: list[RunningSource] = [self.crowd]
         self._legs: Floats = NO_LEGS
         self._draws = stream(seed, 0)
         self._xy = self._velocity = np.zeros((0, 2))
         self._meet()
 
-    def open(self, sources: Sequence[Source], route: Route | None) -> None:
+    def open(self, sources: Sequence[MotionSource], route: CurveLookup | None) -> None:
         """Let in the sources beside the traffic, now that the robot's first way is known."""
         first = 1 + len(self.scene.traffic)
         for k, source in enumerate(sources):
@@ -60,16 +68,16 @@ class Others:
         """Where everybody was until ``t``, the end of the last move."""
         return self.roster.tracks(t, self._xy)
 
-    def truth(self, t: float) -> Told:
+    def truth(self, t: float) -> ObstacleMessage:
         """Where everybody is; with noise, as sensors of that noise see it."""
         xy = self._xy
         if self.noise and len(xy):
             # A square within the circle of the noise.
             reach = self.noise / math.sqrt(2.0) / self.scene.grid.resolution
             xy = xy + (2.0 * reach * self._draws.random(xy.shape) - reach)
-        return Told(t, xy, self._radius, self._top_speed, self._velocity)
+        return ObstacleMessage(t, xy, self._radius, self._top_speed, self._velocity)
 
-    def move(self, t: float, end: float, going: Going) -> list[int]:
+    def move(self, t: float, end: float, going: Trajectory) -> list[int]:
         """Everybody moves from ``t`` to ``end``, seeing the robot; those that have appeared."""
         before = len(self.roster.bodies)
         tables = [legs for one in self._running if len(legs := one.advance(t, end, going))]
@@ -91,7 +99,7 @@ class Others:
         self._xy[bodies] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
         self._velocity[bodies] = legs[:, 5:7] * self.scene.grid.resolution
 
-    def contact(self, going: Going) -> tuple[float, int] | None:
+    def contact(self, going: Trajectory) -> tuple[float, int] | None:
         """The first contact within the last move that has not been told of: when, and with whom."""
         legs, route = self._legs, going.route
         if not len(legs):

@@ -14,8 +14,8 @@ from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planning.field.solve import solve
 from lampyris.sim.traffic.obstacle_draws import CROSSING, ROUTE, WALKERS, first_of, key_of, places, uniforms
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.world.cell_index import Shape, Space, body_shape
-from lampyris.sim.world.world import World
+from lampyris.sim.world.cell_index import CellIndex, Shape, body_shape
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import BoolGrid, Cell, Floats
 
 _TRIES = 200
@@ -31,10 +31,10 @@ class Placing:
     Places are held in a world of its own, so that the order of placing need not be the order of indices.
     """
 
-    def __init__(self, scene: Scene, world: World, seed: int) -> None:
+    def __init__(self, scene: Scene, world: Occupancy, seed: int) -> None:
         self.scene = scene
-        self.space: Space = world.space
-        self.trial = World(world.space, world.robot_shape, world.robot)
+        self.space: CellIndex = world.space
+        self.trial = Occupancy(world.space, world.robot_shape, world.robot)
         # The first crossing specification draws the same wherever it stands among the others.
         self._keys: list[int] = []
         for k, spec in enumerate(scene.traffic):

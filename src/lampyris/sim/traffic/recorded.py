@@ -11,7 +11,7 @@ import numpy as np
 
 from lampyris.errors import SceneError
 from lampyris.model.traffic import Recorded
-from lampyris.sim.world.cell_index import Shape, Space
+from lampyris.sim.world.cell_index import CellIndex, Shape
 from lampyris.typing import BoolGrid
 
 
@@ -21,7 +21,7 @@ def position(track: Recorded, tick: int) -> tuple[int, int]:
 
 
 def check_tracks(
-    space: Space, tracks: list[tuple[int, Recorded, Shape]], robot_cover: frozenset[int]
+    space: CellIndex, tracks: list[tuple[int, Recorded, Shape]], robot_cover: frozenset[int]
 ) -> BoolGrid:
     """Refuse tracks that cannot be replayed, and mark every cell that they ever cover.
 
@@ -86,7 +86,7 @@ def _far_apart(tracks: list[tuple[int, Recorded, Shape]]) -> bool:
     return not (middle[:, 1:] == middle[:, :-1]).any()
 
 
-def _check_pairs(space: Space, tracks: list[tuple[int, Recorded, Shape]]) -> None:
+def _check_pairs(space: CellIndex, tracks: list[tuple[int, Recorded, Shape]]) -> None:
     last: dict[int, int] = {}
     numbers: list[int] = []
     for t in range(max((len(one.track) for _, one, _ in tracks), default=0)):
@@ -105,7 +105,7 @@ def _check_pairs(space: Space, tracks: list[tuple[int, Recorded, Shape]]) -> Non
 
 
 def _check_step(
-    space: Space,
+    space: CellIndex,
     tracks: list[tuple[int, Recorded, Shape]],
     i: int,
     t: int,
@@ -136,7 +136,13 @@ def _check_step(
 
 
 def _overlap(
-    tracks: list[tuple[int, Recorded, Shape]], i: int, j: int, t: int, what: str, space: Space, number: int
+    tracks: list[tuple[int, Recorded, Shape]],
+    i: int,
+    j: int,
+    t: int,
+    what: str,
+    space: CellIndex,
+    number: int,
 ) -> SceneError:
     a, b = sorted((tracks[i][0], tracks[j][0]))
     return SceneError(

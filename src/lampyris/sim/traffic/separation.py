@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from lampyris.model.traffic import Recorded
-from lampyris.sim.world.cell_index import Space
+from lampyris.sim.world.cell_index import CellIndex
 from lampyris.typing import BoolGrid
 
 SLACK = 1e-10
@@ -153,7 +153,7 @@ def _squares(px: np.ndarray, py: np.ndarray, dx: float, dy: float) -> np.ndarray
     return squared
 
 
-def beside_lanes(space: Space, tracks: Iterable[Recorded], radius: float, resolution: float) -> BoolGrid:
+def beside_lanes(space: CellIndex, tracks: Iterable[Recorded], radius: float, resolution: float) -> BoolGrid:
     """Where a disc's centre may not be, because a recorded obstacle comes too near there at some time.
 
     With no cut corners at these cells (both cells beside a diagonal step have to be free of them), a disc

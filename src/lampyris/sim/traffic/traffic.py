@@ -31,12 +31,12 @@ from typing import Protocol
 
 from lampyris.errors import LimitError
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import MAX_BODIES, Body, Crossing, Patrol, RandomWalk, Recorded
+from lampyris.model.traffic import MAX_BODIES, Crossing, Obstacle, Patrol, RandomWalk, Recorded
 from lampyris.sim.traffic.obstacle_draws import first_of, steps
 from lampyris.sim.traffic.placing import Placing
 from lampyris.sim.traffic.recorded import position
 from lampyris.sim.world.cell_index import Shape, Step
-from lampyris.sim.world.world import World
+from lampyris.sim.world.world import Occupancy
 
 TURN_AFTER = 5
 """Ticks a crossing obstacle waits for others before it turns round."""
@@ -45,13 +45,13 @@ TURN_AFTER = 5
 class Driver(Protocol):
     """What moves the bodies of one specification."""
 
-    def advance(self, world: World, tick: int) -> None:
+    def advance(self, world: Occupancy, tick: int) -> None:
         """Move its bodies one tick on."""
         ...
 
 
 @dataclass
-class Crowd:
+class Traffic:
     """All bodies of a simulation with what drives them.
 
     Attributes
@@ -60,8 +60,8 @@ class Crowd:
     appears : the tick at which each came.
     """
 
-    world: World
-    bodies: list[Body] = field(default_factory=list)
+    world: Occupancy
+    bodies: list[Obstacle] = field(default_factory=list)
     appears: list[int] = field(default_factory=list)
     drivers: list[Driver] = field(default_factory=list)
     recording: Recording | None = None
@@ -70,7 +70,7 @@ class Crowd:
     def add(self, shape: Shape, number: int, kind: str, radius: float, tick: int = 0) -> int:
         """Put a new body into the world; its index."""
         body = self.world.add(shape, number)
-        self.bodies.append(Body(kind, radius, kind in ("random-walk", "patrol"), shape.offsets))
+        self.bodies.append(Obstacle(kind, radius, kind in ("random-walk", "patrol"), shape.offsets))
         self.appears.append(tick)
         return body
 
@@ -93,7 +93,7 @@ class Recording:
 
     tracks: list[tuple[int, Recorded]]
 
-    def advance(self, world: World, tick: int) -> None:
+    def advance(self, world: Occupancy, tick: int) -> None:
         """Replay one tick."""
         moves: list[tuple[int, Step]] = []
         for body, one in self.tracks:
@@ -123,7 +123,7 @@ class Shuttle:
     ahead: int = 1
     waited: int = 0
 
-    def advance(self, world: World, tick: int) -> None:
+    def advance(self, world: Occupancy, tick: int) -> None:
         """One step along the route, or wait."""
         for _ in range(2):
             step = self._next(world)
@@ -141,7 +141,7 @@ class Shuttle:
         if self.turn_after is not None and self.waited >= self.turn_after:
             self.ahead, self.waited = -self.ahead, 0
 
-    def _next(self, world: World) -> Step | None:
+    def _next(self, world: Occupancy) -> Step | None:
         """The step ahead as far as walls go; None at the end of the route, or where a wall has come."""
         if not 0 <= self.at + self.ahead < len(self.route):
             return None
@@ -172,7 +172,7 @@ class Walkers:
             self._block, self._first = steps(self.key, self.spec.count, tick, ticks).tolist(), tick
         return self._block[tick - self._first]
 
-    def advance(self, world: World, tick: int) -> None:
+    def advance(self, world: Occupancy, tick: int) -> None:
         """Each steps to a uniformly chosen legal neighbour or stays."""
         self.draws = self._drawn(tick)
         for body, u in zip(self.own, self.draws, strict=False):
@@ -181,7 +181,7 @@ class Walkers:
             if pick:
                 world.move(body, options[pick - 1])
 
-    def appear(self, crowd: Crowd, tick: int) -> list[int]:
+    def appear(self, crowd: Traffic, tick: int) -> list[int]:
         """With the specification's rate, one more on a uniformly chosen legal free cell, if there is one."""
         rate = self.spec.rate
         if rate is None or len(self.own) >= self.spec.count or self.draws[-2] >= rate:
@@ -197,7 +197,7 @@ class Walkers:
 # ---- from specifications to bodies --------------------
 
 
-def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
+def open_traffic(scene: Scene, world: Occupancy, seed: int) -> Traffic:
     """The bodies of a scene at tick 0, placed in the world.
 
     Tracks, walkers with given cells and patrols stand where they must; crossing obstacles are drawn next,
@@ -228,8 +228,8 @@ def open_traffic(scene: Scene, world: World, seed: int) -> Crowd:
     return _assemble(scene, world, plans, places)
 
 
-def _assemble(scene: Scene, world: World, plans: Placing, places: list[list[list[int]]]) -> Crowd:
-    crowd = Crowd(world)
+def _assemble(scene: Scene, world: Occupancy, plans: Placing, places: list[list[list[int]]]) -> Traffic:
+    crowd = Traffic(world)
     crossing: list[Driver] = []
     patrols: list[Driver] = []
     tracks: list[tuple[int, Recorded]] = []

@@ -1,4 +1,4 @@
-"""Space: the map as the simulator walks it. Flat cell numbers, footprints, and the steps that walls allow.
+"""Cell index: the map as the simulator walks it. Flat cell numbers, footprints, and the steps that walls allow.
 
 A cell (x, y) is the number ``(y + 1) * stride + x + 1`` with ``stride = width + 2``: a border one cell wide
 keeps neighbours of border cells from wrapping round to the other side. Dictionaries keyed by one small
@@ -41,7 +41,7 @@ def dilated(mask: BoolGrid, offsets: tuple[Cell, ...]) -> BoolGrid:
     return out
 
 
-class Space:
+class CellIndex:
     """Cell numbers of a map."""
 
     def __init__(self, grid: Grid) -> None:
@@ -86,7 +86,7 @@ class Shape:
 
     def __init__(
         self,
-        space: Space,
+        space: CellIndex,
         free: BoolGrid,
         barred: BoolGrid | None,
         offsets: tuple[Cell, ...],
@@ -164,7 +164,7 @@ def passed(dx: int, dy: int) -> tuple[Cell, Cell]:
     return (0, dy // 2), (dx, dy // 2)
 
 
-def robot_shape(scene: Scene, space: Space) -> Shape:
+def robot_shape(scene: Scene, space: CellIndex) -> Shape:
     """The robot's own shape, with the moves that are safe for its size."""
     moves = moves_for(scene)
     radius = scene.robot.radius
@@ -180,7 +180,7 @@ def robot_shape(scene: Scene, space: Space) -> Shape:
 
 def body_shape(
     scene: Scene,
-    space: Space,
+    space: CellIndex,
     radius: float,
     kept_clear: BoolGrid | None,
     lane_bars: BoolGrid | None = None,

@@ -1,4 +1,4 @@
-"""Going: the curve a robot is on, as kernels and loops want it, and the stretches it has driven."""
+"""Trajectory: the curve a robot is on, as kernels and loops want it, and the segments it has driven."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lampyris.model.grid import frozen
 from lampyris.typing import Floats
 
 
-class Lines(NamedTuple):
+class CurvePieces(NamedTuple):
     """A curve's pieces as flat arrays, in the order in which kernels take them."""
 
     px: Floats
@@ -25,7 +25,7 @@ class Lines(NamedTuple):
     kappa: Floats
 
 
-class Route:
+class CurveLookup:
     """A curve with a quick answer to "where is distance s".
 
     Attributes
@@ -43,7 +43,7 @@ class Route:
             x, y = curve.end
             columns = tuple(np.array(c) for c in ([x], [y], [1.0], [0.0], [0.0, 0.0], [0.0]))
         flat = [frozen(np.ascontiguousarray(a)) for a in columns]
-        self.lines = Lines(*flat)
+        self.lines = CurvePieces(*flat)
         self._lists = [a.tolist() for a in flat]
         self._begins: list[float] = self._lists[4]
         self._place = place.linked()
@@ -65,7 +65,7 @@ class Route:
 
 
 @dataclass(slots=True)
-class Stretch:
+class Segment:
     """A time of constant acceleration on one route.
 
     Parameters
@@ -87,11 +87,11 @@ class Stretch:
 
 
 @dataclass(slots=True)
-class Going:
+class Trajectory:
     """What the robot does in one period: its route and its stretches, without a gap between them."""
 
-    route: Route
-    stretches: list[Stretch] = field(default_factory=list)
+    route: CurveLookup
+    stretches: list[Segment] = field(default_factory=list)
 
     def at(self, t: float) -> tuple[float, float]:
         """Distance and speed at a time; the ends answer for times outside."""
@@ -106,7 +106,7 @@ class Going:
         self.stretches[-1].end = min(self.stretches[-1].end, t)
 
 
-def split(t: float, end: float, s: float, v: float, a: float, stop_at: float | None) -> list[Stretch]:
+def split(t: float, end: float, s: float, v: float, a: float, stop_at: float | None) -> list[Segment]:
     """One push from ``t`` to ``end``, cut where the robot comes to rest; it then stands.
 
     Parameters
@@ -114,11 +114,11 @@ def split(t: float, end: float, s: float, v: float, a: float, stop_at: float | N
     stop_at : the distance at which it does, where that is known exactly; None: where the numbers say.
     """
     if v == 0.0 and a <= 0.0:
-        return [Stretch(t, end, s, 0.0, 0.0)]
+        return [Segment(t, end, s, 0.0, 0.0)]
     rest = -v / a if a < 0.0 else np.inf
     if stop_at is None and rest >= end - t:
-        return [Stretch(t, end, s, v, a)]
+        return [Segment(t, end, s, v, a)]
     halt = min(t + rest, end)
     there = s - 0.5 * v * v / a if stop_at is None else stop_at
     # The second may last no time at all: that it stands, and where, is exact then.
-    return [Stretch(t, halt, s, v, a), Stretch(halt, end, there, 0.0, 0.0)]
+    return [Segment(t, halt, s, v, a), Segment(halt, end, there, 0.0, 0.0)]

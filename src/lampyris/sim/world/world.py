@@ -1,4 +1,4 @@
-"""World: where every body is and what it did in this tick, and which steps are legal.
+"""Occupancy: where every body is and what it did in this tick, and which steps are legal.
 
 For every two bodies, always: never two in one cell, never a swap, never both diagonals of one 2x2 block in
 one tick. For bodies with a size the same is asked of their footprints: they never meet; not both does A now
@@ -17,11 +17,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from lampyris.model.traffic import Recorded
-from lampyris.sim.world.cell_index import Shape, Space, Step, passed
+from lampyris.sim.world.cell_index import CellIndex, Shape, Step, passed
 from lampyris.typing import BoolGrid
 
 
-class World:
+class Occupancy:
     """Positions of the bodies and of the robot within one tick.
 
     Attributes
@@ -32,7 +32,7 @@ class World:
     robot : the robot's cell number; ``robot_cover`` its footprint there.
     """
 
-    def __init__(self, space: Space, robot_shape: Shape, robot: int) -> None:
+    def __init__(self, space: CellIndex, robot_shape: Shape, robot: int) -> None:
         self.space = space
         self.robot_shape = robot_shape
         self.taken: dict[int, int] = {}

@@ -16,7 +16,7 @@ from typing import Any
 from lampyris.errors import UsageError
 from lampyris.io.atomic_write import whole_file
 from lampyris.report.html.table import DASH, Tab, Value
-from lampyris.study.analysis.table import TIMING, Table
+from lampyris.study.analysis.table import TIMING, ResultTable
 
 CHUNK = 8192
 """Rows that are written at once, and of a group of rows in Parquet."""
@@ -42,7 +42,7 @@ _FORMULA = re.compile(r"[=+\-@\t\r]")
 """How text begins that a spreadsheet calculates, in quotes or not. An apostrophe before it makes it text."""
 
 
-def write_csv(path: str | os.PathLike[str], table: Table, *, timing: bool = False) -> None:
+def write_csv(path: str | os.PathLike[str], table: ResultTable, *, timing: bool = False) -> None:
     r"""Write a table as CSV: RFC 4180 but for ``\n`` at the end of lines, UTF-8, a header.
 
     Numbers have all their digits, yes and no are ``true`` and ``false``, a value that is not defined is
@@ -61,7 +61,7 @@ def write_csv(path: str | os.PathLike[str], table: Table, *, timing: bool = Fals
             )
 
 
-def write_parquet(path: str | os.PathLike[str], table: Table, *, timing: bool = False) -> None:
+def write_parquet(path: str | os.PathLike[str], table: ResultTable, *, timing: bool = False) -> None:
     """Write a table as Parquet: whole numbers int64, others double, words strings, yes and no bool.
 
     A column has the type of its name, whatever is in it; a name that is not of lampyris, the type that holds

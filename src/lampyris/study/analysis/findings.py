@@ -26,7 +26,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class EntrantFindings:
     """One planner and law in one crowd, on all maps or on one.
 
     Parameters
@@ -51,7 +51,7 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class PairedDifference:
     """One measure of one entrant less that of the reference, in the same worlds.
 
     Parameters
@@ -124,9 +124,9 @@ class Summary:
     reference: str
     common: tuple[int, ...]
     left_out: tuple[tuple[str, ...], ...]
-    entries: tuple[Entry, ...]
-    by_map: tuple[Entry, ...]
-    pairs: tuple[Pair, ...]
+    entries: tuple[EntrantFindings, ...]
+    by_map: tuple[EntrantFindings, ...]
+    pairs: tuple[PairedDifference, ...]
     orders: tuple[Order, ...]
     within: tuple[Within, ...]
     seed: int = 0

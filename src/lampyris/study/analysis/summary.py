@@ -17,13 +17,20 @@ from numpy.typing import NDArray
 from lampyris.errors import UsageError, did_you_mean
 from lampyris.study.analysis import compare
 from lampyris.study.analysis.compare import Interval
-from lampyris.study.analysis.findings import Entry, Estimate, Order, Pair, Summary, Within
+from lampyris.study.analysis.findings import (
+    EntrantFindings,
+    Estimate,
+    Order,
+    PairedDifference,
+    Summary,
+    Within,
+)
 from lampyris.study.analysis.measures import ALL, PAIRED, PROFILED, RANKED, SHARES, TIMING, WHOLE
 from lampyris.study.analysis.runs import Cube, Runs
 from lampyris.study.otherwise import remark
 from lampyris.typing import Floats
 
-__all__ = ["Entry", "Estimate", "Order", "Pair", "Summary", "Within", "summarise"]
+__all__ = ["EntrantFindings", "Estimate", "Order", "PairedDifference", "Summary", "Within", "summarise"]
 
 
 def summarise(runs: Runs, *, reference: str | None = None, timing: bool = False) -> Summary:
@@ -156,7 +163,7 @@ def _share(values: Floats) -> Estimate:
 
 def _entries(
     runs: Runs, here: NDArray[np.int64], place: str, names: Sequence[str], common: NDArray[np.bool_]
-) -> list[Entry]:
+) -> list[EntrantFindings]:
     """An entry of each crowd and entrant, on the worlds ``here``."""
     out = []
     for c, crowd in enumerate(runs.study.crowds):
@@ -171,7 +178,7 @@ def _entries(
                 if name not in SHARES:
                     shared[name] = _mean(np.where(both, values, np.nan))
             out.append(
-                Entry(
+                EntrantFindings(
                     place, crowd.label, entrant, int(known.sum()), int(known.any(axis=1).sum()),
                     _counted(ending[known]), _counted(runs.outcome[here, c, :, e][known]), own, shared,
                 )
@@ -187,9 +194,9 @@ def _counted(words: NDArray[np.object_]) -> dict[str, int]:
     return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
-def _pairs(runs: Runs, base: int, crowds: tuple[str, ...]) -> tuple[Pair, ...]:
+def _pairs(runs: Runs, base: int, crowds: tuple[str, ...]) -> tuple[PairedDifference, ...]:
     """Every entrant against the reference."""
-    out: list[Pair] = []
+    out: list[PairedDifference] = []
     for name in PAIRED:
         if not runs.has(name):
             continue
@@ -204,13 +211,13 @@ def _pairs(runs: Runs, base: int, crowds: tuple[str, ...]) -> tuple[Pair, ...]:
     return tuple(out)
 
 
-def _pair(values: Cube, e: int, base: int, names: tuple[str, str, str, str]) -> Pair:
+def _pair(values: Cube, e: int, base: int, names: tuple[str, str, str, str]) -> PairedDifference:
     gaps = compare.gaps(values[..., e], values[..., base])
     each = per_unit(gaps)
     there = each[~np.isnan(each)]
     estimate = _estimate(compare.mean(there), int(np.count_nonzero(~np.isnan(gaps))))
     test = compare.signed_rank(there, np.zeros(len(there)))
-    return Pair(*names, estimate, test, math.nan, tuple(there.tolist()))
+    return PairedDifference(*names, estimate, test, math.nan, tuple(there.tolist()))
 
 
 def scores(values: Cube, more_is_better: bool) -> Floats:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis import compare
-from lampyris.study.analysis.findings import Entry, Estimate, Order, Pair, Summary
+from lampyris.study.analysis.findings import EntrantFindings, Estimate, Order, PairedDifference, Summary
 from lampyris.study.analysis.measures import ALL, PAIRED, SAFETY, SHARES, TIME, TIMING, WAY, WORK, Measure
 from lampyris.study.design.traffic_labels import crowd_words
 
@@ -64,12 +64,12 @@ def _with_starts(summary: Summary, some: Sequence[Tab]) -> tuple[Tab, ...]:
     return tuple(replace(tab, note=f"{tab.note} {said}".strip()) if said else tab for tab in some)
 
 
-def _any_angle(some: Sequence[Entry]) -> bool:
+def _any_angle(some: Sequence[EntrantFindings]) -> bool:
     """Whether somebody's plans are lines."""
     return any(e.own["length_any_angle"].units for e in some if "length_any_angle" in e.own)
 
 
-def _differs(some: Sequence[Entry]) -> bool:
+def _differs(some: Sequence[EntrantFindings]) -> bool:
     """Whether somebody's own runs are others than the common ones."""
     return any(e.own[n].runs != e.common[n].runs for e in some for n in ("cost", "time_s") if n in e.common)
 
@@ -86,7 +86,7 @@ def sample(summary: Summary) -> str:
     return f"In brackets {100 * compare.LEVEL:g} % intervals over {unit}: {how}."
 
 
-def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[Entry]) -> Tab:
+def _ending_tab(summary: Summary, name: str, title: str, some: Sequence[EntrantFindings]) -> Tab:
     shares = [s for s in SHARES if s in some[0].own and (s == "found" or summary.kind != "plan")]
     counts = [m for m in SAFETY if any(e.own[m.name].units for e in some if m.name in e.own)]
     failed = [w for w in ("refused", "timeout", "failed") if any(e.endings.get(w) for e in some)]
@@ -109,7 +109,7 @@ def _measure_tab(
     summary: Summary,
     name: str,
     title: str,
-    some: Sequence[Entry],
+    some: Sequence[EntrantFindings],
     measures: Sequence[Measure],
     common: bool,
     left_out: tuple[str, ...] = (),
@@ -214,7 +214,7 @@ def pair_tabs(summary: Summary) -> tuple[Tab, ...]:
     return _with_starts(summary, out)
 
 
-def _pair_row(pair: Pair, measure: Measure, crowds: bool, places: int) -> tuple[Value, ...]:
+def _pair_row(pair: PairedDifference, measure: Measure, crowds: bool, places: int) -> tuple[Value, ...]:
     d, t = pair.difference, pair.test
     text = estimate_text(d, measure.scale, None, places)
     signed = f"+{text}" if d.value > 0 else text

@@ -1,4 +1,4 @@
-"""Table: the rows of a study side by side, in the order of its jobs, whoever ran them and whenever."""
+"""Result table: the rows of a study side by side, in the order of its jobs, whoever ran them and whenever."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Column = list[Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class ResultTable:
     """The results of a study, one row a run.
 
     The columns, in this order: ``index`` and ``key`` of the job; its labels (:data:`LABELS`); ``ending``;
@@ -69,7 +69,7 @@ class Table:
             yield index, ending, code_of(error), dict(zip(names, numbers, strict=True))
 
 
-def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> Table:
+def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> ResultTable:
     """The table of a study's rows.
 
     Parameters
@@ -104,7 +104,7 @@ def table_of(study: Study, rows: Mapping[str, Row] | Iterable[Row]) -> Table:
         for name in names:
             column = source.pop(name, None)
             columns[name] = [None] * len(order) if column is None else [column[k] for k in order]
-    return Table(columns, metrics, timing, len(study), strange)
+    return ResultTable(columns, metrics, timing, len(study), strange)
 
 
 def code_of(error: str) -> str:

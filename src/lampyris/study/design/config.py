@@ -1,4 +1,4 @@
-"""Who: planners, speed laws and crowds of a study file, every grid of settings unfolded.
+"""Configurations: planners, speed laws and crowds of a study file, every grid of settings unfolded.
 
 How many there will be is counted before anything is unfolded: a grid of eight settings with ten values each
 is a hundred million planners in a hundred characters.
@@ -21,7 +21,7 @@ from lampyris.io.text.strict_yaml import Where, shown
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.study.design import schema as form
-from lampyris.study.design.study import Crowd, Who, canonical
+from lampyris.study.design.study import Config, StudyTraffic, canonical
 
 T = TypeVar("T")
 MAX_WHO = 10_000
@@ -98,7 +98,7 @@ class _Entry:
             yield {**self.settings, **some}, f"{head}{fixed}{_said(some)}"
 
 
-def planners_of(given: Any, tried: Tried) -> Made[Who]:
+def planners_of(given: Any, tried: Tried) -> Made[Config]:
     """The planners of a study file, each once; what is wrong is kept by ``tried``."""
     entries = []
     listed = given if isinstance(given, list) else [given]
@@ -114,7 +114,7 @@ def planners_of(given: Any, tried: Tried) -> Made[Who]:
     return _unfolded(entries, planner_who, "planners", tried)
 
 
-def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Who]:
+def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Config]:
     """The speed laws of a study file, each once; what is wrong is kept by ``tried``."""
     if given is None:
         return [(law_who(default, {}, default), ("laws",))]
@@ -122,7 +122,7 @@ def laws_of(given: list[Any] | None, default: str, tried: Tried) -> Made[Who]:
     return _unfolded(entries, law_who, "laws", tried)
 
 
-def crowds_of(given: list[Any], tried: Tried) -> Made[Crowd]:
+def crowds_of(given: list[Any], tried: Tried) -> Made[StudyTraffic]:
     """The crowds of a study file, each once; what is wrong is kept by ``tried``."""
     tables = [
         (way, {} if isinstance(one, str) or one.grid is None else one.grid.model_dump(exclude_none=True), one)
@@ -132,7 +132,7 @@ def crowds_of(given: list[Any], tried: Tried) -> Made[Crowd]:
     many = sum(prod(len(v) for v in swept.values()) for _, swept, _ in tables)
     if not tried.count(("traffic",), many, "crowds"):
         return []
-    made: Made[Crowd] = []
+    made: Made[StudyTraffic] = []
     for way, swept, one in tables:
         for values in product(*swept.values()):
             crowd = tried(way, _crowd, one, dict(zip(swept, values, strict=True)))
@@ -149,11 +149,11 @@ def _entry(one: Any, way: Where) -> _Entry:
 
 
 def _unfolded(
-    entries: list[_Entry], make: Callable[[str, Mapping[str, Any], str], Who], key: str, tried: Tried
-) -> Made[Who]:
+    entries: list[_Entry], make: Callable[[str, Mapping[str, Any], str], Config], key: str, tried: Tried
+) -> Made[Config]:
     if not tried.count((key,), sum(e.many for e in entries), key):
         return []
-    made: Made[Who] = []
+    made: Made[Config] = []
     for entry in entries:
         both = [name for name in entry.swept if name in entry.settings]
         if both:
@@ -174,33 +174,33 @@ def _unfolded(
     return made
 
 
-def planner_who(name: str, settings: Mapping[str, Any], label: str) -> Who:
+def planner_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
     """A planner with every setting that it has."""
     made = registry.make(name, settings)
     known = registry.settings_of(type(made))
     full = {key: _like(default, getattr(made, key)) for key, default in known.items()}
-    return Who(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))
+    return Config(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))
 
 
-def law_who(name: str, settings: Mapping[str, Any], label: str) -> Who:
+def law_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
     """A speed law with every setting that it has."""
     full = laws.settings_of(laws.with_settings(name, settings))
     known = laws.settings_of(name)
     full = {key: _like(known.get(key), value) for key, value in full.items()}
-    return Who(name, _plain(full, name), "" if label == name else label)
+    return Config(name, _plain(full, name), "" if label == name else label)
 
 
-def _crowd(one: Any, some: Mapping[str, Any]) -> Crowd:
+def _crowd(one: Any, some: Mapping[str, Any]) -> StudyTraffic:
     if isinstance(one, str):
-        return Crowd()
+        return StudyTraffic()
     given = {**one.model_dump(exclude={"grid"}), **some}
     if given["kind"] == "none":
-        return Crowd()
+        return StudyTraffic()
     if given["count"] is None:
         raise FileError("KEY", "`count` is missing", allowed="how many")
     if given["rate"] is not None and given["kind"] not in ("random-walk", "mixed"):
         raise FileError("TRAFFIC_RATE", f"a rate with {given['kind']}", allowed="random walkers")
-    return Crowd(**given) if given["count"] else Crowd()
+    return StudyTraffic(**given) if given["count"] else StudyTraffic()
 
 
 def _like(default: Any, value: Any) -> Any:

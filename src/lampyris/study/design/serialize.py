@@ -13,7 +13,7 @@ from lampyris.errors import FileError, SettingError
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.text.strict_yaml import shown
 from lampyris.model.grid import Grid
-from lampyris.study.design.study import RESULTS, Crowd, Ground, Kind, Study, Who, World, canonical
+from lampyris.study.design.study import RESULTS, Config, Kind, Study, StudyMap, StudyTraffic, World, canonical
 from lampyris.typing import Cell
 
 FORMAT = 1
@@ -140,7 +140,7 @@ def _study(plain: Mapping[str, Any], grounds: Mapping[str, Grid]) -> Study:
         planners=planners,
         laws=laws,
         crowds=tuple(
-            Crowd(**{key: _typed(one[key], *kinds) for key, kinds in _CROWD.items()})
+            StudyTraffic(**{key: _typed(one[key], *kinds) for key, kinds in _CROWD.items()})
             for one in plain["crowds"]
         ),
         seeds=tuple(_typed(seed, int) for seed in plain["seeds"]),
@@ -171,12 +171,12 @@ def _typed(value: Any, *kinds: type) -> Any:
     return value
 
 
-def _who_of(said: Mapping[str, Any], label: str) -> Who:
+def _who_of(said: Mapping[str, Any], label: str) -> Config:
     name, settings, origin = said["name"], said["settings"], said["origin"]
-    return Who(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
+    return Config(_typed(name, str), _typed(settings, dict), _typed(label, str), _typed(origin, str))
 
 
-def _world(said: Mapping[str, Any], maps: list[Ground]) -> World:
+def _world(said: Mapping[str, Any], maps: list[StudyMap]) -> World:
     number = _typed(said["map"], int)
     if not 0 <= number < len(maps):
         raise IndexError(f"map {number}")
@@ -185,7 +185,7 @@ def _world(said: Mapping[str, Any], maps: list[Ground]) -> World:
     return World(ground, start, goal, _typed(said["published"], float, int, _NONE))
 
 
-def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> Ground:
+def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> StudyMap:
     _typed(name, str)
     hash_, grid = said["hash"], grounds.get(said["hash"])
     if grid is None:
@@ -194,14 +194,14 @@ def _ground(said: Mapping[str, Any], name: str, grounds: Mapping[str, Grid]) -> 
         _refuse_map(name, "has other cells")
     if grid.resolution != said["resolution"]:
         _refuse_map(name, f"has {grid.resolution!r} metres a cell, not {said['resolution']!r}")
-    return Ground(name, grid, hash_)
+    return StudyMap(name, grid, hash_)
 
 
 def _refuse_map(name: str, why: str) -> NoReturn:
     raise FileError("STUDY_MAP", f"map {shown(name)} {why}", where="study", allowed="the study's own map")
 
 
-def _cell(pair: Any, ground: Ground) -> Cell:
+def _cell(pair: Any, ground: StudyMap) -> Cell:
     x, y = pair
     cell: Cell = (_typed(x, int), _typed(y, int))
     if not ground.grid.contains(cell):
@@ -209,7 +209,7 @@ def _cell(pair: Any, ground: Ground) -> Cell:
     return cell
 
 
-def _who(who: Who) -> dict[str, Any]:
+def _who(who: Config) -> dict[str, Any]:
     return {"name": who.name, "settings": dict(who.settings), "origin": who.origin}
 
 

@@ -31,7 +31,7 @@ that from the first time that one waits for it their tracks are its own."""
 
 
 @dataclass(frozen=True, slots=True)
-class Who:
+class Config:
     """A planner or a speed law with all its settings, none left to a default, and what a table calls it.
 
     ``origin`` is the distribution and version that a planner of a guest comes from; empty for our own.
@@ -54,7 +54,7 @@ class Who:
 
 
 @dataclass(frozen=True, slots=True)
-class Crowd:
+class StudyTraffic:
     """What moves in a world.
 
     Parameters
@@ -91,7 +91,7 @@ class Crowd:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
+class StudyMap:
     """A map of a study.
 
     Parameters
@@ -110,7 +110,7 @@ class Ground:
 class World:
     """A query on a map; ``published`` is the optimal length that a benchmark states, if one does."""
 
-    ground: Ground
+    ground: StudyMap
     start: Cell
     goal: Cell
     published: float | None = None
@@ -145,9 +145,9 @@ class Study:
     name: str
     kind: Kind
     worlds: tuple[World, ...]
-    planners: tuple[Who, ...]
-    laws: tuple[Who, ...]
-    crowds: tuple[Crowd, ...] = (Crowd(),)
+    planners: tuple[Config, ...]
+    laws: tuple[Config, ...]
+    crowds: tuple[StudyTraffic, ...] = (StudyTraffic(),)
     seeds: tuple[int, ...] = (0,)
     moves: str = "octile"
     robot: Mapping[str, Any] = field(default_factory=dict)
@@ -165,7 +165,7 @@ class Study:
         return len(self.worlds) * len(self.crowds) * len(self.seeds) * len(self.planners) * len(self.laws)
 
     @property
-    def grounds(self) -> Mapping[str, Ground]:
+    def grounds(self) -> Mapping[str, StudyMap]:
         """Its maps by hash."""
         return {world.ground.hash: world.ground for world in self.worlds}
 
@@ -200,7 +200,7 @@ class Job:
     labels: Mapping[str, Any]
 
 
-def world_seed(root: int, world: World, crowd: Crowd, number: int) -> int:
+def world_seed(root: int, world: World, crowd: StudyTraffic, number: int) -> int:
     """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for whoever plans in it.
 
     Live and replayed crowds are drawn alike: they begin in the same places.
@@ -225,7 +225,14 @@ def _plain(value: Any) -> Any:
 
 
 def _job(
-    study: Study, index: int, world: World, crowd: Crowd, number: int, seed: int, planner: Who, law: Who
+    study: Study,
+    index: int,
+    world: World,
+    crowd: StudyTraffic,
+    number: int,
+    seed: int,
+    planner: Config,
+    law: Config,
 ) -> Job:
     """One job of a study."""
     plain = {

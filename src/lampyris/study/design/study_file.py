@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, LimitError, did_you_mean, file_name, of_kind
-from lampyris.io.scenario.scenario import PRESETS, read_document
+from lampyris.io.scenario.read import read_document
+from lampyris.io.scenario.scenario import PRESETS
 from lampyris.model.robot import Robot
 from lampyris.study.design import bundled
-from lampyris.study.design.study import Crowd, Kind, Study, World
+from lampyris.study.design.study import Kind, Study, StudyTraffic, World
 
 if TYPE_CHECKING:
     from lampyris.io.maps.formats.document import MapDocument
@@ -201,7 +202,7 @@ def _check_size(said: Document, sizes: dict[str, int]) -> None:
         )
 
 
-def _check_kind(file: StudyFile, kind: Kind, crowds: Made[Crowd], tried: Tried) -> None:
+def _check_kind(file: StudyFile, kind: Kind, crowds: Made[StudyTraffic], tried: Tried) -> None:
     """Settings of another kind of run would be left aside without a word."""
     others = {"ticks": "simulate", "patience": "simulate", "drive": "drive"}
     for key, its in others.items():
@@ -221,7 +222,7 @@ def _check_kind(file: StudyFile, kind: Kind, crowds: Made[Crowd], tried: Tried) 
         tried(("drive",), Settings.of, {} if file.drive is None else file.drive.model_dump())
 
 
-def _check_crowds(worlds: Made[World], crowds: Made[Crowd], tried: Tried) -> None:
+def _check_crowds(worlds: Made[World], crowds: Made[StudyTraffic], tried: Tried) -> None:
     """Obstacles that are too wide for a map."""
     from lampyris.model.scene import check_obstacle
     from lampyris.model.traffic import RandomWalk

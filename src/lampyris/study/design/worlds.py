@@ -30,11 +30,11 @@ from lampyris.model.scene import Scene
 from lampyris.planning.field.layers import free_cells
 from lampyris.study.design import schema as form
 from lampyris.study.design.config import Made, Tried
-from lampyris.study.design.study import Ground, World, canonical
+from lampyris.study.design.study import StudyMap, World, canonical
 from lampyris.typing import BoolGrid, Cell
 
 T = TypeVar("T")
-_Read: TypeAlias = tuple[MapDocument, Ground, BoolGrid]
+_Read: TypeAlias = tuple[MapDocument, StudyMap, BoolGrid]
 MAX_ALL_CELLS = 2**27
 """Cells of all maps of a study together: 128 MiB."""
 MAX_WORLDS = 1_000_000
@@ -63,7 +63,7 @@ class Worlds:
         self.files, self.tried, self.robot, self.moves, self.root = files, tried, robot, moves, root
         self.has_folder = has_folder
         self.made: Made[World] = []
-        self._names: dict[str, tuple[Ground, Where]] = {}
+        self._names: dict[str, tuple[StudyMap, Where]] = {}
         self._hashes: dict[str, str] = {}
         self._read_maps: dict[bytes, _Read] = {}
         self._cells = 0
@@ -134,7 +134,7 @@ class Worlds:
             raise LimitError("LIMIT", "too many queries", allowed=f"at most {MAX_WORLDS:,} in a study")
         self.made.append((world, way))
 
-    def _ground(self, name: str, grid: Grid, way: Where) -> Ground:
+    def _ground(self, name: str, grid: Grid, way: Where) -> StudyMap:
         """The map under its name; one that is known already, if it is the same."""
         cells = map_hash(grid)
         if name in self._names:
@@ -160,7 +160,7 @@ class Worlds:
         if self._cells > MAX_ALL_CELLS:
             what = f"{self._cells:,} cells up to this map"
             raise LimitError("LIMIT", what, allowed=f"at most {MAX_ALL_CELLS:,} in all maps of a study")
-        ground = Ground(name, grid, cells)
+        ground = StudyMap(name, grid, cells)
         self._names[name], self._hashes[cells] = (ground, way), name
         return ground
 
@@ -172,7 +172,7 @@ class Worlds:
                 todo="say in which folder they are with data=FOLDER",
             )
 
-    def _drawn(self, ground: Ground, free: BoolGrid, asked: form.RandomTable) -> list[tuple[Cell, Cell]]:
+    def _drawn(self, ground: StudyMap, free: BoolGrid, asked: form.RandomTable) -> list[tuple[Cell, Cell]]:
         """Different pairs of free cells with a way between them, by straight steps alone and so by any moves.
 
         Evenly over all such pairs that are far enough from each other. More of them begin with the same ones.
@@ -218,7 +218,7 @@ class Worlds:
             found = scen.load(one, self._map_for(one, chosen, way), max_cells=self.files.max_cells)
             # Published lengths are of octile moves, of a robot that fits wherever a cell is free.
             compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
-            grounds: dict[bool, Ground] = {}
+            grounds: dict[bool, StudyMap] = {}
             for query in spread(found.queries, spec.limit):
                 grid = grid_for(found.document, query.start)
                 wet = grid is not found.document.grid
@@ -274,7 +274,7 @@ def _most_pairs(region: NDArray[np.integer[Any]], sizes: NDArray[np.integer[Any]
     return most
 
 
-def _too_few(ground: Ground, there: int, asked: int) -> FileError:
+def _too_few(ground: StudyMap, there: int, asked: int) -> FileError:
     return FileError(
         "QUERIES",
         f"{there:,} of {asked:,} queries found on {shown(ground.name)}",

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.study.design.study import Ground, Job, Study, canonical
+from lampyris.study.design.study import Job, Study, StudyMap, canonical
 from lampyris.study.design.study_map import pack
 
 SECONDS = 0.5
@@ -55,7 +55,7 @@ class Letters:
     memory : whether workers measure memory.
     """
 
-    def __init__(self, grounds: Mapping[str, Ground], memory: bool) -> None:
+    def __init__(self, grounds: Mapping[str, StudyMap], memory: bool) -> None:
         self._grounds = grounds
         self._memory = memory
         self._packed: OrderedDict[str, dict[str, Any]] = OrderedDict()
@@ -93,7 +93,7 @@ class Batches:
     study : what is run.
     done : keys that have a row.
     workers : how many share the work; 1: no shrinking.
-    shuffle : see :class:`lampyris.study.execution.execution.Where`.
+    shuffle : see :class:`lampyris.study.execution.execution.Execution`.
     """
 
     def __init__(self, study: Study, done: Collection[str], workers: int, shuffle: int | None) -> None:

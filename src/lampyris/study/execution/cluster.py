@@ -28,7 +28,7 @@ from lampyris.errors import InputError, LampyrisError, UsageError
 from lampyris.planning.registry import origin_of
 from lampyris.study.design.study import RESULTS
 from lampyris.study.execution.batches import Batch
-from lampyris.study.execution.pool import Answer, Work, told
+from lampyris.study.execution.pool import BatchResult, Work, told
 
 ANSWERS_IN: Final = 10.0
 """Seconds in which a scheduler must answer, and in which its first worker must be there."""
@@ -91,13 +91,13 @@ class Cluster:
         return len(self._there)
 
     def room(self, seconds: float) -> bool:
-        """See :class:`lampyris.study.execution.pool.Hands`."""
+        """See :class:`lampyris.study.execution.pool.Executor`."""
         if self._client.status != "running":
             return False
         return len(self._asked) < max(DEPTH * self.workers, 1)
 
     def ask(self, batch: Batch, letter: bytes) -> None:
-        """See :class:`lampyris.study.execution.pool.Hands`."""
+        """See :class:`lampyris.study.execution.pool.Executor`."""
         self._number += 1
         key = f"lampyris-{self._number}-{self._client.id}"
         future = self._client.submit(
@@ -106,8 +106,8 @@ class Cluster:
         self._asked[key] = batch, future, time.perf_counter()
         future.add_done_callback(lambda future: self._ended.put(future.key))
 
-    def answers(self, timeout: float) -> list[Answer]:
-        """See :class:`lampyris.study.execution.pool.Hands`."""
+    def answers(self, timeout: float) -> list[BatchResult]:
+        """See :class:`lampyris.study.execution.pool.Executor`."""
         self._look()
         keys: list[str] = []
         try:
@@ -124,27 +124,31 @@ class Cluster:
         finally:
             self._hush.over()
 
-    def _answer(self, batch: Batch, future: Any, asked: float) -> Answer:
+    def _answer(self, batch: Batch, future: Any, asked: float) -> BatchResult:
         """What became of one batch that ended."""
         from distributed.scheduler import KilledWorker
 
         status = future.status
         if status not in ("finished", "error"):
-            return Answer(batch, "lost")  # The connection to the scheduler broke: that cancels everything.
+            return BatchResult(
+                batch, "lost"
+            )  # The connection to the scheduler broke: that cancels everything.
         try:
             answer = future.result(timeout=GONE)
         except KilledWorker:  # So many workers died of it as the scheduler allows, 3 by Dask's default.
-            return Answer(batch, "died")
+            return BatchResult(batch, "died")
         except Exception as fault:
             if status == "error":
-                return Answer(batch, "fault", words=told(fault))
-            return Answer(batch, "lost")  # The worker that held the answer is gone, and nobody redid it.
+                return BatchResult(batch, "fault", words=told(fault))
+            return BatchResult(batch, "lost")  # The worker that held the answer is gone, and nobody redid it.
         if not isinstance(answer, bytes):
-            return Answer(batch, "fault", words=f"an answer that is a {type(answer).__name__}, not bytes")
+            return BatchResult(
+                batch, "fault", words=f"an answer that is a {type(answer).__name__}, not bytes"
+            )
         if answer.startswith(OTHER):
             said = answer[len(OTHER) :].decode("ascii", "replace")[:200]
             raise _other_version(self._address, said, repr(self._version))
-        return Answer(batch, "back", answer, (time.perf_counter() - asked) / DEPTH)
+        return BatchResult(batch, "back", answer, (time.perf_counter() - asked) / DEPTH)
 
     def _wait(self) -> None:
         """Wait for the first worker."""

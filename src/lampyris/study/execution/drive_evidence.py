@@ -13,7 +13,7 @@ from lampyris.model.drive import Drive, Moment
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.study.execution import evidence as e
 
 _FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
@@ -98,7 +98,7 @@ def drive_of(
                 for table, (radius, top, _) in zip(corners, discs, strict=True)
             ),
             bodies=tuple(
-                Body(kind, own, kind in ("random-walk", "patrol"), footprints.get(own, ((0, 0),)))
+                Obstacle(kind, own, kind in ("random-walk", "patrol"), footprints.get(own, ((0, 0),)))
                 for kind, (_, _, own) in zip(kinds, discs, strict=True)
             ),
             moments=tuple(Moment(t, word, (x, y), "", body) for (t, x, y), word, body in moments),

@@ -1,4 +1,4 @@
-"""Pace: how long a study will take, from what its runs took so far."""
+"""Time left: how long a study will take, from what its runs took so far."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Mark:
     sums: dict[Hashable, _Sum] = field(default_factory=dict)
 
 
-class Pace:
+class EtaEstimator:
     """Seconds left: what is left of each entrant, times the mean of its runs, over the work done a second.
 
     Entrants differ by orders of magnitude, and the first worlds meet them one after the other: by the mean

@@ -27,7 +27,7 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.planning.field.layers import moves_for, moves_on
 
 MAX_BYTES = 512 * 2**20
@@ -288,7 +288,7 @@ def trace_of(
     planner: str,
     law: tuple[str, str],
     seed: int,
-    bodies: Callable[[int], Sequence[Body]],
+    bodies: Callable[[int], Sequence[Obstacle]],
     replayed: Callable[[int], NDArray[np.int32]] | None,
 ) -> Trace:
     """The simulation that is claimed.

@@ -1,4 +1,4 @@
-"""Where a study runs, and what is told of it while it does. None of it decides a row."""
+"""Execution: where a study runs, and what is told of it while it does. None of it decides a row."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://", "inproc://")
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class Execution:
     """Where jobs are done.
 
     Parameters

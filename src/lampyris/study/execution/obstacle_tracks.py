@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Body, RandomWalk, Recorded
-from lampyris.sim.grid.random_walkers import Strollers, alone
+from lampyris.model.traffic import Obstacle, RandomWalk, Recorded
+from lampyris.sim.grid.random_walkers import RandomWalkers, alone
 from lampyris.sim.traffic.recorded import check_tracks
-from lampyris.sim.traffic.traffic import Crowd, open_traffic
-from lampyris.sim.world.cell_index import Space, body_shape, robot_shape
-from lampyris.sim.world.world import World
+from lampyris.sim.traffic.traffic import Traffic, open_traffic
+from lampyris.sim.world.cell_index import CellIndex, body_shape, robot_shape
+from lampyris.sim.world.world import Occupancy
 from lampyris.typing import Cells
 
 AT_ONCE = 64
@@ -58,13 +58,13 @@ class Replay:
                     allowed="tracks: live, or no rate: a replayed obstacle is there from tick 0",
                 )
         self.scene = scene
-        self._space = Space(scene.grid)
-        world = World(self._space, robot_shape(scene, self._space), self._space.number(scene.start))
+        self._space = CellIndex(scene.grid)
+        world = Occupancy(self._space, robot_shape(scene, self._space), self._space.number(scene.start))
         self._robot_cover = world.robot_cover
         crowd = open_traffic(scene, world, seed)
         self._advance: Callable[[int, int], NDArray[np.int64]]
         self._advance = _by_kernel(crowd) if alone(scene) else _one_by_one(crowd)
-        self.bodies = tuple(Body("recorded", b.radius, False, b.footprint) for b in crowd.bodies)
+        self.bodies = tuple(Obstacle("recorded", b.radius, False, b.footprint) for b in crowd.bodies)
         self._cells = self._as_cells(np.array([world.where], dtype=np.int64))
 
     def upto(self, ticks: int) -> Cells:
@@ -93,12 +93,12 @@ class Replay:
         return np.stack((x - 1, y - 1), axis=-1).astype(np.int32)
 
 
-def _by_kernel(crowd: Crowd) -> Callable[[int, int], NDArray[np.int64]]:
-    strollers = Strollers(crowd)
+def _by_kernel(crowd: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
+    strollers = RandomWalkers(crowd)
     return lambda first, end: strollers.go(end - first)
 
 
-def _one_by_one(crowd: Crowd) -> Callable[[int, int], NDArray[np.int64]]:
+def _one_by_one(crowd: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
     def advance(first: int, end: int) -> NDArray[np.int64]:
         where = []
         for tick in range(first, end):

@@ -47,7 +47,7 @@ ENVIRONMENT: Final = dict.fromkeys(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answer:
+class BatchResult:
     """What became of a batch.
 
     Parameters
@@ -66,7 +66,7 @@ class Answer:
     words: str = ""
 
 
-class Hands(Protocol):
+class Executor(Protocol):
     """Who does the work."""
 
     @property
@@ -83,14 +83,14 @@ class Hands(Protocol):
     def ask(self, batch: Batch, letter: bytes) -> None:
         """Ask a batch; its answer comes later."""
 
-    def answers(self, timeout: float) -> list[Answer]:
+    def answers(self, timeout: float) -> list[BatchResult]:
         """What came since; waits so many seconds at most for the first."""
 
     def stop(self, now: bool) -> None:
         """Nothing more is asked. ``now``: what is still under way is given up."""
 
 
-class Here:
+class SerialExecutor:
     """This process, one batch at a time, through the same bytes."""
 
     workers = 1
@@ -101,14 +101,14 @@ class Here:
         self._asked: tuple[Batch, bytes] | None = None
 
     def room(self, seconds: float) -> bool:
-        """See :class:`Hands`."""
+        """See :class:`Executor`."""
         return self._asked is None
 
     def ask(self, batch: Batch, letter: bytes) -> None:
-        """See :class:`Hands`."""
+        """See :class:`Executor`."""
         self._asked = batch, letter
 
-    def answers(self, timeout: float) -> list[Answer]:
+    def answers(self, timeout: float) -> list[BatchResult]:
         """Does the work, however long it takes."""
         if self._asked is None:
             return []
@@ -117,8 +117,8 @@ class Here:
         try:
             data = self._work(letter)
         except Exception as fault:  # Work never raises for what a job does: a bug of ours, and one batch.
-            return [Answer(batch, "fault", words=told(fault))]
-        return [Answer(batch, "back", data, time.perf_counter() - began)]
+            return [BatchResult(batch, "fault", words=told(fault))]
+        return [BatchResult(batch, "back", data, time.perf_counter() - began)]
 
     def stop(self, now: bool) -> None:
         """Nothing is under way."""
@@ -171,20 +171,20 @@ class Processes:
         return sum(slot.ready for slot in self._slots)
 
     def room(self, seconds: float) -> bool:
-        """See :class:`Hands`."""
+        """See :class:`Executor`."""
         return len(self._emptiest().asked) < (1 if seconds > LONG else 2)
 
     def ask(self, batch: Batch, letter: bytes) -> None:
-        """See :class:`Hands`."""
+        """See :class:`Executor`."""
         slot = self._emptiest()
         if not slot.asked:
             slot.since = time.perf_counter()
         slot.asked.append(batch)
         self._send(slot, batch, self._work, letter)
 
-    def answers(self, timeout: float) -> list[Answer]:
-        """See :class:`Hands`."""
-        found: list[Answer] = []
+    def answers(self, timeout: float) -> list[BatchResult]:
+        """See :class:`Executor`."""
+        found: list[BatchResult] = []
         wait: float | None = timeout
         while True:
             try:
@@ -231,7 +231,7 @@ class Processes:
         except RuntimeError as fault:  # The process died and the pool was closed since.
             ended.put((slot, turn, batch, fault, time.perf_counter()))
 
-    def _one(self, slot: _Slot, turn: int, batch: Batch | None, future: Any, at: float) -> list[Answer]:
+    def _one(self, slot: _Slot, turn: int, batch: Batch | None, future: Any, at: float) -> list[BatchResult]:
         """What one call came to."""
         if turn != slot.turn or (not isinstance(future, Exception) and future.cancelled()):
             return []
@@ -246,13 +246,15 @@ class Processes:
         slot.asked.remove(batch)
         seconds, slot.since = at - slot.since, at
         if fault is not None:
-            return [Answer(batch, "fault", seconds=seconds, words=told(fault))]
+            return [BatchResult(batch, "fault", seconds=seconds, words=told(fault))]
         data = future.result()
         if not isinstance(data, bytes):
-            return [Answer(batch, "fault", words=f"an answer that is a {type(data).__name__}, not bytes")]
-        return [Answer(batch, "back", data, seconds)]
+            return [
+                BatchResult(batch, "fault", words=f"an answer that is a {type(data).__name__}, not bytes")
+            ]
+        return [BatchResult(batch, "back", data, seconds)]
 
-    def _restart(self, slot: _Slot) -> list[Answer]:
+    def _restart(self, slot: _Slot) -> list[BatchResult]:
         """The process is dead. The first of its batches is to blame if it had begun to work at all."""
         self.died += 1
         if not slot.ready:
@@ -263,7 +265,9 @@ class Processes:
         slot.asked.clear()
         slot.pool.shutdown(wait=False, kill_workers=True)
         self._start(slot)
-        return [Answer(batch, "died" if began and at == 0 else "lost") for at, batch in enumerate(batches)]
+        return [
+            BatchResult(batch, "died" if began and at == 0 else "lost") for at, batch in enumerate(batches)
+        ]
 
 
 def here(version: str) -> str:

@@ -21,13 +21,13 @@ from typing import Any, Final, Protocol
 from lampyris._core import cancellation
 from lampyris.errors import LampyrisError
 from lampyris.study.design.row import Row
-from lampyris.study.design.study import Ground, Job, Study
+from lampyris.study.design.study import Job, Study, StudyMap
 from lampyris.study.execution.batches import Batch, Batches, Letters, entrants
 from lampyris.study.execution.cluster import Cluster
-from lampyris.study.execution.eta import Pace
-from lampyris.study.execution.execution import Finished, Progress, Where
-from lampyris.study.execution.pool import Answer, Hands, Here, Processes, Work
-from lampyris.study.execution.verify import Judge
+from lampyris.study.execution.eta import EtaEstimator
+from lampyris.study.execution.execution import Execution, Finished, Progress
+from lampyris.study.execution.pool import BatchResult, Executor, Processes, SerialExecutor, Work
+from lampyris.study.execution.verify import ResultVerifier
 from lampyris.study.execution.worker import work
 
 Sink = Callable[[Sequence[Row]], None]
@@ -52,9 +52,9 @@ EARLY: Final = 8
 
 
 class _Judging(Protocol):
-    """See :class:`lampyris.study.execution.verify.Judge`."""
+    """See :class:`lampyris.study.execution.verify.ResultVerifier`."""
 
-    def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+    def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
         """The row of a result, judged."""
 
 
@@ -63,7 +63,7 @@ def run(
     sink: Sink,
     *,
     done: Collection[str] = (),
-    where: Where | None = None,
+    where: Execution | None = None,
     progress: Callable[[Progress], None] | None = None,
     _work: Work | None = None,
     _judge: _Judging | None = None,
@@ -77,7 +77,7 @@ def run(
         end of the batch that is being worked on here. What it raises ends the study. A second Ctrl-C may
         hit it: then it is given the same rows again.
     done : keys that have a row.
-    where : see :class:`lampyris.study.execution.execution.Where`; default this process.
+    where : see :class:`lampyris.study.execution.execution.Execution`; default this process.
     progress : is told how far it is, at least every second unless a batch is worked on in this process.
 
     Raises
@@ -88,17 +88,17 @@ def run(
         WORKER_START: processes do not start. WORKER_ANSWER: none of the first :data:`HOPELESS` answers can be
         used; nothing is stored of them. Of a cluster: see :mod:`lampyris.study.execution.cluster`.
     """
-    place = where or Where()
-    sitting = _Sitting(study, sink, done, place, progress, _judge or Judge())
+    place = where or Execution()
+    sitting = _Sitting(study, sink, done, place, progress, _judge or ResultVerifier())
     with _Calm(at_once=place.here) as calm:
         guests = {who.name: who.origin for who in study.planners if who.origin}
         return sitting.through(_hands(place, _work or work, sitting.left, guests), calm)
 
 
-def _hands(where: Where, call: Work, jobs: int, guests: Mapping[str, str]) -> Hands:
+def _hands(where: Execution, call: Work, jobs: int, guests: Mapping[str, str]) -> Executor:
     """Those who do the work; nobody is woken for nothing."""
     if where.here or not jobs:
-        return Here(call)
+        return SerialExecutor(call)
     if where.dask is None:
         return Processes(call, min(where.workers, jobs))
     return Cluster(call, where.dask, guests)
@@ -112,7 +112,7 @@ class _Sitting:
         study: Study,
         sink: Sink,
         done: Collection[str],
-        where: Where,
+        where: Execution,
         progress: Callable[[Progress], None] | None,
         judge: _Judging,
     ) -> None:
@@ -121,7 +121,7 @@ class _Sitting:
         self._batches = Batches(study, done, 2 if where.dask else where.workers, where.shuffle)
         self._letters = Letters(self._grounds, study.memory)
         self._began = time.perf_counter()
-        self._pace = Pace(self._began, entrants(study), min(where.workers, EARLY))
+        self._pace = EtaEstimator(self._began, entrants(study), min(where.workers, EARLY))
         self._pending: list[Row] = []
         self._fresh: list[Row] = []
         self._withheld: list[Row] = []
@@ -136,7 +136,7 @@ class _Sitting:
         """Runs that have no row, as far as that is known; 0 only if there is none."""
         return max(self._batches.total - self._batches.before, int(self._batches.more))
 
-    def through(self, hands: Hands, calm: _Calm) -> Finished:
+    def through(self, hands: Executor, calm: _Calm) -> Finished:
         """Until every job has a row."""
         now = True
         try:
@@ -163,7 +163,7 @@ class _Sitting:
             time.perf_counter() - self._began,
         )
 
-    def _loop(self, hands: Hands, calm: _Calm) -> None:
+    def _loop(self, hands: Executor, calm: _Calm) -> None:
         """Ask while there is room, judge what comes, store, tell."""
         while True:
             calm.check()
@@ -185,7 +185,7 @@ class _Sitting:
                 self._store_soon(hands)
             self._store_soon(hands)
 
-    def _take(self, answer: Answer) -> None:
+    def _take(self, answer: BatchResult) -> None:
         """Rows of an answer; what has none is asked again."""
         batch = answer.batch
         if answer.came == "lost":
@@ -236,7 +236,7 @@ class _Sitting:
             self._pace.came(_entrant(job), None)
         self._withheld.extend(Row(job.key, "failed", error=words[:1000]) for job in batch.jobs)
 
-    def _store_soon(self, hands: Hands) -> None:
+    def _store_soon(self, hands: Executor) -> None:
         """Store and tell if it is time to."""
         now = time.perf_counter()
         if self._usable:
@@ -262,7 +262,7 @@ class _Sitting:
                 self._fresh.extend(rows)
         self._stored_at = time.perf_counter()
 
-    def _report(self, hands: Hands) -> None:
+    def _report(self, hands: Executor) -> None:
         """Tell how far it is."""
         self._told_at = now = time.perf_counter()
         if self._tell is None:

@@ -18,14 +18,14 @@ from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
-from lampyris.model.traffic import Body, Traffic
+from lampyris.model.traffic import Obstacle, ObstacleSpec
 from lampyris.planning.field.layers import clearance, free_space, moves_for
 from lampyris.planning.field.solve import solve
 from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.traffic.mobility import crowd
 from lampyris.sim.traffic.traffic import open_traffic
-from lampyris.sim.world.cell_index import Space, robot_shape
-from lampyris.sim.world.world import World as Bodies
+from lampyris.sim.world.cell_index import CellIndex, robot_shape
+from lampyris.sim.world.world import Occupancy as Bodies
 from lampyris.study.design.study import canonical
 from lampyris.study.execution.obstacle_tracks import Replay
 from lampyris.typing import Cell, FloatGrid
@@ -42,7 +42,7 @@ MAX_TICKS = 20_000
 _T = TypeVar("_T")
 
 
-class Kept(Generic[_T]):
+class RecentCache(Generic[_T]):
     """The last few of something that is dear to make, by key.
 
     Parameters
@@ -128,13 +128,13 @@ class Place:
 class Opened:
     """Obstacles at tick 0: what they are, the cells they stand on, and those that may come later."""
 
-    bodies: tuple[Body, ...]
+    bodies: tuple[Obstacle, ...]
     places: tuple[Cell, ...]
-    to_come: tuple[Body, ...]
+    to_come: tuple[Obstacle, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class StudyWorld:
     """A place with what moves there.
 
     Parameters
@@ -166,11 +166,11 @@ class World:
         SceneError, LimitError : they do not fit: see :func:`lampyris.sim.traffic.traffic.open_traffic`.
         """
         scene = self.scene
-        space = Space(scene.grid)
+        space = CellIndex(scene.grid)
         world = Bodies(space, robot_shape(scene, space), space.number(scene.start))
         crowd = open_traffic(scene, world, self.seed)
         rest = [
-            Body("random-walk", walkers.spec.radius, True, walkers.shape.offsets)
+            Obstacle("random-walk", walkers.spec.radius, True, walkers.shape.offsets)
             for walkers in crowd.walkers
             for _ in range(walkers.spec.count - len(walkers.own))
         ]
@@ -201,8 +201,8 @@ class World:
         return scene
 
 
-_places: Kept[Place] = Kept(CELLS_KEPT)
-_worlds: Kept[World] = Kept(CELLS_KEPT)
+_places: RecentCache[Place] = RecentCache(CELLS_KEPT)
+_worlds: RecentCache[StudyWorld] = RecentCache(CELLS_KEPT)
 
 
 def place_of(plain: Mapping[str, Any], grid: Grid) -> Place:
@@ -217,7 +217,7 @@ def place_of(plain: Mapping[str, Any], grid: Grid) -> Place:
     return _places.get(said, lambda: _place(plain, grid), grid.blocked.size)
 
 
-def world_of(plain: Mapping[str, Any], grid: Grid) -> World:
+def world_of(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     """The world of a job.
 
     Raises
@@ -258,16 +258,18 @@ def _place(plain: Mapping[str, Any], grid: Grid) -> Place:
     return Place(scene)
 
 
-def _world(plain: Mapping[str, Any], grid: Grid) -> World:
+def _world(plain: Mapping[str, Any], grid: Grid) -> StudyWorld:
     place = place_of(plain, grid)
     scene, who, seed = place.scene, plain["crowd"], plain["seed"]
     free = free_space(scene)
-    made: tuple[Traffic, ...] = ()
+    made: tuple[ObstacleSpec, ...] = ()
     try:
         if all(free[y, x] for x, y in (scene.start, scene.goal)):
             how = {"rate": who["rate"], "radius": who["radius"], "fit": scene}
             made = crowd(who["kind"], who["count"], grid, seed, **how)
-        return World(place, replace(scene, traffic=made), seed, bool(made) and who["tracks"] == "replayed")
+        return StudyWorld(
+            place, replace(scene, traffic=made), seed, bool(made) and who["tracks"] == "replayed"
+        )
     except LampyrisError:
         raise
     except (KeyError, TypeError, ValueError) as wrong:

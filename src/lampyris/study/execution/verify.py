@@ -1,4 +1,4 @@
-"""Judge: a worker's word becomes a row, or is refused.
+"""Verification: a worker's word becomes a row, or is refused.
 
 A worker may be on another machine, and may be wrong. What it sends is a claim: the judge puts it on a scene
 of its own, has the referee look at it by other means than those that made it, compares what it can know
@@ -24,7 +24,7 @@ from lampyris.errors import LampyrisError
 from lampyris.model.plan import Status
 from lampyris.model.robot import LEAST
 from lampyris.model.trace import Outcome, Trace
-from lampyris.model.traffic import Body
+from lampyris.model.traffic import Obstacle
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.planning import registry
@@ -33,24 +33,24 @@ from lampyris.report.data.measures import Known, Metrics, drive_metrics, plan_me
 from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.traffic.continuous_traffic import DIAGONAL
 from lampyris.study.design.row import Ending, Row
-from lampyris.study.design.study import Ground, Job
+from lampyris.study.design.study import Job, StudyMap
 from lampyris.study.execution.drive_evidence import drive_of
 from lampyris.study.execution.evidence import plan_of, trace_of
-from lampyris.study.execution.site import Place, World, world_of
+from lampyris.study.execution.site import Place, StudyWorld, world_of
 
 MAX_WORDS = 500
 TIMING = ("cpu_s", "wall_s", "plan_s", "memory_b")
 """What of a worker's word on seconds and bytes is kept."""
 
 
-class Lie(Exception):
+class RejectedResult(Exception):
     """What is wrong with a worker's word."""
 
 
-class Judge:
+class ResultVerifier:
     """The judge of a study's results."""
 
-    def row(self, job: Job, result: Mapping[str, Any], ground: Ground) -> Row:
+    def row(self, job: Job, result: Mapping[str, Any], ground: StudyMap) -> Row:
         """The row of a job.
 
         Parameters
@@ -69,7 +69,7 @@ class Judge:
             if ending != "done":
                 return Row(job.key, ending, {}, timing, error)
             return Row(job.key, "done", self._measured(job, result["evidence"], ground), timing)
-        except Lie as lie:
+        except RejectedResult as lie:
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {lie}"))
         except LampyrisError as wrong:
             words = str(wrong).removeprefix("error")
@@ -79,7 +79,7 @@ class Judge:
             what = f"cannot be judged: {type(wrong).__name__}: {wrong}"
             return Row(job.key, "failed", {}, {}, _line(f"REFEREE: {what}"))
 
-    def _measured(self, job: Job, evidence: Any, ground: Ground) -> Metrics:
+    def _measured(self, job: Job, evidence: Any, ground: StudyMap) -> Metrics:
         plain = job.plain
         world = world_of(plain, ground.grid)
         measure = {"plan": _plan, "simulate": _simulated, "drive": _driven}[plain["kind"]]
@@ -99,31 +99,31 @@ _ENDINGS: Mapping[Any, Ending] = {word: word for word in get_args(Ending)}
 
 def _ending(job: Job, result: Any) -> tuple[Ending, str]:
     if not isinstance(result, Mapping):
-        raise Lie(f"a {type(result).__name__} is no result")
+        raise RejectedResult(f"a {type(result).__name__} is no result")
     if result.get("key") != job.key:
-        raise Lie(f"the result is of another job, {str(result.get('key'))[:64]!r}")
+        raise RejectedResult(f"the result is of another job, {str(result.get('key'))[:64]!r}")
     told, error = result.get("ending"), result.get("error")
     if not isinstance(told, str) or told not in _ENDINGS:
-        raise Lie(f"{str(told)[:64]!r} is no ending")
+        raise RejectedResult(f"{str(told)[:64]!r} is no ending")
     ending = _ENDINGS[told]
     if ending == "timeout" and job.plain["budget"]["seconds"] is None:
-        raise Lie("a timeout without a budget in seconds")
+        raise RejectedResult("a timeout without a budget in seconds")
     return ending, _line(error if isinstance(error, str) else "")
 
 
 def _timing(result: Mapping[str, Any]) -> dict[str, float]:
     told = result.get("timing")
     if not isinstance(told, Mapping):
-        raise Lie("no timing")
+        raise RejectedResult("no timing")
     out: dict[str, float] = {}
     for name in TIMING:
         value = told.get(name)
         if value is None:
             continue
         if not isinstance(value, int | float) or isinstance(value, bool):
-            raise Lie(f"{name} of {value!r}")
+            raise RejectedResult(f"{name} of {value!r}")
         if not (math.isfinite(value) and value >= 0):
-            raise Lie(f"{name} of {value!r}")
+            raise RejectedResult(f"{name} of {value!r}")
         out[name] = value
     return out
 
@@ -135,17 +135,17 @@ def _line(text: str) -> str:
 
 def _demand(broken: Violation | None) -> None:
     if broken is not None:
-        raise Lie(f"{broken.rule} at {broken.where}: {broken.sentence}")
+        raise RejectedResult(f"{broken.rule} at {broken.where}: {broken.sentence}")
 
 
 def _refuse(what: str) -> NoReturn:
-    raise Lie(what)
+    raise RejectedResult(what)
 
 
 # ---- the three kinds --------------------
 
 
-def _plan(plain: Mapping[str, Any], evidence: Any, world: World, published: float | None) -> Metrics:
+def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None) -> Metrics:
     place = world.place
     plan, profile = plan_of(evidence, place.scene, plain["planner"]["name"])
     scene = place.scene
@@ -188,7 +188,9 @@ def _law(plain: Mapping[str, Any]) -> Any:
     return laws.with_settings(plain["law"]["name"], plain["law"]["settings"])
 
 
-def _simulated(plain: Mapping[str, Any], evidence: Any, world: World, published: float | None) -> Metrics:
+def _simulated(
+    plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None
+) -> Metrics:
     name = plain["law"]["name"]
     last = world.last_tick(plain["ticks"])
 
@@ -215,15 +217,15 @@ def _simulated(plain: Mapping[str, Any], evidence: Any, world: World, published:
     return trace_metrics(trace, known(world.place), published)
 
 
-def _no_path_stands(plain: Mapping[str, Any], outcome: Outcome, world: World) -> None:
+def _no_path_stands(plain: Mapping[str, Any], outcome: Outcome, world: StudyWorld) -> None:
     if outcome is Outcome.NO_PATH and world.place.optimal_exact is not None and _settles(plain):
         _refuse("no-path by a planner that misses none; there is a way")
 
 
-def _bodies(world: World, count: int) -> Sequence[Body]:
+def _bodies(world: StudyWorld, count: int) -> Sequence[Obstacle]:
     """What so many obstacles of a world are."""
     if world.replayed:
-        made: Sequence[Body] = world.replay.bodies
+        made: Sequence[Obstacle] = world.replay.bodies
     else:
         made, more = world.opened.bodies, world.opened.to_come
         made = [*made, *more[: max(count - len(made), 0)]]
@@ -232,13 +234,13 @@ def _bodies(world: World, count: int) -> Sequence[Body]:
     return made
 
 
-def _begin_where_they_must(trace: Trace, world: World) -> None:
+def _begin_where_they_must(trace: Trace, world: StudyWorld) -> None:
     for k, cell in enumerate(world.opened.places):
         if trace.appears[k] != 0 or tuple(trace.tracks[k][0].tolist()) != cell:
             _refuse(f"obstacle {k} does not begin at {cell} in this world")
 
 
-def _driven(plain: Mapping[str, Any], evidence: Any, world: World, published: float | None) -> Metrics:
+def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None) -> Metrics:
     one = Settings.of(plain["drive"])
     everybody = world.replay.bodies if world.replayed else (*world.opened.bodies, *world.opened.to_come)
     drive = drive_of(
@@ -269,7 +271,7 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: World, published: fl
     return drive_metrics(drive, known(world.place), published)
 
 
-def _tracks_of_the_world(drive: Any, world: World, one: Settings) -> None:
+def _tracks_of_the_world(drive: Any, world: StudyWorld, one: Settings) -> None:
     """Replayed obstacles are where this world has them; others begin there."""
     if not world.replayed:
         for k, cell in enumerate(world.opened.places):

@@ -44,16 +44,16 @@ from lampyris.study.design.study_map import unpack
 from lampyris.study.execution import site
 from lampyris.study.execution.drive_evidence import drive_evidence
 from lampyris.study.execution.evidence import plan_evidence, trace_evidence
-from lampyris.study.execution.site import Kept, World, not_a_job, world_of
+from lampyris.study.execution.site import RecentCache, StudyWorld, not_a_job, world_of
 
 MAX_WORDS = 500
 """Characters of what is said of an error."""
 
-_grids: Kept[Grid] = Kept(site.CELLS_KEPT)
-_runs: Kept[fast_simulation.FastRuns] = Kept(site.CELLS_KEPT)
+_grids: RecentCache[Grid] = RecentCache(site.CELLS_KEPT)
+_runs: RecentCache[fast_simulation.FastRuns] = RecentCache(site.CELLS_KEPT)
 
 
-class Ran(NamedTuple):
+class RunResult(NamedTuple):
     """What a job came to: a plan, with the speeds on it if it found a way; a trace; or a drive."""
 
     noun: Plan | Trace | Drive
@@ -100,7 +100,7 @@ def work(batch: bytes) -> bytes:
         return canonical({"results": [_result(plain, grounds, memory) for plain in jobs]})
 
 
-def run_job(plain: Mapping[str, Any], grid: Grid) -> Ran:
+def run_job(plain: Mapping[str, Any], grid: Grid) -> RunResult:
     """Run one job and give its nouns, not yet refereed.
 
     Parameters
@@ -197,14 +197,14 @@ def _seconds(clock: _Clock, wall: float) -> dict[str, float]:
     return out
 
 
-def _timing(ran: Ran, clock: _Clock, wall: float) -> dict[str, float]:
+def _timing(ran: RunResult, clock: _Clock, wall: float) -> dict[str, float]:
     told = ran.noun.timing.get("planning_s")
     if told is not None:
         clock.plan_s = float(told)
     return _seconds(clock, wall)
 
 
-def _evidence(ran: Ran, plain: Mapping[str, Any], grid: Grid) -> dict[str, Any]:
+def _evidence(ran: RunResult, plain: Mapping[str, Any], grid: Grid) -> dict[str, Any]:
     noun = ran.noun
     if isinstance(noun, Plan):
         return plan_evidence(noun, ran.profile)
@@ -237,7 +237,7 @@ def _forget() -> None:
 # ---- a job --------------------
 
 
-def _run(plain: Mapping[str, Any], grid: Grid, clock: _Clock) -> Ran:
+def _run(plain: Mapping[str, Any], grid: Grid, clock: _Clock) -> RunResult:
     world = world_of(plain, grid)
     try:
         who, how = plain["planner"], plain["law"]
@@ -256,7 +256,7 @@ class _Task:
     """A job with everything made that its words name."""
 
     plain: Mapping[str, Any]
-    world: World
+    world: StudyWorld
     planner: Planner
     law: Any
     budget: Budget
@@ -275,7 +275,7 @@ class _Task:
         return None if self.budget.expansions is None else self.budget
 
 
-def _plan(task: _Task) -> Ran:
+def _plan(task: _Task) -> RunResult:
     """A plan, and the law's speeds on it."""
     world, clock = task.world, task.clock
     scene = world.place.scene
@@ -287,24 +287,24 @@ def _plan(task: _Task) -> Ran:
     clock.plan_s = loading.cpu() - began
     clock.look()
     if plan.path is None:
-        return Ran(plan)
-    return Ran(plan, laws.profile_on_cells(plan.path, scene, law=task.law))
+        return RunResult(plan)
+    return RunResult(plan, laws.profile_on_cells(plan.path, scene, law=task.law))
 
 
-def _simulate(task: _Task) -> Ran:
+def _simulate(task: _Task) -> RunResult:
     """A simulation in ticks."""
     world, last = task.world, task.last_tick
     if not world.replayed:
-        return Ran(_simulated(task, world.scene))
+        return RunResult(_simulated(task, world.scene))
     if task.planner.traits.sees_traffic:
-        return Ran(_simulated(task, world.among(last)))
+        return RunResult(_simulated(task, world.among(last)))
     # Nobody else can tell how far the tracks go before the run gets there. What they do not need is not
     # drawn: on maps of 50 x 50 cells a run takes 70 ticks, and the last is the 1200th.
     far = task.world.place.far
     ticks = min(last, far + far // 4 + 16)
     while True:
         try:
-            return Ran(_simulated(task, world.among(ticks), ticks))
+            return RunResult(_simulated(task, world.among(ticks), ticks))
         except _Outlasted:
             ticks = min(last, 4 * ticks)
 
@@ -342,7 +342,7 @@ def _fast_runs(task: _Task, scene: Scene, planner: AdGso) -> fast_simulation.Fas
     return _runs.get(key, lambda: fast_simulation.FastRuns(scene, planner, task.law, task.patience), size)
 
 
-def _drive(task: _Task) -> Ran:
+def _drive(task: _Task) -> RunResult:
     """A drive in continuous time."""
     world = task.world
     scene = world.scene
@@ -352,7 +352,7 @@ def _drive(task: _Task) -> Ran:
         scene, task.planner, law=task.law, seed=world.seed, budget=task.given, progress=task.clock.look,
         **task.drive,
     )  # fmt: skip
-    return Ran(made)
+    return RunResult(made)
 
 
-_KINDS: Mapping[str, Callable[[_Task], Ran]] = {"plan": _plan, "simulate": _simulate, "drive": _drive}
+_KINDS: Mapping[str, Callable[[_Task], RunResult]] = {"plan": _plan, "simulate": _simulate, "drive": _drive}

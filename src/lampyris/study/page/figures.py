@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lampyris.report.charts import chart_parts, pair_charts, study_charts
-from lampyris.report.charts.study_charts import Line
+from lampyris.report.charts.study_charts import ErrorBar
 from lampyris.report.html import page as html
 from lampyris.report.html.page import Markup
 from lampyris.study.analysis.findings import Estimate, Summary
@@ -27,8 +27,8 @@ MAX_LINES = 8
 """Curves over the number of obstacles; more would hide each other, and the panels above show the same."""
 
 
-def _line(e: Estimate, scale: float) -> Line:
-    return Line(e.value * scale, e.low * scale, e.high * scale)
+def _line(e: Estimate, scale: float) -> ErrorBar:
+    return ErrorBar(e.value * scale, e.low * scale, e.high * scale)
 
 
 def success(summary: Summary) -> list[Markup]:

@@ -21,9 +21,9 @@ from lampyris.study.analysis.measures import ALL, TIMING
 from lampyris.study.analysis.runs import Runs, runs_of
 from lampyris.study.analysis.summary import summarise
 from lampyris.study.analysis.summary_tables import crowd_tabs, map_tabs, order_tabs, pair_tabs
-from lampyris.study.analysis.table import Table
+from lampyris.study.analysis.table import ResultTable
 from lampyris.study.design.serialize import study_plain
-from lampyris.study.design.study import RESULTS, Study, Who, canonical
+from lampyris.study.design.study import RESULTS, Config, Study, canonical
 from lampyris.study.design.traffic_labels import crowd_words
 from lampyris.study.page import figures
 from lampyris.study.page.films import films as films_of
@@ -38,7 +38,7 @@ MAPS = 24
 def write_page(
     path: str | os.PathLike[str],
     study: Study,
-    table: Table,
+    table: ResultTable,
     *,
     films: bool = True,
     timing: bool = False,
@@ -159,7 +159,7 @@ def _setting(value: Any) -> str:
     return ("no", "yes")[value] if isinstance(value, bool) else str(value)
 
 
-def _who(name: str, title: str, some: Sequence[Who]) -> Markup:
+def _who(name: str, title: str, some: Sequence[Config]) -> Markup:
     rows: list[tuple[Value, ...]] = []
     for who in some:
         settings = _settings(who.settings) or "none"

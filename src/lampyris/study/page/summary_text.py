@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from lampyris.study.analysis.compare import LEVEL
-from lampyris.study.analysis.findings import Entry, Summary
+from lampyris.study.analysis.findings import EntrantFindings, Summary
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.analysis.summary_tables import estimate_text
@@ -68,7 +68,7 @@ def _join(parts: Sequence[str]) -> str:
     return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1]
 
 
-def _arrived(summary: Summary, some: Sequence[Entry]) -> str:
+def _arrived(summary: Summary, some: Sequence[EntrantFindings]) -> str:
     name = "found" if summary.kind == "plan" else "arrived"
     if name not in some[0].own:
         return ""
@@ -89,7 +89,7 @@ def _arrived(summary: Summary, some: Sequence[Entry]) -> str:
     )
 
 
-def _cost(summary: Summary, k: int, some: Sequence[Entry]) -> str:
+def _cost(summary: Summary, k: int, some: Sequence[EntrantFindings]) -> str:
     name = "time_s" if summary.kind == "drive" else "cost"
     able = [e for e in some if e.entrant not in summary.left_out[k]]
     values = [(e.common[name].value, e) for e in able if name in e.common and e.common[name].units]

@@ -1,4 +1,4 @@
-"""Hold: one writer a store, and a witness of what was acknowledged, in a small file beside it.
+"""Store lock: one writer a store, and a witness of what was acknowledged, in a small file beside it.
 
 The system frees the lock when its process ends, however it ends. The witness is needed because SQLite takes a
 write-ahead log whose end is missing for one that was never written: it forgets the last runs without a word.
@@ -35,7 +35,7 @@ class Witness:
     head: str = HEAD
 
 
-class Hold:
+class StoreLock:
     """The lock of one store, held from when it is made until :meth:`release`.
 
     Parameters
@@ -111,9 +111,9 @@ class Hold:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[Hold]:
+def held(path: Path) -> Iterator[StoreLock]:
     """The lock of a store for as long as the block runs; what it witnesses stays."""
-    hold = Hold(path)
+    hold = StoreLock(path)
     try:
         yield hold
     finally:

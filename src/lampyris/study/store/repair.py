@@ -20,6 +20,7 @@ from lampyris.study.store.file import check_pages, count_of, loaded, real, sidec
 from lampyris.study.store.lock import Witness, held, witness_of
 from lampyris.study.store.new_store import check_folder, write_new
 from lampyris.study.store.row_record import unpacked
+from lampyris.study.store.store import Store
 
 KEPT = ".damaged"
 
@@ -157,8 +158,6 @@ def _expected(place: Path, found: _Salvage) -> tuple[int, tuple[str, ...]]:
 
 def _is_sound(place: Path, found: _Salvage) -> bool:
     """Whether SQLite reads the same runs, and the study, without a fault."""
-    from lampyris.study.store.store import Store
-
     try:
         with snapshot(place) as connection:
             check_pages(connection, place)

@@ -45,12 +45,9 @@ from lampyris.study.store.file import (
     tally_of,
     writer,
 )
-from lampyris.study.store.lock import Hold, Witness, vouched
+from lampyris.study.store.lock import StoreLock, Witness, vouched
 from lampyris.study.store.new_store import ADD, check_folder, write_new
-from lampyris.study.store.repair import Repaired, repair
 from lampyris.study.store.row_record import packed, row_of
-
-__all__ = ["Repaired", "Store", "open_for", "repair"]
 
 _PATIENCE_MS = 200
 """How long closing waits for readers; the log may stay."""
@@ -65,7 +62,7 @@ class Store(Exclusive):
     of its own and may run beside them. Not to be used across a fork. Leaving a ``with`` closes it.
     """
 
-    def __init__(self, path: Path, hold: Hold | None) -> None:
+    def __init__(self, path: Path, hold: StoreLock | None) -> None:
         self.path = path
         self._hold = hold
         self._writer: sqlite3.Connection | None = None
@@ -91,7 +88,7 @@ class Store(Exclusive):
         if place.exists():
             raise FileError("STORE_EXISTS", "the file exists", where=str(place))
         check_folder(place)
-        hold = Hold(place)
+        hold = StoreLock(place)
         try:
             if place.exists():  # made by whoever held the lock until now
                 raise FileError("STORE_EXISTS", "the file exists", where=str(place))
@@ -119,7 +116,7 @@ class Store(Exclusive):
         """
         place = real(path)
         look(place)
-        store = cls(place, Hold(place) if writable else None)
+        store = cls(place, StoreLock(place) if writable else None)
         try:
             if not writable:
                 with snapshot(place):

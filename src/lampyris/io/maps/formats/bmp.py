@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.io.maps.formats.colours import Pixels, read_pixels
-from lampyris.io.maps.formats.document import Reading, Source
+from lampyris.io.maps.formats.document import FileSource, Reading
 
 MAGIC = b"BM"
 _HEADERS = (12, 40, 52, 56, 64, 108, 124)
@@ -44,7 +44,7 @@ def looks_like(head: bytes) -> bool:
     return head.startswith(MAGIC) and len(head) >= 18 and struct.unpack_from("<I", head, 14)[0] in _HEADERS
 
 
-def read_bmp(source: Source) -> Reading:
+def read_bmp(source: FileSource) -> Reading:
     """Read a BMP; a negative height means rows from the top.
 
     Raises
@@ -55,7 +55,7 @@ def read_bmp(source: Source) -> Reading:
     return read_pixels(pixels_bmp(source), source)
 
 
-def pixels_bmp(source: Source) -> Pixels:
+def pixels_bmp(source: FileSource) -> Pixels:
     """The pixels of a BMP, not yet interpreted: errors as of :func:`read_bmp`, but for IMG_COLOUR."""
     h = _header(source)
     source.check_size(h.width, h.height, "IMG_TOO_LARGE")
@@ -69,7 +69,7 @@ def pixels_bmp(source: Source) -> Pixels:
     return Pixels(index, palette=table, left_out=~painted)
 
 
-def _header(source: Source) -> _Header:
+def _header(source: FileSource) -> _Header:
     data = source.data
     try:
         raster, size = struct.unpack_from("<II", data, 10)
@@ -101,7 +101,7 @@ def _header(source: Source) -> _Header:
     return _Header(width, abs(height), height < 0, bits, packing, colours, entry, 14 + size, size, raster)
 
 
-def _rows(source: Source, h: _Header) -> NDArray[np.uint8]:
+def _rows(source: FileSource, h: _Header) -> NDArray[np.uint8]:
     """The raster's bytes, one row a row, row 0 on top."""
     stride = (h.width * h.bits + 31) // 32 * 4
     size, there = stride * h.height, len(source.data) - h.raster
@@ -111,13 +111,13 @@ def _rows(source: Source, h: _Header) -> NDArray[np.uint8]:
     return rows if h.top_down else rows[::-1]
 
 
-def _palette(source: Source, h: _Header) -> NDArray[np.uint8]:
+def _palette(source: FileSource, h: _Header) -> NDArray[np.uint8]:
     """Colours (n, 3)."""
     raw = np.frombuffer(source.data, np.uint8, count=h.colours * h.entry, offset=h.palette)
     return raw.reshape(h.colours, h.entry)[:, 2::-1]
 
 
-def _indices(source: Source, h: _Header) -> NDArray[np.uint8]:
+def _indices(source: FileSource, h: _Header) -> NDArray[np.uint8]:
     rows = _rows(source, h)
     if h.bits == 1:
         rows = np.unpackbits(rows, axis=1)
@@ -126,7 +126,7 @@ def _indices(source: Source, h: _Header) -> NDArray[np.uint8]:
     return rows[:, : h.width]
 
 
-def _true_colour(source: Source, h: _Header) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+def _true_colour(source: FileSource, h: _Header) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
     """Colours (height, width, 3), and where they are not wholly opaque."""
     n = h.bits // 8
     pixels = _rows(source, h)[:, : h.width * n].reshape(h.height, h.width, n)
@@ -144,7 +144,7 @@ def _true_colour(source: Source, h: _Header) -> tuple[NDArray[np.uint8], NDArray
     return rgb, (pixels[:, :, place[alpha]] < 255) if alpha else None
 
 
-def _run_lengths(source: Source, h: _Header) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+def _run_lengths(source: FileSource, h: _Header) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Indices and which pixels were painted at all, both (height, width)."""
     data, at, width, half = source.data, h.raster, h.width, h.packing == _RLE4
     index, painted = bytearray(h.width * h.height), bytearray(h.width * h.height)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lampyris.io.maps.formats.document import BAD, CodeGrid, Source, first_bad, look_up
+from lampyris.io.maps.formats.document import BAD, CodeGrid, FileSource, first_bad, look_up
 
 
 def code_table(meaning: Mapping[str, int]) -> CodeGrid:
@@ -18,7 +18,7 @@ def code_table(meaning: Mapping[str, int]) -> CodeGrid:
 
 
 def read_rows(
-    source: Source, start: int, line: int, width: int, height: int, meaning: Mapping[str, int]
+    source: FileSource, start: int, line: int, width: int, height: int, meaning: Mapping[str, int]
 ) -> CodeGrid:
     """The codes of a raster of characters, uint8 (height, width).
 
@@ -60,7 +60,7 @@ def read_rows(
 
 
 def _uneven(
-    source: Source, body: bytes, line: int, width: int, height: int, meaning: Mapping[str, int]
+    source: FileSource, body: bytes, line: int, width: int, height: int, meaning: Mapping[str, int]
 ) -> Exception:
     """What is wrong with rows that do not all have the same length."""
     rows = body.split(b"\n")
@@ -93,7 +93,7 @@ def _uneven(
     )
 
 
-def _character(source: Source, line: int, x: int, value: int, meaning: Mapping[str, int]) -> Exception:
+def _character(source: FileSource, line: int, x: int, value: int, meaning: Mapping[str, int]) -> Exception:
     shown = repr(chr(value)) if 32 <= value < 127 else f"byte {value}"
     todo = "a free cell is written ." if value in b" \t" else ""
     return source.error("MAP_CELL", shown, f"line {line} column {x + 1}", "one of " + " ".join(meaning), todo)

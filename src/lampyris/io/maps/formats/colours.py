@@ -32,8 +32,8 @@ from lampyris.io.maps.formats.document import (
     START,
     UNKNOWN,
     CodeGrid,
+    FileSource,
     Reading,
-    Source,
     first_bad,
     look_up,
 )
@@ -87,7 +87,7 @@ class Pixels:
     notes: tuple[str, ...] = ()
 
 
-def read_pixels(pixels: Pixels, source: Source) -> Reading:
+def read_pixels(pixels: Pixels, source: FileSource) -> Reading:
     """What a picture says: codes by the legend and the grey rule, or as the source asks for.
 
     Raises
@@ -116,7 +116,7 @@ def read_pixels(pixels: Pixels, source: Source) -> Reading:
     return replace(reading, notes=notes)
 
 
-def brightness(pixels: Pixels, source: Source) -> tuple[NDArray[np.uint8], bool]:
+def brightness(pixels: Pixels, source: FileSource) -> tuple[NDArray[np.uint8], bool]:
     """8-bit grey (height, width) of a picture of colours or with a palette, and whether any pixel was not
     grey before.
 
@@ -155,7 +155,7 @@ def _has_colour(rgb: NDArray[Any]) -> bool:
     return bool((rgb != rgb[..., :1]).any())
 
 
-def _read_costs(pixels: Pixels, source: Source) -> Reading:
+def _read_costs(pixels: Pixels, source: FileSource) -> Reading:
     """Costmap values: the grey itself, where it is 8 bits of grey and nothing else."""
     if pixels.maxval != 255 or pixels.scaled or pixels.halved:
         what = "16 bits a channel" if pixels.halved else f"white is {pixels.maxval}"
@@ -203,7 +203,7 @@ def read_grey(samples: NDArray[Any], maxval: int, transparent: NDArray[np.bool_]
 
 
 def read_palette(
-    index: NDArray[np.uint8], colours: NDArray[np.uint8], alpha: NDArray[np.uint8], source: Source
+    index: NDArray[np.uint8], colours: NDArray[np.uint8], alpha: NDArray[np.uint8], source: FileSource
 ) -> Reading:
     """Codes of palette indices (height, width); ``colours`` (n, 3) and ``alpha`` (n,) are the palette.
 
@@ -224,14 +224,14 @@ def read_palette(
     return _finish(codes, (alpha < 255)[index] if (alpha < 255).any() else None)
 
 
-def _check_index(index: NDArray[Any], n: int, source: Source) -> None:
+def _check_index(index: NDArray[Any], n: int, source: FileSource) -> None:
     if n < 256 and int(index.max()) >= n:
         x, y = first_bad(index >= n)
         what = f"colour number {index[y, x]}; the palette has {n}"
         raise source.error("IMG_CORRUPT", what, f"pixel ({x},{y})")
 
 
-def read_colour(rgb: NDArray[np.uint8], transparent: NDArray[np.bool_] | None, source: Source) -> Reading:
+def read_colour(rgb: NDArray[np.uint8], transparent: NDArray[np.bool_] | None, source: FileSource) -> Reading:
     """Codes of colours (height, width, 3).
 
     Raises
@@ -260,7 +260,7 @@ def _colour_codes(rgb: NDArray[np.uint8]) -> CodeGrid:
     return codes
 
 
-def _colour_error(source: Source, x: int, y: int, colour: NDArray[np.uint8]) -> Exception:
+def _colour_error(source: FileSource, x: int, y: int, colour: NDArray[np.uint8]) -> Exception:
     r, g, b = (int(v) for v in colour)
     return source.error(
         "IMG_COLOUR",

@@ -22,9 +22,9 @@ from lampyris.io.maps.formats.document import (
     FREE,
     UNKNOWN,
     CodeGrid,
+    FileSource,
     Occupancy,
     Reading,
-    Source,
     grid_codes,
     look_up,
 )
@@ -95,7 +95,7 @@ def costs_of(grid: Grid, *, terrain: bool = True) -> ByteGrid:
     return costs
 
 
-def no_numbers(source: Source, kind: str) -> None:
+def no_numbers(source: FileSource, kind: str) -> None:
     """Refuse ``values="costmap"`` for a format that has no numbers.
 
     Raises

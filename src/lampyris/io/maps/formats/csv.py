@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
-from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, Reading, Source
+from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Reading
 
 MARKER = "# lampyris costmap"
 SUFFIXES = (".csv",)
@@ -58,7 +58,7 @@ def looks_like(head: bytes) -> bool:
     return _is_marker(head.removeprefix(_BOM).split(b"\n", 1)[0])
 
 
-def read_csv(source: Source) -> Reading:
+def read_csv(source: FileSource) -> Reading:
     """Read a CSV map.
 
     Raises
@@ -94,7 +94,7 @@ def csv_text(values: NDArray[np.int16]) -> bytes:
     return cells.tobytes().translate(None, b"\0")
 
 
-def _shape(source: Source) -> _Shape:
+def _shape(source: FileSource) -> _Shape:
     """Rows and columns, counted and not yet read."""
     data = source.data
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in data[:4096]:
@@ -195,7 +195,7 @@ def _without(piece: bytes, blanks: bytes) -> bytes | None:
     return piece.translate(None, blanks)
 
 
-def _wrong(source: Source, piece: bytes, shape: _Shape, line: int) -> Exception:
+def _wrong(source: FileSource, piece: bytes, shape: _Shape, line: int) -> Exception:
     """What is wrong with some rows, the first mistake first."""
     allowed = ALLOWED + ", -1 unknown too" if shape.costmap else _OCCUPANCY
     high = NO_INFORMATION if shape.costmap else 1
@@ -228,7 +228,7 @@ def _wrong(source: Source, piece: bytes, shape: _Shape, line: int) -> Exception:
     return _ends(source, line)
 
 
-def _ends(source: Source, line: int) -> Exception:
+def _ends(source: FileSource, line: int) -> Exception:
     what = "rows that cannot be told apart"
     return source.error("CSV_ROW", what, f"line {line}", "ends of line: LF or CRLF")
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, LimitError, SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT, Grid
-from lampyris.model.traffic import MAX_BODIES, RandomWalk, Traffic
+from lampyris.model.traffic import MAX_BODIES, ObstacleSpec, RandomWalk
 from lampyris.typing import ByteGrid, Cell
 
 CodeGrid: TypeAlias = NDArray[np.uint8]
@@ -29,7 +29,7 @@ BAD = 255
 
 
 @dataclass(frozen=True, slots=True)
-class Query:
+class MapQuery:
     """A start and a goal worth asking about.
 
     Parameters
@@ -79,13 +79,13 @@ class MapDocument:
     start: Cell | None = None
     goal: Cell | None = None
     bodies: tuple[Cell, ...] = ()
-    queries: tuple[Query, ...] = ()
+    queries: tuple[MapQuery, ...] = ()
     format: str = ""
     notes: tuple[str, ...] = ()
     occupancy: Occupancy | None = None
     surface: CodeGrid | None = None
 
-    def traffic(self, radius: float = 0.0) -> tuple[Traffic, ...]:
+    def traffic(self, radius: float = 0.0) -> tuple[ObstacleSpec, ...]:
         """The moving obstacles drawn in the map: random walkers that begin on their cells.
 
         Parameters
@@ -98,7 +98,7 @@ class MapDocument:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class FileSource:
     """A file's bytes on the way into a reader.
 
     Parameters
@@ -187,12 +187,12 @@ def byte_limit(max_cells: int) -> int:
 
 def document(
     reading: Reading,
-    source: Source,
+    source: FileSource,
     *,
     name: str,
     format: str,
     resolution: float | None = None,
-    queries: tuple[Query, ...] = (),
+    queries: tuple[MapQuery, ...] = (),
 ) -> MapDocument:
     """Turn codes into a document: marks become cells, unknown becomes blocked.
 
@@ -238,7 +238,7 @@ def document(
     )
 
 
-def _only(codes: CodeGrid, code: int, what: str, source: Source) -> Cell | None:
+def _only(codes: CodeGrid, code: int, what: str, source: FileSource) -> Cell | None:
     found = np.flatnonzero(codes == code)
     if found.size == 0:
         return None

@@ -29,10 +29,10 @@ from lampyris.io.maps.formats.document import (
     BLOCKED,
     FREE,
     CodeGrid,
+    FileSource,
     MapDocument,
-    Query,
+    MapQuery,
     Reading,
-    Source,
     look_up,
 )
 from lampyris.model.grid import Grid
@@ -53,7 +53,7 @@ MAX_SCEN_LINES = 100_000
 MAX_SCEN_BYTES = 2**24
 
 
-def read_map(source: Source) -> Reading:
+def read_map(source: FileSource) -> Reading:
     """Read a ``.map``.
 
     Raises
@@ -111,7 +111,7 @@ def letter_at(document: MapDocument, cell: Cell) -> str:
     return chr(int(letters_of(codes, surface)[0, 0]))
 
 
-def _header(source: Source) -> tuple[int, int, int]:
+def _header(source: FileSource) -> tuple[int, int, int]:
     """height, width, and the offset of the first row."""
     head = source.data[:HEADER_BYTES]
     offset = len(_BOM) if head.startswith(_BOM) else 0
@@ -135,7 +135,7 @@ def _header(source: Source) -> tuple[int, int, int]:
     return sizes[0], sizes[1], offset
 
 
-def _dimension(source: Source, text: str, line: int, word: str) -> int:
+def _dimension(source: FileSource, text: str, line: int, word: str) -> int:
     match = re.fullmatch(rf"{word}\s+([0-9]{{1,10}})", text, re.ASCII)
     if match is None or int(match[1]) < 1:
         raise source.error("MAP_HEADER", repr(text[:40]), f"line {line}", f"{word} and a whole number >= 1")
@@ -182,7 +182,7 @@ def read_scen(path: str | os.PathLike[str]) -> tuple[ScenQuery, ...]:
     FileError : SCEN_VERSION, SCEN_LINE or SCEN_RANGE, with the line.
     LimitError : more than 16 MiB; SCEN_LINES, more than 100,000 lines.
     """
-    source = Source(read_regular(path, MAX_SCEN_BYTES), os.fspath(path))
+    source = FileSource(read_regular(path, MAX_SCEN_BYTES), os.fspath(path))
     data = source.data.removeprefix(_BOM).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     # Counted before they are cut up: of 16 MiB of ends of line a list would need 128.
     if (many := data.count(b"\n") + (not data.endswith(b"\n"))) > MAX_SCEN_LINES:
@@ -203,7 +203,7 @@ def read_scen(path: str | os.PathLike[str]) -> tuple[ScenQuery, ...]:
     return tuple(queries)
 
 
-def _scen_query(source: Source, line: str, number: int) -> ScenQuery:
+def _scen_query(source: FileSource, line: str, number: int) -> ScenQuery:
     fields = line.split("\t") if line.count("\t") == 8 else line.split()
     fields = [f.strip() for f in fields]
     where = f"line {number}"
@@ -267,7 +267,7 @@ def check_query(query: ScenQuery, document: MapDocument, name: str) -> None:
 
 
 def write_scen(
-    path: str | os.PathLike[str], queries: Sequence[Query | ScenQuery], *, map_name: str, grid: Grid
+    path: str | os.PathLike[str], queries: Sequence[MapQuery | ScenQuery], *, map_name: str, grid: Grid
 ) -> None:
     """Write a ``.scen`` of version 1, fields apart by tabs.
 
@@ -306,7 +306,7 @@ def write_scen(
     write_file(path, ("\n".join(lines) + "\n").encode())
 
 
-def _length(query: Query | ScenQuery, where: str) -> float:
+def _length(query: MapQuery | ScenQuery, where: str) -> float:
     if isinstance(query, ScenQuery):
         length = query.length
     elif query.octile is None:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
-from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, Reading, Source, first_bad
+from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Reading, first_bad
 from lampyris.typing import ByteGrid, FloatGrid
 
 MAGIC = b"\x93NUMPY"
@@ -42,7 +42,7 @@ class _Header:
     offset: int
 
 
-def read_npy(source: Source) -> Reading:
+def read_npy(source: FileSource) -> Reading:
     """Read a ``.npy``.
 
     Raises
@@ -60,7 +60,7 @@ def read_npy(source: Source) -> Reading:
     return read_costs(_costs(cells, source)) if source.values == "costmap" else Reading(_codes(cells, source))
 
 
-def read_floats(source: Source) -> FloatGrid:
+def read_floats(source: FileSource) -> FloatGrid:
     """Read a ``.npy`` of real numbers, (height, width).
 
     Raises
@@ -76,7 +76,7 @@ def read_floats(source: Source) -> FloatGrid:
         return _cells(header, source).astype(np.float64, order="C")
 
 
-def _cells(header: _Header, source: Source) -> np.ndarray[Any, Any]:
+def _cells(header: _Header, source: FileSource) -> np.ndarray[Any, Any]:
     """The array itself, (height, width)."""
     two = _SHAPE.fullmatch(header.shape)
     if two is None or int(two[1]) == 0 or int(two[2]) == 0:
@@ -94,7 +94,7 @@ def _cells(header: _Header, source: Source) -> np.ndarray[Any, Any]:
     return flat.reshape((width, height)).T if header.fortran else flat.reshape((height, width))
 
 
-def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dtype[np.uint8]]:
+def _codes(cells: np.ndarray[Any, Any], source: FileSource) -> np.ndarray[Any, np.dtype[np.uint8]]:
     if cells.dtype.kind == "b":
         # A stored bool may be any byte; what is not 0 is True, as NumPy itself has it.
         return np.where(cells.view(np.uint8) != 0, np.uint8(BLOCKED), np.uint8(FREE))
@@ -116,7 +116,7 @@ def _codes(cells: np.ndarray[Any, Any], source: Source) -> np.ndarray[Any, np.dt
     return codes
 
 
-def _costs(cells: np.ndarray[Any, Any], source: Source) -> ByteGrid:
+def _costs(cells: np.ndarray[Any, Any], source: FileSource) -> ByteGrid:
     if cells.dtype.kind == "b":
         raise source.error("NPY_TYPE", "bool has no costmap values", allowed="whole numbers")
     wrong = (cells < -1) | (cells > NO_INFORMATION)
@@ -126,7 +126,7 @@ def _costs(cells: np.ndarray[Any, Any], source: Source) -> ByteGrid:
     return cells.astype(np.uint8, order="C")  # -1 is 255 as a byte
 
 
-def _header(source: Source) -> _Header:
+def _header(source: FileSource) -> _Header:
     """The header's three entries, not yet interpreted, and the offset of the first cell."""
     data = source.data
     try:

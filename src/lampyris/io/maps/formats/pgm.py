@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.io.maps.formats.colours import Pixels, read_pixels
-from lampyris.io.maps.formats.document import Reading, Source, first_bad
+from lampyris.io.maps.formats.document import FileSource, Reading, first_bad
 
 HEADER_BYTES = 4096
 _MAGIC = re.compile(rb"P[12456][\s#]")
@@ -39,7 +39,7 @@ def looks_like(head: bytes) -> bool:
     return _MAGIC.match(head) is not None
 
 
-def read_pgm(source: Source) -> Reading:
+def read_pgm(source: FileSource) -> Reading:
     """Read one picture.
 
     Raises
@@ -51,7 +51,7 @@ def read_pgm(source: Source) -> Reading:
     return read_pixels(pixels_pgm(source), source)
 
 
-def pixels_pgm(source: Source) -> Pixels:
+def pixels_pgm(source: FileSource) -> Pixels:
     """The pixels of one picture, not yet interpreted: errors as of :func:`read_pgm`, but for IMG_COLOUR."""
     header = _header(source)
     source.check_size(header.width, header.height, "IMG_TOO_LARGE")
@@ -71,7 +71,7 @@ def pixels_pgm(source: Source) -> Pixels:
     return Pixels(samples.astype(np.uint16 if header.maxval > 255 else np.uint8, copy=False), header.maxval)
 
 
-def _header(source: Source) -> _Header:
+def _header(source: FileSource) -> _Header:
     head = source.data[:HEADER_BYTES]
     kind = head[1] - ord("0")
     offset = 2
@@ -100,12 +100,12 @@ def _header(source: Source) -> _Header:
     return _Header(kind, width, height, maxval, offset)
 
 
-def _line(source: Source, offset: int) -> str:
+def _line(source: FileSource, offset: int) -> str:
     line = source.data.count(b"\n", 0, offset) + 1
     return f"line {line}"
 
 
-def _raw(source: Source, header: _Header) -> NDArray[Any]:
+def _raw(source: FileSource, header: _Header) -> NDArray[Any]:
     """Samples of a binary raster: (height, width), or (height, width, 3) for colour."""
     data, start = source.data, header.end + 1
     if start > len(data) or data[header.end] not in _WHITE:
@@ -131,7 +131,7 @@ def _raw(source: Source, header: _Header) -> NDArray[Any]:
     return flat.astype(np.uint16, copy=False).reshape(height, width) if wide else flat.reshape(height, width)
 
 
-def _plain(source: Source, header: _Header) -> NDArray[Any]:
+def _plain(source: FileSource, header: _Header) -> NDArray[Any]:
     """Samples of a raster written in digits, int64 or uint8 (height, width)."""
     raster = source.data[header.end :]
     need = header.width * header.height
@@ -156,7 +156,7 @@ def _plain(source: Source, header: _Header) -> NDArray[Any]:
     return value.reshape(header.height, header.width)
 
 
-def _count(source: Source, there: int, need: int) -> None:
+def _count(source: FileSource, there: int, need: int) -> None:
     if there < need:
         raise source.error("IMG_TRUNCATED", f"{there:,} of {need:,} samples")
     if there > need:

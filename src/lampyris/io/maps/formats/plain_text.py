@@ -11,13 +11,13 @@ import re
 
 from lampyris.io.maps.formats.character_rows import read_rows
 from lampyris.io.maps.formats.costmap import no_numbers
-from lampyris.io.maps.formats.document import BLOCKED, BODY, FREE, GOAL, START, UNKNOWN, Reading, Source
+from lampyris.io.maps.formats.document import BLOCKED, BODY, FREE, GOAL, START, UNKNOWN, FileSource, Reading
 
 _NUMBERS = re.compile(rb"-?[0-9]{1,4}[ \t]{0,8}[-,;\t0-9\r\n]")
 MEANING = {"#": BLOCKED, ".": FREE, "?": UNKNOWN, "S": START, "G": GOAL, "o": BODY}
 
 
-def read_text(source: Source) -> Reading:
+def read_text(source: FileSource) -> Reading:
     """Read a text map. CRLF, a byte order mark and blank lines at the end are accepted.
 
     Raises

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.cancellation import uninterrupted
 from lampyris.io.maps.formats.colours import Pixels, read_pixels
-from lampyris.io.maps.formats.document import Reading, Source
+from lampyris.io.maps.formats.document import FileSource, Reading
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 MAX_TEXT = 2**20
@@ -51,7 +51,7 @@ class _Png:
     notes: tuple[str, ...] = ()
 
 
-def read_png(source: Source) -> Reading:
+def read_png(source: FileSource) -> Reading:
     """Read a PNG.
 
     Raises
@@ -62,14 +62,14 @@ def read_png(source: Source) -> Reading:
     return read_pixels(pixels_png(source), source)
 
 
-def pixels_png(source: Source) -> Pixels:
+def pixels_png(source: FileSource) -> Pixels:
     """The pixels of a PNG, not yet interpreted: errors as of :func:`read_png`, but for IMG_COLOUR."""
     png = _take_apart(source)
     _check_length(source, png)
     return _pixels(png, _decode(source, png))
 
 
-def _take_apart(source: Source) -> _Png:
+def _take_apart(source: FileSource) -> _Png:
     """Header, palette, transparency and pixel data, every checksum verified."""
     chunks = _chunks(source)
     kind, body = next(chunks, (b"", memoryview(b"")))
@@ -106,7 +106,7 @@ def _take_apart(source: Source) -> _Png:
     return png
 
 
-def _chunks(source: Source) -> Iterator[tuple[bytes, memoryview]]:
+def _chunks(source: FileSource) -> Iterator[tuple[bytes, memoryview]]:
     """Kind and body of each chunk up to IEND, checksums verified."""
     data = memoryview(source.data)
     offset = len(MAGIC)
@@ -129,12 +129,12 @@ def _chunks(source: Source) -> Iterator[tuple[bytes, memoryview]]:
     raise source.error("IMG_CORRUPT", f"more than {MAX_CHUNKS} chunks")
 
 
-def _kind(source: Source, kind: bytes) -> str:
+def _kind(source: FileSource, kind: bytes) -> str:
     """The kind of a chunk for a message, unless it may be anything of a file that must not be quoted."""
     return f" {kind.decode('latin-1')!r}" if source.quotes or kind in _KINDS else ""
 
 
-def _header(source: Source, body: bytes) -> _Png:
+def _header(source: FileSource, body: bytes) -> _Png:
     width, height, depth, colour, packing, filtering, interlace = struct.unpack(">IIBBBBB", body)
     if width < 1 or height < 1:
         raise source.error("IMG_SIZE", f"{width} x {height}", allowed="1 or more each")
@@ -146,13 +146,13 @@ def _header(source: Source, body: bytes) -> _Png:
     return _Png(width, height, depth, colour, interlace == 1, body)
 
 
-def _check_transparency(source: Source, png: _Png, body: memoryview) -> None:
+def _check_transparency(source: FileSource, png: _Png, body: memoryview) -> None:
     fits = {_GREY: len(body) == 2, _RGB: len(body) == 6, _INDEX: 1 <= len(body) <= len(png.palette) // 3}
     if not fits.get(png.colour, False):
         raise source.error("IMG_CORRUPT", f"a transparency of {len(body)} bytes for colour type {png.colour}")
 
 
-def _check_text(source: Source, body: bytes) -> None:
+def _check_text(source: FileSource, body: bytes) -> None:
     """Refuse packed text that unpacks to more than a megabyte; the text itself is not used."""
     packed = body[body.find(b"\0") + 2 :]
     try:
@@ -182,7 +182,7 @@ def _orientation(body: bytes) -> int:
     return 0
 
 
-def _check_length(source: Source, png: _Png) -> None:
+def _check_length(source: FileSource, png: _Png) -> None:
     """Unpack the pixel data once, keeping none of it, to see that no row is missing."""
     bits = _CHANNELS[png.colour] * png.depth
     need = 0
@@ -209,7 +209,7 @@ def _check_length(source: Source, png: _Png) -> None:
         )
 
 
-def _decode(source: Source, png: _Png) -> NDArray[Any]:
+def _decode(source: FileSource, png: _Png) -> NDArray[Any]:
     """The pixels as Pillow has them: (height, width) or (height, width, channels).
 
     Of 16 bits a channel it leaves the upper 8, and an alpha of 65534 would pass for opaque: here what is not
@@ -227,7 +227,7 @@ def _decode(source: Source, png: _Png) -> NDArray[Any]:
     return samples
 
 
-def _unpacked(source: Source, png: _Png, header: bytes, rawmode: str = "") -> NDArray[Any]:
+def _unpacked(source: FileSource, png: _Png, header: bytes, rawmode: str = "") -> NDArray[Any]:
     """What Pillow makes of the pixels under a header; of which bytes, ``rawmode`` can say."""
     with uninterrupted():
         from PIL import Image
@@ -314,7 +314,7 @@ def foreign(head: bytes) -> str:
     return next((name for magic, name in _FOREIGN if head.lstrip(b" \r\n\t").startswith(magic)), "")
 
 
-def not_a_picture(source: Source, allowed: str) -> Exception:
+def not_a_picture(source: FileSource, allowed: str) -> Exception:
     """An error about a file that is none of the pictures read here, to be raised: what it is instead."""
     head = source.data[:4096]
     if name := foreign(head):

@@ -35,9 +35,9 @@ from lampyris.io.maps.formats.document import (
     BLOCKED,
     FREE,
     UNKNOWN,
+    FileSource,
     Occupancy,
     Reading,
-    Source,
     byte_limit,
     look_up,
 )
@@ -55,7 +55,7 @@ def looks_like(head: bytes) -> bool:
     return b"\0" not in head and _LIKELY.search(head) is not None
 
 
-def read_ros(source: Source) -> Reading:
+def read_ros(source: FileSource) -> Reading:
     """Read a map's YAML and its picture.
 
     Raises
@@ -118,15 +118,15 @@ _CODES[0] = FREE
 _CODES[255] = UNKNOWN  # -1, as a byte
 
 
-def _open(path: str, document: YamlDocument, source: Source) -> Source:
+def _open(path: str, document: YamlDocument, source: FileSource) -> FileSource:
     try:
         data = read_regular(path, byte_limit(source.max_cells))
     except FileError as problem:
         raise document.error(problem.code, f"{shown(path)}: {problem.what}", "image") from None
-    return Source(data, path, source.max_cells, quotes=False)
+    return FileSource(data, path, source.max_cells, quotes=False)
 
 
-def _pixels(picture: Source) -> Pixels:
+def _pixels(picture: FileSource) -> Pixels:
     head = picture.data[:4096]
     if not head:
         raise picture.error("IMG_EMPTY", "the file is empty")
@@ -139,7 +139,7 @@ def _pixels(picture: Source) -> Pixels:
     raise image.not_a_picture(picture, "PNG, BMP, PGM")
 
 
-def _grey(pixels: Pixels, picture: Source) -> tuple[NDArray[np.uint8], bool]:
+def _grey(pixels: Pixels, picture: FileSource) -> tuple[NDArray[np.uint8], bool]:
     """8-bit grey (height, width), and whether it was made from colours."""
     if pixels.halved:
         raise picture.error(

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lampyris.errors import FileError
-from lampyris.io.maps.formats.document import Source
+from lampyris.io.maps.formats.document import FileSource
 from lampyris.io.text.strict_yaml import YamlDocument, shown
 
 MODES = ("trinary", "scale", "raw")
@@ -187,7 +187,7 @@ def mode_of(document: YamlDocument) -> str:
     return word
 
 
-def image_path(document: YamlDocument, name: str, source: Source, doubts: Doubts) -> str:
+def image_path(document: YamlDocument, name: str, source: FileSource, doubts: Doubts) -> str:
     """The picture's path; nothing is looked for before its form is known to be harmless.
 
     Raises

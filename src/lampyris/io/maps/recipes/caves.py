@@ -5,14 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 from lampyris.io.maps.recipes.regions import keep_largest
 from lampyris.typing import BoolGrid
 
 SETTINGS = (
-    Setting("fill", 0.47, 0.0, 1.0, "share of rock before the first round; from about 0.5 on little is left"),
-    Setting("rounds", 5, 0, 100, "how often every cell follows the majority around it"),
-    Setting("doublings", 0, 0, 8, "how often the caves are then enlarged to twice their size and worn anew"),
+    RecipeSetting(
+        "fill", 0.47, 0.0, 1.0, "share of rock before the first round; from about 0.5 on little is left"
+    ),
+    RecipeSetting("rounds", 5, 0, 100, "how often every cell follows the majority around it"),
+    RecipeSetting(
+        "doublings", 0, 0, 8, "how often the caves are then enlarged to twice their size and worn anew"
+    ),
 )
 WORN = 0.2
 """Share of the cells that turn over before an enlarged cave is smoothed, or its edges would stay square."""

@@ -10,21 +10,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 from lampyris.io.maps.recipes.regions import keep_largest
 from lampyris.typing import BoolGrid, Cell
 
 SETTINGS = (
-    Setting("room", 8, 3, 4096, "least side of a room, cells"),
-    Setting("rooms", 64, 1, 4096, "greatest number of rooms"),
-    Setting("doors", 2, 1, 64, "greatest number of openings in a wall, each 1 to that many"),
-    Setting("narrow", 0.6, 0, 1, "probability that an opening is one cell wide"),
-    Setting("wide", 5, 3, 4096, "greatest width of the other openings, which have 3 cells or more"),
-    Setting("clutter", 60, 0, 100_000, "things to try to put down"),
-    Setting("bulk", 4, 1, 4096, "greatest side of a thing, cells"),
-    Setting("keep", (), None, None, "cells that stay free together with their neighbours"),
+    RecipeSetting("room", 8, 3, 4096, "least side of a room, cells"),
+    RecipeSetting("rooms", 64, 1, 4096, "greatest number of rooms"),
+    RecipeSetting("doors", 2, 1, 64, "greatest number of openings in a wall, each 1 to that many"),
+    RecipeSetting("narrow", 0.6, 0, 1, "probability that an opening is one cell wide"),
+    RecipeSetting("wide", 5, 3, 4096, "greatest width of the other openings, which have 3 cells or more"),
+    RecipeSetting("clutter", 60, 0, 100_000, "things to try to put down"),
+    RecipeSetting("bulk", 4, 1, 4096, "greatest side of a thing, cells"),
+    RecipeSetting("keep", (), None, None, "cells that stay free together with their neighbours"),
     # Small things alone take the room of large ones, and about a fifth blocked is the most they reach.
-    Setting("large", 0, 0, 100_000, "things with no side under half of bulk to try to put down first"),
+    RecipeSetting("large", 0, 0, 100_000, "things with no side under half of bulk to try to put down first"),
 )
 
 

@@ -9,19 +9,19 @@ import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
 from lampyris.io.maps.recipes.noise import BITS, Whole, smooth
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 from lampyris.io.maps.recipes.regions import keep_largest
 from lampyris.typing import BoolGrid, ByteGrid
 
 SETTINGS = (
-    Setting("pitch", 16, 4, 1024, "from a hill to the next, about, cells"),
-    Setting("levels", 5, 1, 64, "how many kinds of terrain there are besides plain ground, equally common"),
-    Setting("dearest", 252, 1, 252, "terrain value of the highest: 63 is twice plain ground, 252 five times"),
-    Setting("plain", 0.35, 0.0, 1.0, "share of the dry ground that is plain: what lies lowest"),
-    Setting("water", 0.1, 0.0, 1.0, "share of the map under water, blocked: what lies lower still"),
-    Setting("rocks", 0.01, 0.0, 1.0, "share of the cells that are a rock, blocked"),
-    Setting("roads", 2, 0, 16, "roads from side to side, plain ground, over water on a causeway"),
-    Setting("road", 2, 1, 64, "width of a road, cells"),
+    RecipeSetting("pitch", 16, 4, 1024, "from a hill to the next, about, cells"),
+    RecipeSetting("levels", 5, 1, 64, "how many kinds of terrain there are besides plain ground, equally common"),
+    RecipeSetting("dearest", 252, 1, 252, "terrain value of the highest: 63 is twice plain ground, 252 five times"),
+    RecipeSetting("plain", 0.35, 0.0, 1.0, "share of the dry ground that is plain: what lies lowest"),
+    RecipeSetting("water", 0.1, 0.0, 1.0, "share of the map under water, blocked: what lies lower still"),
+    RecipeSetting("rocks", 0.01, 0.0, 1.0, "share of the cells that are a rock, blocked"),
+    RecipeSetting("roads", 2, 0, 16, "roads from side to side, plain ground, over water on a causeway"),
+    RecipeSetting("road", 2, 1, 64, "width of a road, cells"),
 )  # fmt: skip
 TOP = 1 << 10
 """Heights of the lattice are drawn below this."""

@@ -21,7 +21,7 @@ from lampyris.typing import BoolGrid, ByteGrid
 
 
 @dataclass(frozen=True, slots=True)
-class Edit:
+class RectangleEdit:
     """A rectangle put right after the recipe: cells from (x, y) on that become wall or free."""
 
     x: int
@@ -36,7 +36,7 @@ class Edit:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
+class RecipeCells:
     """The cells of a new map.
 
     Parameters
@@ -51,15 +51,15 @@ class Ground:
 
 
 def make(
-    recipe: str, width: int, height: int, seed: int, *, edits: Iterable[Edit] = (), **settings: Any
+    recipe: str, width: int, height: int, seed: int, *, edits: Iterable[RectangleEdit] = (), **settings: Any
 ) -> BoolGrid:
     """The blocked cells of a new map, bool (height, width): :func:`make_ground` without the terrain."""
     return make_ground(recipe, width, height, seed, edits=edits, **settings).blocked
 
 
 def make_ground(
-    recipe: str, width: int, height: int, seed: int, *, edits: Iterable[Edit] = (), **settings: Any
-) -> Ground:
+    recipe: str, width: int, height: int, seed: int, *, edits: Iterable[RectangleEdit] = (), **settings: Any
+) -> RecipeCells:
     """The cells of a new map.
 
     Parameters
@@ -87,7 +87,7 @@ def make_ground(
     blocked, terrain = built if isinstance(built, tuple) else (built, None)
     for edit in edits:
         edit.apply(blocked)
-    return Ground(blocked, terrain)
+    return RecipeCells(blocked, terrain)
 
 
 def recipe_named(name: str) -> Recipe:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting, too_small
+from lampyris.io.maps.recipes.recipe import RecipeSetting, too_small
 from lampyris.io.maps.recipes.regions import spanning_tree
 from lampyris.typing import BoolGrid
 
 SETTINGS = (
-    Setting("corridor", 1, 1, 256, "width of a corridor, cells"),
-    Setting("wall", 1, 1, 256, "thickness of a wall, cells"),
-    Setting("loops", 0.0, 0.0, 1.0, "share of the remaining walls that are opened; 0 is a perfect maze"),
+    RecipeSetting("corridor", 1, 1, 256, "width of a corridor, cells"),
+    RecipeSetting("wall", 1, 1, 256, "thickness of a wall, cells"),
+    RecipeSetting(
+        "loops", 0.0, 0.0, 1.0, "share of the remaining walls that are opened; 0 is a perfect maze"
+    ),
 )
 
 

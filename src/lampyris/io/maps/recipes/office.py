@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting, too_small
+from lampyris.io.maps.recipes.recipe import RecipeSetting, too_small
 from lampyris.typing import BoolGrid
 
 SETTINGS = (
-    Setting("corridor", 3, 1, 64, "width of a corridor, cells"),
-    Setting("depth", 9, 2, 256, "least depth of a room, from the corridor to its window, cells"),
-    Setting("room", 7, 2, 256, "least width of a room, cells"),
-    Setting("door", 2, 1, 64, "width of a door, cells"),
-    Setting("wing", 60, 10, 4096, "about how far corridors across are apart, cells"),
-    Setting("open", 0.15, 0.0, 1.0, "share of the walls between neighbours that are missing"),
-    Setting("joined", 0.1, 0.0, 1.0, "share of the other such walls that have a door"),
-    Setting("desks", 0.5, 0.0, 1.0, "share of the places for a desk where one stands"),
+    RecipeSetting("corridor", 3, 1, 64, "width of a corridor, cells"),
+    RecipeSetting("depth", 9, 2, 256, "least depth of a room, from the corridor to its window, cells"),
+    RecipeSetting("room", 7, 2, 256, "least width of a room, cells"),
+    RecipeSetting("door", 2, 1, 64, "width of a door, cells"),
+    RecipeSetting("wing", 60, 10, 4096, "about how far corridors across are apart, cells"),
+    RecipeSetting("open", 0.15, 0.0, 1.0, "share of the walls between neighbours that are missing"),
+    RecipeSetting("joined", 0.1, 0.0, 1.0, "share of the other such walls that have a door"),
+    RecipeSetting("desks", 0.5, 0.0, 1.0, "share of the places for a desk where one stands"),
 )
 
 

@@ -15,7 +15,7 @@ from lampyris.typing import BoolGrid, ByteGrid
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class RecipeSetting:
     """One setting of a recipe: a whole number, a share, or a list of cells.
 
     Parameters
@@ -104,7 +104,7 @@ class Recipe:
     name: str
     summary: str
     build: Callable[..., BoolGrid | tuple[BoolGrid, ByteGrid]]
-    table: tuple[Setting, ...]
+    table: tuple[RecipeSetting, ...]
     connected: bool = True
     least: int = 4
 
@@ -113,7 +113,7 @@ class Recipe:
         """Each setting with its default."""
         return MappingProxyType({s.name: s.default for s in self.table})
 
-    def setting(self, name: str) -> Setting:
+    def setting(self, name: str) -> RecipeSetting:
         """The setting of that name.
 
         Raises

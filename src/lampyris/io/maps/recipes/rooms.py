@@ -6,15 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 from lampyris.io.maps.recipes.regions import open_doors
 from lampyris.typing import BoolGrid
 
 SETTINGS = (
-    Setting("room", 5, 2, 1024, "least side of a room, cells"),
-    Setting("hall", 14, 2, 4096, "a room with a longer side is divided again where that is possible, cells"),
-    Setting("door", 2, 1, 64, "width of a door, cells; less where two rooms share less wall"),
-    Setting("loops", 0.35, 0.0, 1.0, "share of the neighbours that get a door without need"),
+    RecipeSetting("room", 5, 2, 1024, "least side of a room, cells"),
+    RecipeSetting(
+        "hall", 14, 2, 4096, "a room with a longer side is divided again where that is possible, cells"
+    ),
+    RecipeSetting("door", 2, 1, 64, "width of a door, cells; less where two rooms share less wall"),
+    RecipeSetting("loops", 0.35, 0.0, 1.0, "share of the neighbours that get a door without need"),
 )
 
 

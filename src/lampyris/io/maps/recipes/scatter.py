@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 from lampyris.typing import BoolGrid
 
-SETTINGS = (Setting("density", 0.2, 0.0, 1.0, "probability that a cell is blocked"),)
+SETTINGS = (RecipeSetting("density", 0.2, 0.0, 1.0, "probability that a cell is blocked"),)
 
 
 def scatter(draw: Draw, width: int, height: int, *, density: float) -> BoolGrid:

@@ -11,20 +11,22 @@ import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
 from lampyris.io.maps.recipes.noise import BITS, Whole, smooth
-from lampyris.io.maps.recipes.recipe import Setting
+from lampyris.io.maps.recipes.recipe import RecipeSetting
 from lampyris.io.maps.recipes.regions import keep_largest
 from lampyris.typing import BoolGrid
 
 SETTINGS = (
-    Setting("block", 24, 6, 1024, "side of a block of houses on average, cells"),
-    Setting("road", 4, 2, 64, "width of a street, cells; every fourth is half as wide again"),
-    Setting("bend", 14, 0, 1024, "how far streets stray from straight, cells; at most half a block is used"),
-    Setting("avenues", 1, 0, 16, "straight avenues that cut through the blocks"),
-    Setting("rings", 1, 0, 8, "round streets about the middle"),
-    Setting("merged", 0.12, 0.0, 1.0, "share of the streets between two blocks that are built over"),
-    Setting("alleys", 0.5, 0.0, 1.0, "share of the blocks with an alley through them"),
-    Setting("yards", 0.5, 0.0, 1.0, "share of those that have a yard on it"),
-    Setting("parks", 0.07, 0.0, 1.0, "share of the blocks that are parks, free but for trees"),
+    RecipeSetting("block", 24, 6, 1024, "side of a block of houses on average, cells"),
+    RecipeSetting("road", 4, 2, 64, "width of a street, cells; every fourth is half as wide again"),
+    RecipeSetting(
+        "bend", 14, 0, 1024, "how far streets stray from straight, cells; at most half a block is used"
+    ),
+    RecipeSetting("avenues", 1, 0, 16, "straight avenues that cut through the blocks"),
+    RecipeSetting("rings", 1, 0, 8, "round streets about the middle"),
+    RecipeSetting("merged", 0.12, 0.0, 1.0, "share of the streets between two blocks that are built over"),
+    RecipeSetting("alleys", 0.5, 0.0, 1.0, "share of the blocks with an alley through them"),
+    RecipeSetting("yards", 0.5, 0.0, 1.0, "share of those that have a yard on it"),
+    RecipeSetting("parks", 0.07, 0.0, 1.0, "share of the blocks that are parks, free but for trees"),
 )
 TREES = 0.06
 

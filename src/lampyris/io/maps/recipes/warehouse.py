@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from lampyris.io.maps.recipes.draw import Draw
-from lampyris.io.maps.recipes.recipe import Setting, too_small
+from lampyris.io.maps.recipes.recipe import RecipeSetting, too_small
 from lampyris.typing import BoolGrid
 
 SETTINGS = (
-    Setting("depth", 2, 1, 32, "depth of a rack, cells"),
-    Setting("aisle", 3, 1, 64, "width of the aisles between racks, cells"),
-    Setting("cross", 4, 1, 64, "width of the ways between zones and along the walls, cells"),
-    Setting("zone", 30, 8, 1024, "side of a zone of racks, cells"),
-    Setting("bay", 4, 1, 64, "length of a rack's bays, cells"),
-    Setting("gaps", 0.08, 0.0, 1.0, "share of the bays that are missing"),
-    Setting("turned", 0.3, 0.0, 1.0, "share of the zones whose racks stand the other way"),
-    Setting("staging", 10, 2, 256, "depth of the floor before the docks, cells"),
-    Setting("dock", 4, 1, 64, "width of a dock, cells"),
-    Setting("pallets", 0.25, 0.0, 1.0, "share of the places on that floor where a pallet stands"),
+    RecipeSetting("depth", 2, 1, 32, "depth of a rack, cells"),
+    RecipeSetting("aisle", 3, 1, 64, "width of the aisles between racks, cells"),
+    RecipeSetting("cross", 4, 1, 64, "width of the ways between zones and along the walls, cells"),
+    RecipeSetting("zone", 30, 8, 1024, "side of a zone of racks, cells"),
+    RecipeSetting("bay", 4, 1, 64, "length of a rack's bays, cells"),
+    RecipeSetting("gaps", 0.08, 0.0, 1.0, "share of the bays that are missing"),
+    RecipeSetting("turned", 0.3, 0.0, 1.0, "share of the zones whose racks stand the other way"),
+    RecipeSetting("staging", 10, 2, 256, "depth of the floor before the docks, cells"),
+    RecipeSetting("dock", 4, 1, 64, "width of a dock, cells"),
+    RecipeSetting("pallets", 0.25, 0.0, 1.0, "share of the places on that floor where a pallet stands"),
 )
 DOCK_DEPTH = 3
 

@@ -13,7 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lampyris._core.cancellation import look
+from lampyris._core.cancellation import checkpoint
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values
 
@@ -49,7 +49,7 @@ class Optimiser(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StoppingRule:
     """When to stop: whichever comes first.
 
     Parameters
@@ -82,7 +82,7 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome(Generic[Asked]):
+class OptimiserResult(Generic[Asked]):
     """What a search found.
 
     Parameters
@@ -105,9 +105,9 @@ class Outcome(Generic[Asked]):
 def maximise(
     swarm: Swarm[Asked],
     f: Callable[[Asked], Values],
-    stop: Stop | None = None,
+    stop: StoppingRule | None = None,
     watch: Callable[[], bool] | None = None,
-) -> Outcome[Asked]:
+) -> OptimiserResult[Asked]:
     """Look for the greatest value.
 
     Parameters
@@ -117,26 +117,26 @@ def maximise(
     stop : when to stop; None: after 250 rounds.
     watch : asked after each evaluation; True stops before the swarm is told.
     """
-    return _search(swarm, f, stop or Stop(), watch, 1.0)
+    return _search(swarm, f, stop or StoppingRule(), watch, 1.0)
 
 
 def minimise(
     swarm: Swarm[Asked],
     f: Callable[[Asked], Values],
-    stop: Stop | None = None,
+    stop: StoppingRule | None = None,
     watch: Callable[[], bool] | None = None,
-) -> Outcome[Asked]:
+) -> OptimiserResult[Asked]:
     """Look for the least value: :func:`maximise` of ``-f``; values and target keep the sign of ``f``."""
-    return _search(swarm, f, stop or Stop(), watch, -1.0)
+    return _search(swarm, f, stop or StoppingRule(), watch, -1.0)
 
 
 def _search(
     swarm: Swarm[Asked],
     f: Callable[[Asked], Values],
-    stop: Stop,
+    stop: StoppingRule,
     watch: Callable[[], bool] | None,
     sign: float,
-) -> Outcome[Asked]:
+) -> OptimiserResult[Asked]:
     best: Any = None
     top = -np.inf
     trace: list[float] = []
@@ -144,15 +144,15 @@ def _search(
     goal = np.inf if stop.target is None else sign * stop.target
     why = "iterations"
     while len(trace) < stop.iterations:
-        look()
+        checkpoint()
         asked = swarm.ask()
-        look()
+        checkpoint()
         many = len(asked)  # type: ignore[arg-type]
         if stop.evaluations is not None and evaluations + many > stop.evaluations:
             why = "evaluations"
             break
         values = sign * np.asarray(f(asked), dtype=np.float64)
-        look()
+        checkpoint()
         if watch is not None and watch():
             why = "watch"
             break
@@ -169,7 +169,7 @@ def _search(
         if stop.patience is not None and waited >= stop.patience:
             why = "patience"
             break
-    return Outcome(best, sign * top, len(trace), evaluations, why, tuple(trace))
+    return OptimiserResult(best, sign * top, len(trace), evaluations, why, tuple(trace))
 
 
 def _row(asked: Any, k: int) -> Any:
