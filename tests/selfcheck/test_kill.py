@@ -27,9 +27,9 @@ store_new.sidecar = lambda path, ending: path if ending == store_new.NEW else si
 """
 FORGETFUL = "Store.keys = lambda self: frozenset()"
 AS_THEY_CAME = """
-def lines(self, *, timing=False, real=Table.lines):
+def lines(self, *, timing=False, real=ResultTable.lines):
     return iter(sorted(real(self, timing=timing), key=lambda line: hash(line[1] + str(os.getpid()))))
-Table.lines = lines
+ResultTable.lines = lines
 """
 
 
@@ -40,7 +40,7 @@ def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
         "from lampyris.study.store import store; from lampyris.study.store import new_store as store_new\n"
         "from lampyris.study.store.store import Store\n"
         "from lampyris.study.store.file import sidecar\n"
-        "from lampyris.study.analysis.table import Table\n"
+        "from lampyris.study.analysis.table import ResultTable\n"
         f"{code}\n"
         "runpy.run_module('lampyris.selfcheck._sitting_child', run_name='__main__')\n"
     )

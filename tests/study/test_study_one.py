@@ -105,7 +105,7 @@ def test_the_fast_kernel_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(loop, "run", counted)
     quick = results_of(study)
     few = slow[0]
-    monkeypatch.setattr(one.fast, "supported", lambda *_: False)
+    monkeypatch.setattr(one.fast_simulation, "supported", lambda *_: False)
     assert [r["evidence"] for r in results_of(study)] == [r["evidence"] for r in quick]
     assert few < 3
     assert slow[0] == few + 6

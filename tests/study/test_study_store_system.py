@@ -246,10 +246,10 @@ from pathlib import Path
 from store_samples import *
 from lampyris.errors import LampyrisError
 from lampyris.selfcheck._os_calls import Listening
-from lampyris.selfcheck._sitting_child import Plan
+from lampyris.selfcheck._sitting_child import SittingPlan
 from lampyris.study.store.store import open_for
 class Turns:
-    plan = Plan({})
+    plan = SittingPlan({})
     def before(self, call):
         return self.plan.before(call)
     def after(self, call):
