@@ -15,19 +15,13 @@ import warnings
 from typing import Any
 
 from lampyris._core.cancellation import interrupts
+from lampyris.cli.exit_codes import BAD_INPUT, INTERNAL_FAULT, INTERRUPTED, Interrupted
 from lampyris.cli.streams import Diagnostics, Pipe, demand_streams, to_nowhere
 from lampyris.errors import FileError, LampyrisError, LimitError
 
-BAD_INPUT = 3
-INTERNAL_FAULT = 6
-INTERRUPTED = 130
 SELDOM = 50_000
 """Objects made between two looks for rubbish, 700 being Python's own choice: what a start makes is kept, and
 looking at it again and again was a twelfth of a plan of a small map."""
-
-
-class Interrupted(SystemExit):
-    """Ctrl-C, and whoever pressed it has been told what is kept and how to go on."""
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import typer
@@ -192,3 +192,18 @@ def allowed_by(kind: Any) -> str:
     if low is not None:
         return f"{text}, {low} or more"
     return f"{text}, at most {high}" if high is not None else text
+
+
+def check_choice(code: str, option: str, word: str, words: Iterable[str]) -> str:
+    """Return the word if it is one that an option accepts.
+
+    Raises
+    ------
+    UsageError : the option does not accept it.
+    """
+    words = tuple(words)
+    if word not in words:
+        raise UsageError(
+            code, repr(word), where=option, allowed=", ".join(words), todo=did_you_mean(word, words)
+        )
+    return word

@@ -1,41 +1,38 @@
-"""What ``lampyris study`` shows of a study: before, while it runs, and after."""
+"""A study as text and as JSON: what it is, counts while it runs, and its results."""
 
 from __future__ import annotations
 
 import math
-import sys
-import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import TracebackType
-from typing import Self
+from pathlib import Path
+from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, Group
-from rich.live import Live
-from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
 from lampyris.cli import text
+from lampyris.cli.progress import ProgressDisplay
+from lampyris.cli.tables import print_tab
+from lampyris.cli.text import plural
 from lampyris.report.html.table import DASH, Tab, Value
 from lampyris.study.analysis.findings import Summary
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
+from lampyris.study.design.traffic_labels import crowd_words
 from lampyris.study.execution.execution import Progress
 
 ENDINGS = ("done", "refused", "timeout", "failed")
-QUIET_S = 30.0
-"""Where nobody looks on, a line comes with every tenth of the runs, or after so many seconds."""
 MANY = 200_000
 """Runs of a study that is too large for a live table: whose run is whose would fill the memory."""
-
-
-def plural(n: int, word: str) -> str:
-    """``1 run``, ``2 runs``, ``3 queries``."""
-    many = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
-    return f"{n:,} {word if n == 1 else many}"
+SHORT = {
+    "plan": ("found", "cost", "gap", "length_any_angle", "time_s", "expansions"),
+    "simulate": ("arrived", "collisions", "cost", "ticks", "expansions"),
+    "drive": ("arrived", "collisions", "near_m", "length_m", "time_s"),
+}
+"""What the terminal shows of a study of each kind; the page has all of it."""
 
 
 def sizes(study: Study) -> str:
@@ -50,24 +47,49 @@ def sizes(study: Study) -> str:
     return f"{' x '.join(parts)} = {plural(len(study), 'run')} ({study.kind})"
 
 
+def facts(study: Study) -> list[tuple[str, str]]:
+    """What a study is."""
+    budget = [f"{study.expansions:,} expansions a call"] if study.expansions is not None else []
+    budget += [f"{study.seconds:g} s a run (results depend on the machine)"] if study.seconds else []
+    rows = [
+        ("study", study.name),
+        ("asks", study.about),
+        ("runs", sizes(study)),
+        ("maps", ", ".join(ground.name for ground in study.grounds.values())),
+        ("planners", ", ".join(who.called for who in study.planners)),
+        ("laws", ", ".join(who.called for who in study.laws)),
+        ("crowds", "; ".join(crowd_words(crowd.label) for crowd in study.crowds)),
+        ("budget", ", ".join(budget) or "none"),
+    ]
+    return [(key, value) for key, value in rows if value]
+
+
+def record(study: Study, path: Path) -> dict[str, Any]:
+    """What a study is, for machines."""
+    return {
+        "study": study.name,
+        "kind": study.kind,
+        "store": str(path),
+        "runs": len(study),
+        "maps": len(study.grounds),
+        "queries": len(study.worlds),
+        "crowds": [crowd.label for crowd in study.crowds],
+        "seeds": len(study.seeds),
+        "planners": [who.called for who in study.planners],
+        "laws": [who.called for who in study.laws],
+        "budget": {"expansions": study.expansions, "seconds": study.seconds},
+    }
+
+
 def endings(words: Iterable[str]) -> dict[str, int]:
     """How many runs ended how; every ending there is, also those of nobody."""
     counts = Counter(words)
     return {word: counts[word] for word in ENDINGS}
 
 
-def told(counts: Mapping[str, int]) -> str:
+def endings_text(counts: Mapping[str, int]) -> str:
     """``2,690 done, 10 failed``: the endings that occur."""
     return ", ".join(f"{n:,} {word}" for word, n in counts.items() if n) or "none"
-
-
-def clock(seconds: float | None) -> str:
-    """``1:02:03``, ``2:03``; ``-:--`` where it is not known."""
-    if seconds is None or not math.isfinite(seconds):
-        return "-:--"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
 @dataclass
@@ -116,7 +138,7 @@ class Tally:
                 one.gap += gap
 
     def table(self) -> Table:
-        """As people watch it."""
+        """The table that is shown while the study runs."""
         laws = len(self.study.laws) > 1
         each = len(self.study) // max(1, len(self.counts))
         table = Table(box=SIMPLE_HEAD, pad_edge=False)
@@ -131,107 +153,33 @@ class Tally:
         return table
 
 
-class Watch:
-    """What a person sees while runs are made, on stderr: at a terminal a bar, else a line now and then.
-
-    Parameters
-    ----------
-    quiet : no lines where there is no terminal.
-    """
-
-    def __init__(self, *, quiet: bool) -> None:
-        self._quiet = quiet
-        self._tenth, self._spoke = -1, time.monotonic()
-        self._live: Live | None = None
-        if sys.stderr.isatty():
-            self._live = Live(console=Console(stderr=True), refresh_per_second=4, transient=True)
-
-    def __enter__(self) -> Self:
-        if self._live is not None:
-            self._live.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._live is not None:
-            self._live.stop()
-
-    def say(
-        self, name: str, done: int, total: int, more: str, left: float | None, table: Table | None = None
-    ) -> None:
-        """How far it is; ``table`` stands under the bar."""
-        words = f"{done:,} of {total:,} runs{more}"
-        if self._live is not None:
-            bar = ProgressBar(total=max(1, total), completed=done, width=40)
-            line = Table.grid(padding=(0, 2))
-            line.add_row(Text(name), bar, Text(words), Text(f"{clock(left)} left"))
-            self._live.update(line if table is None else Group(line, table))
-            return
-        tenth, now = 10 * done // max(1, total), time.monotonic()
-        if self._tenth < 0:
-            self._tenth = tenth  # what was there before is said already
-        late = now - self._spoke >= QUIET_S
-        if not self._quiet and (tenth > self._tenth or late):
-            about = "" if left is None or done >= total else f", about {clock(left)} left"
-            print(f"{words}{about}", file=sys.stderr, flush=True)
-            self._spoke = now
-        self._tenth = max(self._tenth, tenth)
-
-
-class Board(Watch):
-    """The same of a study, with its live table under the bar."""
+class StudyProgress(ProgressDisplay):
+    """Progress of a study, with its live table under the bar."""
 
     def __init__(self, study: Study, tally: Tally, *, quiet: bool) -> None:
         super().__init__(quiet=quiet)
         self._study, self._tally = study, tally
 
     def show(self, progress: Progress) -> None:
-        """How far it is."""
+        """Show the progress."""
         table = self._tally.table() if self._live is not None and len(self._study) <= MANY else None
         failed = f", {progress.failed:,} failed"
-        self.say(self._study.name, progress.done, progress.total, failed, progress.seconds_left, table)
+        self.update(self._study.name, progress.done, progress.total, failed, progress.seconds_left, table)
 
 
-def fits(one: Tab) -> bool:
-    """Whether a table's lines are short enough for where they go."""
-    rows = (one.header, *one.texts())
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    room = text.width()
-    return room is None or sum(widths) + 3 * (len(widths) - 1) + 2 <= room
-
-
-def tab(one: Tab) -> None:
-    """A table for people."""
-    text.line(one.title, style="bold")
-    right = [name for name, side in zip(one.header, one.align, strict=True) if side != "l"]
-    text.table("", one.header, one.texts(), right=right, whole=one.header[:1])
-    if one.note:
-        text.line(one.note, style="dim")
-
-
-SHORT = {
-    "plan": ("found", "cost", "gap", "length_any_angle", "time_s", "expansions"),
-    "simulate": ("arrived", "collisions", "cost", "ticks", "expansions"),
-    "drive": ("arrived", "collisions", "near_m", "length_m", "time_s"),
-}
-"""What the terminal shows of a study of each kind; the page has all of it."""
-
-
-def summary(told: Summary) -> None:
+def print_summary(results: Summary) -> None:
     """The heart of a summary: a table for each crowd, and what was not done as asked."""
     from lampyris.study.analysis.measures import ALL
     from lampyris.study.analysis.summary_tables import ANY_ANGLE, estimate_text, sample, starts
-    from lampyris.study.design.traffic_labels import crowd_words
 
     lines = False
-    for crowd in told.crowds:
+    for crowd in results.crowds:
         title = "without moving obstacles" if crowd == "none" else f"among {crowd_words(crowd)}"
-        some = [entry for entry in told.entries if entry.crowd == crowd and entry.runs]
+        some = [entry for entry in results.entries if entry.crowd == crowd and entry.runs]
         if not some:
             text.line(f"{title}: nothing yet")
             continue
-        names = [n for n in SHORT[told.kind] if any(n in e.own and e.own[n].units for e in some)]
+        names = [n for n in SHORT[results.kind] if any(n in e.own and e.own[n].units for e in some)]
         if not any(e.own["collisions"].value > 0 for e in some if "collisions" in e.own):
             names = [n for n in names if n != "collisions"]
         lines = lines or "length_any_angle" in names
@@ -242,14 +190,16 @@ def summary(told: Summary) -> None:
         for e in some:
             texts = (estimate_text(e.own[n], ALL[n].scale, e.runs) if n in e.own else DASH for n in names)
             rows.append((e.entrant, e.runs, *texts))
-        tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)))
-    foot = f"{sample(told)} n: the runs behind a mean, where some have no value. {starts(told)}".rstrip()
+        print_tab(Tab("short", title, header, tuple(rows), align="l" + "r" * (len(header) - 1)))
+    foot = (
+        f"{sample(results)} n: the runs behind a mean, where some have no value. {starts(results)}".rstrip()
+    )
     text.line(f"{ANY_ANGLE} {foot}" if lines else foot, style="dim")
-    for note in told.notes:
+    for note in results.notes:
         text.line(note)
 
 
-def ready(rows: Sequence[Mapping[str, str]]) -> None:
+def print_ready(rows: Sequence[Mapping[str, str]]) -> None:
     """The ready studies."""
     cells = [(row["name"], row["about"]) for row in rows]
     text.table("ready studies", ("name", "what it asks"), cells, whole=("name",))
