@@ -143,7 +143,7 @@ def test_row_100_ctrl_c() -> None:
     """A simulation that would not end soon, interrupted when it is under way."""
     words = ("simulate", "caves-64", "--obstacles", "60", "--patience", "1000000000", "--json", "--seed", "1")
     started = (
-        "import signal, sys; from lampyris.sim import loop; run = loop.run\n"
+        "import signal, sys; from lampyris.sim.grid import loop; run = loop.run\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it\n"
         "def begun(*given, **how):\n    sys.stdout.write('begun'); sys.stdout.flush()\n"
         "    signal.raise_signal(signal.SIGINT)\n    return run(*given, **how)\n"

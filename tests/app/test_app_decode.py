@@ -250,7 +250,7 @@ def test_what_it_may_do() -> None:
 def test_its_memory_and_its_time_have_limits(tmp_path: Path) -> None:
     code = textwrap.dedent("""
         import os, resource, sys
-        from lampyris.app import decode
+        from lampyris.app.engine import decode
         seen = {}
         def read(data, folder):
             seen["as"] = resource.getrlimit(resource.RLIMIT_AS)[0]

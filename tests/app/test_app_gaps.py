@@ -220,7 +220,7 @@ def test_an_engine_says_that_it_compiles_and_a_warm_one_does_not(tmp_path: Path)
 
 TELLS = """
 import json, sys
-from lampyris.app import work
+from lampyris.app.engine import work
 from lampyris.app.engine.progress import heard, tell
 from lampyris.kernels._jit import on_compile
 on_compile(lambda on: tell("compiling" if on else "working"))

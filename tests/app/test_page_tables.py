@@ -84,7 +84,7 @@ def test_the_tour_says_where_the_map_is_drawn_and_what_is_printed_for_another() 
 
 def test_gates_have_one_symbol_and_one_name_in_pictures_map_and_key() -> None:
     """The map had crosses, its key squares, pictures diamonds (issue 24, C20)."""
-    picture = (STATIC.joinpath("../../report/picture.py")).read_text(encoding="utf-8")
+    picture = (STATIC.joinpath("../../report/pictures/plan_picture.py")).read_text(encoding="utf-8")
     names = re.findall(r'\("(gate[^"]*)", \[g for g in gates', picture)
     assert '"marker": "D"' in picture
     key = re.search(r"const GATES = (\[.*\]);", source("legend.js"))

@@ -419,7 +419,7 @@ def test_an_interrupt_where_python_cannot_raise_it_is_heard_at_the_next_look() -
     """In a function that C calls, as LLVM does while code is loaded: it was printed with a traceback."""
     code = (
         "import ctypes, signal, lampyris.cli.verbs as verbs\n"
-        "from lampyris import halting\n"
+        "from lampyris._core import cancellation as halting\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "@ctypes.CFUNCTYPE(None)\n"
         "def called():\n    signal.raise_signal(signal.SIGINT)\n"

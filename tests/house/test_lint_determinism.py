@@ -172,7 +172,7 @@ GOOD = [
     "def f(n: int) -> int:\n    return n**2",
     "z = [10**k for k in range(3)]",
     "import numpy as np\nr = np.random.Generator(np.random.PCG64(np.random.SeedSequence(1)))\nr.random(3)",
-    "from lampyris import elementary\ny = elementary.exp(x)",
+    "from lampyris._core import elementary\ny = elementary.exp(x)",
     "s = set(y)\nz = sorted(s)\nn = len(s)\nb = 3 in s\na = any(x > 1 for x in s)",
     "s = set(y)\nz = {x + 1 for x in s}",
     "s = dict.fromkeys(y)\nfor x in s: pass",

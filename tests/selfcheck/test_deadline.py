@@ -191,7 +191,7 @@ def test_processes_are_stopped_and_one_that_is_late_or_answers_otherwise_is_seen
     assert (found.cases, len(found.spreads[f"{kind}_ms"])) == (2, 2)
     assert not [one.what for one in found.failures if "late" not in one.what]  # the machine may be busy
     late = (
-        "import os, time\nfrom lampyris import halting\n"
+        "import os, time\nfrom lampyris._core import cancellation as halting\n"
         "def after(real):\n    def late(*given):\n        until = time.process_time() + 0.8\n"
         "        while time.process_time() < until: pass\n        real(*given)\n    return late\n"
     )

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes 
 
 LAST_BIT = """
 import numpy as np
-from lampyris import elementary
+from lampyris._core import elementary
 elementary.exp = lambda x: np.exp(np.asarray(x, dtype=np.float64))
 """
 HASHED = """

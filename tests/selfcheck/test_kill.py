@@ -37,7 +37,7 @@ def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     """The process that sits has a product with this change."""
     text = (
         "import os, runpy, sys\n"
-        "from lampyris.study import store, store_new\n"
+        "from lampyris.study.store import store; from lampyris.study.store import new_store as store_new\n"
         "from lampyris.study.store.store import Store\n"
         "from lampyris.study.store.file import sidecar\n"
         "from lampyris.study.analysis.table import Table\n"

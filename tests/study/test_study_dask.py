@@ -52,7 +52,7 @@ seeds: 4
 SCRIPT = """
 import json, os, signal, sys
 from lampyris.errors import LampyrisError
-from lampyris.study import cluster
+from lampyris.study.execution import cluster
 from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.run import run
 from lampyris.study.execution.execution import Where

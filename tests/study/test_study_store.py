@@ -454,7 +454,9 @@ def test_a_store_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
         with pytest.raises(LampyrisError, match=r"STORE_WRITE.*No space left"):
             Store.create(path, study())
     assert names(tmp_path) == []
-    killed = "import os; from lampyris.study import store_new; from store_samples import *\n"
+    killed = (
+        "import os; from lampyris.study.store import new_store as store_new; from store_samples import *\n"
+    )
     killed += (
         "store_new.os.replace = lambda a, b: os.kill(os.getpid(), 9)\nStore.create(sys.argv[1], study())"
     )

@@ -24,7 +24,7 @@ from lampyris.selfcheck._scratch import folder
 from lampyris.selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris.selfcheck.twins.watching import Growth, Hangs, Readings, no_longer_than, old_left_alone, watched
 
-BUNDLED = Path(lampyris.__file__).parent / "maps" / "data"
+BUNDLED = Path(lampyris.__file__).parent / "io" / "maps" / "data"
 CPU_S = 1.0
 """CPU seconds that no file may take."""
 HANGS_S, RUN_S = 10.0, 20.0
