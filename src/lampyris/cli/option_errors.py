@@ -1,8 +1,8 @@
-"""Errors as the command line tells them: which option is wrong, as it was typed, and with which exit code.
+"""Errors as the command line reports them: which option is wrong, as it was typed, and the exit code.
 
 The library's errors carry the name of the setting that is wrong (``robot.v_max``, ``nt``, ``seed``) and know
-nothing of options. Here the options of the verb that runs are asked which of them gave that setting. A bad
-value on the command line is a :class:`lampyris.errors.UsageError` (exit code 2) whoever finds it; a bad value
+nothing of options. This module finds the option of the running verb that gave that setting. A bad
+value on the command line is a :class:`lampyris.errors.UsageError` (exit code 2) wherever it is found; a bad value
 in a file stays what it is (exit code 3). Limits keep their exit code 5 and get the option's name.
 """
 

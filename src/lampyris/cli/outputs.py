@@ -39,12 +39,12 @@ LAYERS = ("luciferin", "cost", "none")
 
 
 def check_outputs(force: bool, *paths: Path | None, json: bool = False, **kinds: Path | None) -> None:
-    """Refuse at once what could not be written at the end.
+    """Reject before any work what could not be written at the end.
 
     Parameters
     ----------
     force : whether files that exist are overwritten.
-    paths : files whose endings are looked at elsewhere.
+    paths : files whose endings are checked elsewhere.
     json : whether JSON goes to standard output.
     kinds : files by the kind of :data:`ENDINGS`.
 
@@ -95,7 +95,7 @@ def check_ending(kind: str, path: Path) -> None:
 def demand_place(path: Path, *, append: bool = False) -> bool:
     """See that a file can be written there; whether there is one that would be lost.
 
-    Folders, pipes, sockets and disks are refused: opening a pipe nobody reads from would wait for ever.
+    Folders, pipes, sockets and disks are refused: opening a pipe without a reader would wait for ever.
     ``/dev/null`` and other devices of characters may be written to, but not read back (``append``).
 
     Raises

@@ -65,7 +65,7 @@ class Request:
         return Robot(self.radius, *limits)
 
     def read_zones(self, grid: Grid) -> tuple[FloatGrid | None, tuple[str, ...]]:
-        """The speed zones, and what a person should know of them."""
+        """The speed zones, and notes on them."""
         if self.zones is None:
             return None, ()
         from lampyris.io.maps.zones import read_zones
@@ -91,7 +91,7 @@ class Request:
         return check_choice("MOVES", "--moves", self.moves or moves, MOVES), self.law or law
 
     def scenario(self) -> Scenario:
-        """What was asked for, to be planned; its traffic is what the map has drawn in it."""
+        """Build the scenario of the options; its traffic is what is drawn in the map."""
         moves, law = self.preset_of()
         if not 0 <= self.seed <= MAX_SEED:
             raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
@@ -141,8 +141,8 @@ class Request:
 
 def scene_notes(scene: Scene) -> tuple[str, ...]:
     """Notes on how a scene is understood where this differs from what was given."""
-    driven, asked = moves_for(scene), scene.moves
-    if (driven.offsets, driven.corner_cutting) == (asked.offsets, asked.corner_cutting):
+    driven, given = moves_for(scene), scene.moves
+    if (driven.offsets, driven.corner_cutting) == (given.offsets, given.corner_cutting):
         return ()
     return (f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",)
 
@@ -194,7 +194,7 @@ class TrafficRequest:
     tracks: tuple[Path, ...]
 
     def traffic(self, scene: Scene, seed: int) -> tuple[Traffic, ...]:
-        """All obstacles of a scene: those it has (drawn in its map), recorded ones, and the crowd.
+        """All obstacles of a scene: those drawn in its map, recorded ones, and generated ones.
 
         Raises
         ------

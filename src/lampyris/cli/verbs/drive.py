@@ -262,7 +262,7 @@ def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = Non
 
 
 def _write_files(made: Drive, out: Outputs) -> None:
-    """Film, chart and table."""
+    """Write the film, the chart and the table."""
     if out.film is not None:
         from lampyris.report.film.drive_film import film_drive
 
@@ -281,7 +281,7 @@ def _write_files(made: Drive, out: Outputs) -> None:
 
 
 def print_drive(run: Drive, *, name: str = "") -> None:
-    """A drive in continuous time."""
+    """Print a drive in continuous time."""
     from lampyris.report.data.metrics import drive_shares, worth_telling
     from lampyris.report.data.serialize import drive_corners
 

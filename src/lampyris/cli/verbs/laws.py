@@ -51,7 +51,7 @@ def show_laws(name: str | None, as_json: bool) -> int:
 
 
 def print_laws(records: list[dict[str, Any]], *, alone: bool) -> None:
-    """The speed laws; one alone with its settings."""
+    """Print the speed laws; one alone with its settings."""
     if alone:
         row = records[0]
         lines = [_setting(row, key, value) for key, value in row["settings"].items()]

@@ -159,7 +159,7 @@ def show(
 
 
 def _describe(name: str, document: MapDocument, as_json: bool) -> None:
-    """What a map file says."""
+    """Print what a map file holds."""
     import numpy as np
 
     from lampyris.io.maps.map_hash import map_hash
@@ -280,7 +280,7 @@ def make(
         terrain=made_of.terrain,
     )
     made = write_and_compare(MapDocument(grid), out, values=to_values)
-    _say(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))
+    _print_result(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))
 
 
 @app.command(cls=Command)
@@ -322,11 +322,11 @@ def convert(
         strict=strict,
         scen=scen,
     )
-    _say(made, json_ or bool(context.obj))
+    _print_result(made, json_ or bool(context.obj))
 
 
-def _say(made: Conversion, as_json: bool, **more: Any) -> None:
-    """What was written, and what was not."""
+def _print_result(made: Conversion, as_json: bool, **more: Any) -> None:
+    """Print what was written, and what was not."""
     import numpy as np
 
     grid = made.document.grid
@@ -367,7 +367,7 @@ def _size(word: str) -> tuple[int, int]:
 
 
 def print_maps(rows: Sequence[MapInfo]) -> None:
-    """The bundled maps, a line each."""
+    """Print the bundled maps, a line each."""
     columns = ("name", "size", "free", "terrain", "gates", "what it is")
     cells = [
         (r.name, f"{r.width} x {r.height}", f"{r.free:.0%}", _terrain(r)[0], str(r.gates), r.title)
@@ -378,7 +378,7 @@ def print_maps(rows: Sequence[MapInfo]) -> None:
 
 
 def _terrain(row: MapInfo) -> tuple[str, str]:
-    """What there is to say of a map's terrain, shortly and in full: how much there is, what it costs."""
+    """A map's terrain in short and in full: its share of the free cells and its costs."""
     from lampyris.model.grid import TERRAIN_UNIT
 
     if row.terrain is None:
@@ -392,7 +392,7 @@ def _terrain(row: MapInfo) -> tuple[str, str]:
 
 
 def print_map(row: MapInfo) -> None:
-    """One bundled map and its stored queries."""
+    """Print one bundled map and its stored queries."""
     rows = [
         ("size", f"{row.width} x {row.height} cells"),
         ("free", f"{row.free:.1%}"),
@@ -414,7 +414,7 @@ def print_map(row: MapInfo) -> None:
 
 
 def print_recipes(rows: Sequence[Recipe]) -> None:
-    """The recipes and their settings."""
+    """Print the recipes and their settings."""
     for r in rows:
         cells = [(s.name, "none" if s.default == () else f"{s.default:g}", s.range, s.what) for s in r.table]
         columns = ("setting", "default", "allowed", "what it is")

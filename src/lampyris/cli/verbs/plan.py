@@ -168,7 +168,7 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
 
 
 def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
-    """A plan: the verdict first, then the numbers, then (on request) every iteration."""
+    """Print a plan: the verdict first, then the numbers, then (on request) every iteration."""
     from lampyris.report.data.metrics import path_metrics
     from lampyris.report.data.serialize import STEP_WORDS, corners_record
 

@@ -73,7 +73,7 @@ def _description(kind: type) -> str:
 
 
 def print_planners(rows: Sequence[PlannerInfo]) -> None:
-    """The planners: a line or two each, and where it comes from."""
+    """Print the planners: a line or two each, with the source."""
     columns = ("name", "traits", "what it does, and its source")
     cells = [(r.name, ", ".join(_traits(r)) or "-", (r.summary, r.source)) for r in rows]
     text.table("planners", columns, cells, whole=("name",))
@@ -81,7 +81,7 @@ def print_planners(rows: Sequence[PlannerInfo]) -> None:
 
 
 def print_planner(row: PlannerInfo, description: str) -> None:
-    """One planner: traits, settings with their defaults, and its own description."""
+    """Print one planner: traits, settings with their defaults, and its own description."""
     settings = ", ".join(f"{k}={v}" for k, v in row.settings.items())
     rows = [
         ("traits", ", ".join(_traits(row)) or "none"),

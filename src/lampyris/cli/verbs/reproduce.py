@@ -94,7 +94,7 @@ def _interrupted(out: Path) -> NoReturn:
 
 
 def _print(made: Report, seconds: float) -> None:
-    """How many figures of each table got which verdict, the conclusion, and where the page is."""
+    """Print how many figures of each table got which verdict, the conclusion, and where the page is."""
     from lampyris.report.html.table import Tab
 
     kinds = tuple(kind for kind, many in made.counts.items() if many)

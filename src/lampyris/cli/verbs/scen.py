@@ -89,7 +89,7 @@ def scen(
         print_json({**record, "timing": {}} if no_timing else record)
     else:
         with outputs.text_beside(csv):
-            _show(benchmark, made, csv)
+            _print(benchmark, made, csv)
     raise typer.Exit(DISAGREED if strict and made.disagreements else 0)
 
 
@@ -145,8 +145,8 @@ def _write_csv(out: Path, made: Answers) -> None:
     write_file(out, buffer.getvalue().encode())
 
 
-def _show(benchmark: Benchmark, made: Answers, csv: Path | None) -> None:
-    """The verdict, every disagreement, then the counts."""
+def _print(benchmark: Benchmark, made: Answers, csv: Path | None) -> None:
+    """Print the verdict, every disagreement, then the counts."""
     summary, wrong = made.summary, made.disagreements
     verdict = f"{len(wrong)} of {summary['queries']} disagree"
     text.line(verdict, style=f"bold {'red' if wrong else 'green'}")

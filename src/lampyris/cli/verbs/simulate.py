@@ -166,7 +166,7 @@ def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = 
 
 
 def print_trace(run: Trace, *, name: str = "") -> None:
-    """A simulation."""
+    """Print a simulation."""
     text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
     grid = run.scene.grid
     kinds = word_counts([b.kind for b in run.bodies]) or "none"

@@ -167,7 +167,7 @@ def speed(
 
 @dataclass(frozen=True)
 class SpeedOutputs:
-    """What is to be printed and written."""
+    """What ``speed`` prints and writes."""
 
     json: bool
     timing: bool
@@ -180,7 +180,7 @@ class SpeedOutputs:
     all_nodes: bool
 
     def check(self) -> None:
-        """Refuse at once what could not be done at the end."""
+        """Reject before any work what could not be written at the end."""
         outputs.check_outputs(
             self.force, json=self.json, csv=self.csv, picture=self.picture, chart=self.chart
         )
@@ -236,7 +236,7 @@ def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
 
 
 def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: bool) -> None:
-    """The laws side by side, then what holds the one that is looked at."""
+    """Print the laws side by side, then what limits the one that is examined."""
     from lampyris.report.data.metrics import cause_shares
 
     profile = comparison.entry.profile
@@ -263,17 +263,17 @@ def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: b
             *corners,
         ],
     )
-    _laws_table(comparison)
+    _print_laws(comparison)
     for law, why in comparison.refused.items():
         text.line(f"{law} does not let the robot drive: {why}", style="red")
     columns = ("cause", "of the way", "of the time")
     shares = [(share.cause, f"{share.way:.1%}", f"{share.time:.1%}") for share in cause_shares(profile)]
     text.table(f"what holds {comparison.entry.law}", columns, shares, right=columns[1:])
     if explain:
-        _reasons(profile, all_nodes)
+        _print_reasons(profile, all_nodes)
 
 
-def _laws_table(comparison: SpeedComparison) -> None:
+def _print_laws(comparison: SpeedComparison) -> None:
     columns = ("law", "time s", "mean m/s", "x optimum", "lateral m/s2", "breaks")
     rows = []
     for e in comparison.entries:
@@ -282,8 +282,8 @@ def _laws_table(comparison: SpeedComparison) -> None:
     text.table("laws on this way", columns, rows, right=columns[1:-1], bold=comparison.chosen, red="breaks")
 
 
-def _reasons(profile: Profile, all_nodes: bool) -> None:
-    """A row for each stretch that one thing holds, or for each node."""
+def _print_reasons(profile: Profile, all_nodes: bool) -> None:
+    """Print a row for each stretch that one cause limits, or for each node."""
     from lampyris.cli.verbs.speed_laws import runs
 
     columns = ("node", "s (m)", "v (m/s)", "t (s)", "held by")

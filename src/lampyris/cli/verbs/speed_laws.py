@@ -88,11 +88,11 @@ class SpeedRequest:
 
     @property
     def drawing(self) -> str:
-        """How the path is driven: as asked, or by the default for its source."""
+        """How the path is driven: as given, or the default for its source."""
         return self.smooth or (PROFILE_SMOOTH if self.path is None else POINTS_SMOOTH)
 
     def check(self) -> tuple[str, ...]:
-        """Refuse what does not go together; the laws to compare, the one that is looked at among them."""
+        """Reject options that contradict each other; return the laws to compare, the examined one among them."""
         r = self.base
         if self.smooth is not None:
             check_choice("SMOOTH", "--smooth", self.smooth, DRAWINGS)
@@ -135,10 +135,10 @@ class SpeedComparison:
     course : where: a curve with its nodes, or the planned cells.
     entries : a row for each law that lets the robot drive.
     refused : the others, and why.
-    chosen : which of them is looked at.
+    chosen : which of them is examined.
     movers : moving obstacles.
     timing : seconds.
-    notes : of the plan that the way is from: what it weakened of what was asked for.
+    notes : of the plan that the way is from: which settings it weakened.
     """
 
     scene: Scene
@@ -155,7 +155,7 @@ class SpeedComparison:
 
     @property
     def entry(self) -> Entry:
-        """The law that is looked at."""
+        """The law that is examined."""
         return self.entries[self.chosen]
 
     @property
@@ -342,7 +342,7 @@ def _profile(
 def _through(
     made: Profile, course: Course, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
 ) -> Profile:
-    """The fastest profile under the caps of one that meets nobody on known tracks; past the referee.
+    """The fastest profile under the caps of another that meets no obstacle on known tracks; past the referee.
 
     Raises
     ------
@@ -351,7 +351,7 @@ def _through(
     cap = np.min([speeds for _, speeds in made.caps], axis=0)
     found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
     if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):
-        return made  # nobody is met, and this one knows which cap is which
+        return made  # no obstacle is met, and this one knows which cap is which
     found = _caps_named(with_nodes(found, made, course, scene.robot.a_max), made)
     creep = law.creep if law.clearance else 1.0
     # A way through tracks holds no limit on jerk; the comparison says that it breaks it.
@@ -386,7 +386,7 @@ def course_at(profile: Profile, course: Course) -> Course:
 
 
 def runs(profile: Profile, every: bool) -> list[tuple[int, int]]:
-    """(first, last) node of each stretch held by one thing; every node alone if asked for."""
+    """(first, last) node of each stretch that one cause limits; every node alone if ``every``."""
     cause, about = profile.cause, profile.about.tolist()
     n = len(cause)
     cuts = [k for k in range(1, n) if every or (cause[k], about[k]) != (cause[k - 1], about[k - 1])]

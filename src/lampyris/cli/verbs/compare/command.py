@@ -141,7 +141,7 @@ def compare(
 
 @dataclass(frozen=True)
 class CompareTraffic:
-    """What moves besides the robot, as it was typed."""
+    """The options of moving obstacles, as they were typed."""
 
     count: int
     mobility: str
@@ -151,7 +151,7 @@ class CompareTraffic:
     ticks: int | None
 
     def crowd(self) -> Crowd:
-        """As a study has it.
+        """The traffic as a study declares it.
 
         Raises
         ------
@@ -192,7 +192,7 @@ class CompareRequest:
     workers: int
 
     def study(self, scenario: Scenario) -> Study:
-        """One world, and who meets in it.
+        """A study of one world.
 
         Raises
         ------
@@ -229,7 +229,7 @@ class CompareRequest:
 
 @dataclass(frozen=True)
 class CompareOutputs:
-    """What is to be printed and written."""
+    """What ``compare`` prints and writes."""
 
     json: bool
     timing: bool
@@ -238,12 +238,12 @@ class CompareOutputs:
     force: bool
 
     def check(self) -> None:
-        """Refuse at once what could not be done at the end."""
+        """Reject before any work what could not be written at the end."""
         outputs.check_outputs(self.force, json=self.json, picture=self.picture, csv=self.csv)
 
 
 def _entries(option: str, text: str, make: Callable[[str, list[str]], Who]) -> tuple[Who, ...]:
-    """``NAME[:KEY=VALUE...],...`` as who plans or which law, in the order given."""
+    """``NAME[:KEY=VALUE...],...`` as planners or laws, in the order given."""
     made: list[Who] = []
     for word in filter(None, (part.strip() for part in text.split(","))):
         name, *settings = word.split(":")

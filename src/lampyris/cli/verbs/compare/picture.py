@@ -71,7 +71,7 @@ def draw(study: Study, lines: Sequence[CompareLine], out: Path, *, speeds: bool)
 
 
 def _result_words(line: CompareLine) -> str:
-    """Length, cost and gap of the first run, or how it ended, and whether it did otherwise than asked."""
+    """Length, cost and gap of the first run, or how it ended, and whether it departed from its settings."""
     row = line.rows[0]
     cost, gap = row.metrics.get("cost"), row.metrics.get("gap")
     good = row.metrics.get("found") or row.metrics.get("arrived")

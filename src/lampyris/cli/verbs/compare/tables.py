@@ -46,7 +46,7 @@ class CompareLine:
 
     @property
     def notes(self) -> list[str]:
-        """What was done otherwise than asked in each run; empty where nothing was."""
+        """Where each run departed from its settings; empty where it did not."""
         return [str(row.metrics.get("notes") or "") for row in self.rows]
 
     def good(self, metric: str) -> int:
@@ -61,11 +61,11 @@ class CompareLine:
 
 
 def notes_of(lines: Sequence[CompareLine]) -> tuple[str, ...]:
-    """What was done otherwise than asked, a sentence for each planner in whose runs something was."""
+    """A sentence for each planner whose runs departed from their settings."""
     by: dict[str, list[str]] = {}
     for line in lines:
         by.setdefault(line.planner.called, []).extend(line.notes)
-    # Laws do not change what is planned for nobody: one run under each is one remark.
+    # Without obstacles laws do not change the plan: one run under each gives one note.
     some = {who: notes[:1] if len(set(notes)) == 1 else notes for who, notes in by.items()}
     return tuple(filter(None, (remark(who, notes) for who, notes in some.items())))
 
@@ -97,7 +97,7 @@ def _digits(lines: Sequence[CompareLine], column: Column, several: bool) -> int 
 
 
 def print_comparison(study: Study, lines: Sequence[CompareLine], metric: str) -> None:
-    """The table, what it is of, why runs have no result, and what was not done as asked."""
+    """Print the table, why runs have no result, and which runs departed from their settings."""
     hidden = "ticks" if study.kind == "plan" else "time_s"
     left_out = (hidden, "" if len(study.laws) > 1 else "speed_mean")
     columns = [

@@ -44,7 +44,7 @@ class StudyOutputs:
                 print(f"wrote {file}")
 
     def check(self, *others: Path) -> None:
-        """Refuse at once what could not be done at the end; ``others`` are not to be written over."""
+        """Reject before any work what could not be written at the end; ``others`` are not to be overwritten."""
         self.check_apart(*others)
         outputs.check_outputs(
             self.force, json=self.json, csv=self.csv, parquet=self.parquet, latex=self.latex,
@@ -54,7 +54,7 @@ class StudyOutputs:
             demand_package("pyarrow", "--parquet", "parquet", "PARQUET")
 
     def check_apart(self, *others: Path) -> None:
-        """Refuse to write over what is read.
+        """Reject outputs that would overwrite an input.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class StudyOutputs:
 
 
 def demand_package(package: str, option: str, extra: str, code: str) -> None:
-    """Refuse an option whose package is not installed."""
+    """Reject an option whose package is not installed."""
     if find_spec(package) is None:
         raise UsageError(
             code, f"needs the package {package}", where=option, todo=f"pip install 'lampyris[{extra}]'"
@@ -82,7 +82,7 @@ def summary_of(study: Study, table: Table, reference: str | None = None) -> Summ
 
 
 def write_files(study: Study, table: Table, out: StudyOutputs) -> Summary:
-    """Write the files that were asked for; the summary."""
+    """Write the requested files and return the summary."""
     with working("counting", quiet=out.json):
         summary = summary_of(study, table, out.reference)
         if out.csv is not None:

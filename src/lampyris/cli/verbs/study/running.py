@@ -51,7 +51,7 @@ class StudyRequest:
     again: tuple[str, ...] = ()
 
     def check_again(self) -> None:
-        """Refuse what cannot be run again.
+        """Reject ``--again`` where it contradicts another option or names no such ending.
 
         Raises
         ------
@@ -63,7 +63,7 @@ class StudyRequest:
             check_choice("ENDING", "--again", word, AGAIN)
 
     def where(self) -> Where:
-        """Where it runs.
+        """The executor to run on.
 
         Raises
         ------
@@ -219,7 +219,7 @@ def _print_dry_run(study: Study, path: Path, where: Where, request: StudyRequest
 
 
 def _discard(path: Path) -> None:
-    """Throw a store away; no other file, and none that somebody writes to.
+    """Delete a store; no other file, and no store that another process writes to.
 
     Raises
     ------

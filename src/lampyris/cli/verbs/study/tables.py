@@ -26,7 +26,7 @@ from lampyris.study.execution.execution import Progress
 
 ENDINGS = ("done", "refused", "timeout", "failed")
 MANY = 200_000
-"""Runs of a study that is too large for a live table: whose run is whose would fill the memory."""
+"""Runs of a study that is too large for a live table: the table from run to planner would fill the memory."""
 SHORT = {
     "plan": ("found", "cost", "gap", "length_any_angle", "time_s", "expansions"),
     "simulate": ("arrived", "collisions", "cost", "ticks", "expansions"),
@@ -82,7 +82,7 @@ def record(study: Study, path: Path) -> dict[str, Any]:
 
 
 def endings(words: Iterable[str]) -> dict[str, int]:
-    """How many runs ended how; every ending there is, also those of nobody."""
+    """How many runs ended how; with every ending, also those that do not occur."""
     counts = Counter(words)
     return {word: counts[word] for word in ENDINGS}
 
@@ -112,7 +112,7 @@ class Tally:
 
     def __post_init__(self) -> None:
         jobs = self.study.jobs() if len(self.study) <= MANY else ()
-        self._whose = {job.key: (job.labels["planner"], job.labels["law"]) for job in jobs}
+        self._entrant_of = {job.key: (job.labels["planner"], job.labels["law"]) for job in jobs}
         for planner in self.study.planners:
             for law in self.study.laws:
                 self.counts[planner.called, law.called] = _Count()
@@ -125,10 +125,10 @@ class Tally:
     def add(self, rows: Iterable[Row]) -> None:
         """Count these."""
         for row in rows:
-            whose = self._whose.get(row.key)
-            if whose is None:
+            entrant = self._entrant_of.get(row.key)
+            if entrant is None:
                 continue
-            one = self.counts[whose]
+            one = self.counts[entrant]
             one.runs += 1
             one.good += bool(row.metrics.get(self.good))
             one.failed += row.ending in ("failed", "timeout")
@@ -168,7 +168,7 @@ class StudyProgress(ProgressDisplay):
 
 
 def print_summary(results: Summary) -> None:
-    """The heart of a summary: a table for each crowd, and what was not done as asked."""
+    """Print the heart of a summary: a table for each kind of traffic, and notes."""
     from lampyris.study.analysis.measures import ALL
     from lampyris.study.analysis.summary_tables import ANY_ANGLE, estimate_text, sample, starts
 
@@ -200,7 +200,7 @@ def print_summary(results: Summary) -> None:
 
 
 def print_ready(rows: Sequence[Mapping[str, str]]) -> None:
-    """The ready studies."""
+    """Print the ready studies."""
     cells = [(row["name"], row["about"]) for row in rows]
     text.table("ready studies", ("name", "what it asks"), cells, whole=("name",))
     text.line("lampyris study NAME runs one; lampyris study write NAME FILE makes a copy to be edited.")
