@@ -9,7 +9,7 @@ import pytest
 
 import lampyris
 from bad_inputs.case import inside
-from lampyris.cli.study_show import sizes
+from lampyris.cli.verbs.study.tables import sizes
 from lampyris.report.data.measures import METRICS
 from lampyris.study.analysis.table import TIMING
 from lampyris.study.design.bundled import names

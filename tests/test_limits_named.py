@@ -222,7 +222,7 @@ NOT_INPUT = "not of what comes in: "
 """Followed by what it is instead."""
 ASKED: dict[str, str] = {
     "api.MAX_SEED": LIMITS_PY,
-    "cli.compare_work.MAX_RUNS": "cli/test_cli_compare.py",
+    "cli.verbs.compare.command.MAX_RUNS": "cli/test_cli_compare.py",
     "_core.predicates.MOST_WHOLE": "test_bad_arguments.py",
     "errors.MAX_DIGITS": "test_bad_arguments.py",
     "errors.MAX_PART": HERE,

@@ -396,21 +396,26 @@ def prepared(source: Path, folder: Path) -> None:
 
 def warm() -> None:
     """Import what verbs import, so that a forked case does not."""
-    import lampyris.cli.compare_work
-    import lampyris.cli.drive_work
-    import lampyris.cli.reproduce_work
-    import lampyris.cli.scen_verb
-    import lampyris.cli.selfcheck_work
-    import lampyris.cli.show
-    import lampyris.cli.speed_work
-    import lampyris.cli.study_kept
-    import lampyris.cli.study_show
+    import lampyris.cli.request
+    import lampyris.cli.verbs.compare.tables
+    import lampyris.cli.verbs.speed_laws
+    import lampyris.cli.verbs.study.files
+    import lampyris.cli.verbs.study.running
+    import lampyris.cli.verbs.study.tables
     import lampyris.report.charts.drive_chart
     import lampyris.report.charts.speed_compare
+    import lampyris.report.data.adgso_tables
     import lampyris.report.data.csv
+    import lampyris.report.data.metrics
     import lampyris.report.film.drive_film
     import lampyris.report.film.simulation_film
     import lampyris.report.pictures.plan_picture
+    import lampyris.scen
+    import lampyris.scenarios
+    import lampyris.selfcheck.ledger
+    import lampyris.selfcheck.registry
+    import lampyris.selfcheck.runner
+    import lampyris.sim.continuous.settings
     import lampyris.study.execution.run  # noqa: F401
 
     for name in registry.names():

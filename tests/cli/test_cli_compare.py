@@ -11,7 +11,8 @@ import pytest
 
 import lampyris
 from bad_inputs.case import Outcome, inside, run
-from lampyris.cli import compare_draw, compare_work, text
+from lampyris.cli import text
+from lampyris.cli.verbs.compare import picture, tables
 from lampyris.report.pictures.compare_picture import DrawnPath
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config
@@ -138,9 +139,7 @@ def test_the_picture_tells_the_length_of_the_lines_it_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ways: list[DrawnPath] = []
-    monkeypatch.setattr(
-        compare_draw, "draw_ways", lambda grid, start, goal, some, *_, **__: ways.extend(some)
-    )
+    monkeypatch.setattr(picture, "draw_ways", lambda grid, start, goal, some, *_, **__: ways.extend(some))
     compare(tmp_path, *ENV_3, "--picture", "ways.png")
     told = {way.name: way.told for way in ways}
     assert told["theta-star"].startswith("any-angle length 33.72, cost by cells 36.56")
@@ -230,11 +229,11 @@ def test_what_a_planner_weakened_is_said(tmp_path: Path, crowd: tuple[str, ...])
 def test_some_of_the_runs_are_counted_in_the_remark() -> None:
     notes = {"a": ["n", "", "n", ""], "b": ["", "", "", ""]}
     lines = [
-        compare_work.Line(Config(name, {}), Config(law, {}), tuple(_noted(note) for note in some))
+        tables.CompareLine(Config(name, {}), Config(law, {}), tuple(_noted(note) for note in some))
         for name, all_notes in notes.items()
         for law, some in (("x", all_notes[:2]), ("y", all_notes[2:]))
     ]
-    assert compare_work._notes(lines) == ("2 of 4 runs of a did otherwise than asked: n",)
+    assert tables.notes_of(lines) == ("2 of 4 runs of a did otherwise than asked: n",)
 
 
 def _noted(note: str) -> Row:
@@ -245,7 +244,7 @@ def test_the_picture_says_who_did_otherwise_than_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[DrawnPath] = []
-    monkeypatch.setattr(compare_draw, "draw_ways", lambda *given, **_: drawn.extend(given[3]))
+    monkeypatch.setattr(picture, "draw_ways", lambda *given, **_: drawn.extend(given[3]))
     words = ("env-1", "--planners", "ad-gso:keep_away=3,astar", "--picture", "a.png")
     assert compare(tmp_path, *words).exit == 0
     assert ["not as asked" in way.told for way in drawn] == [True, False]

@@ -371,11 +371,11 @@ def test_the_models_are_made_for_scenario_files_only(words: tuple[str, ...]) -> 
 
 def test_an_interrupt_is_exit_130_without_a_traceback() -> None:
     code = (
-        "import signal, time, lampyris.cli.verbs as verbs\n"
+        "import signal, time, lampyris.cli.verbs.planners as verb\n"
         # A suite in the background hands down that it is ignored.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "def slow(name, as_json):\n    print('ready', flush=True)\n    time.sleep(60)\n"
-        f"verbs.planners = slow\n{MAIN}"
+        f"verb.show_planners = slow\n{MAIN}"
     )
     with subprocess.Popen(
         [sys.executable, "-c", code, "planners"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -392,9 +392,9 @@ def test_an_interrupt_does_not_wait_for_the_interpreter_to_be_taken_down() -> No
     """SciPy imports multiprocessing for itself; that alone is no reason to stay."""
     code = (
         "import atexit, multiprocessing.pool\n"
-        "import lampyris.cli.verbs as verbs\n"
+        "import lampyris.cli.verbs.planners as verb\n"
         "atexit.register(print, 'taken down')\n"
-        f"def slow(name, as_json):\n    raise KeyboardInterrupt\nverbs.planners = slow\n{MAIN}"
+        f"def slow(name, as_json):\n    raise KeyboardInterrupt\nverb.show_planners = slow\n{MAIN}"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, "planners"], capture_output=True, text=True, check=False
@@ -405,9 +405,9 @@ def test_an_interrupt_does_not_wait_for_the_interpreter_to_be_taken_down() -> No
 def test_an_interrupt_within_code_from_a_string_is_exit_130_too() -> None:
     """Python would end itself by the signal, whoever has caught the exception."""
     code = (
-        "import lampyris.cli.verbs as verbs\n"
+        "import lampyris.cli.verbs.planners as verb\n"
         "def slow(name, as_json):\n    exec('raise KeyboardInterrupt')\n"
-        f"verbs.planners = slow\n{MAIN}"
+        f"verb.show_planners = slow\n{MAIN}"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, "planners"], capture_output=True, text=True, check=False
@@ -418,7 +418,7 @@ def test_an_interrupt_within_code_from_a_string_is_exit_130_too() -> None:
 def test_an_interrupt_where_python_cannot_raise_it_is_heard_at_the_next_look() -> None:
     """In a function that C calls, as LLVM does while code is loaded: it was printed with a traceback."""
     code = (
-        "import ctypes, signal, lampyris.cli.verbs as verbs\n"
+        "import ctypes, signal, lampyris.cli.verbs.planners as verb\n"
         "from lampyris._core import cancellation as halting\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "@ctypes.CFUNCTYPE(None)\n"
@@ -428,7 +428,7 @@ def test_an_interrupt_where_python_cannot_raise_it_is_heard_at_the_next_look() -
         "def slow(name, as_json):\n"
         "    wrong()\n    called()\n    print('went on', flush=True)\n"
         "    while True:\n        halting.look()\n"
-        f"verbs.planners = slow\n{MAIN}"
+        f"verb.show_planners = slow\n{MAIN}"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, "planners"], capture_output=True, text=True, check=False, timeout=120

@@ -14,7 +14,9 @@ import pytest
 
 from bad_inputs.case import Outcome, inside
 from bad_inputs.case import run as here
-from lampyris.cli import study_show, study_work
+from lampyris.cli.progress import clock
+from lampyris.cli.text import plural
+from lampyris.cli.verbs.study import running, tables
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, World
 
@@ -126,7 +128,7 @@ def test_beginning_anew_can_be_killed_anywhere_and_asked_for_again(
         with monkeypatch.context() as patch:
             patch.setattr(Path, "unlink", killed)
             with pytest.raises(KeyboardInterrupt):
-                study_work._discard(store)
+                running._discard(store)
         done = study(folder, "small.yaml", "--workers", "1", "--fresh")
         assert (done.exit, "4 new" in done.out) == (0, True), (point, done.err)
 
@@ -255,9 +257,9 @@ def _study(kind: str = "plan", laws: int = 1) -> Study:
 
 def test_sizes_are_said_in_words() -> None:
     said = "1 query on 1 map x 1 crowd x 3 seeds x 2 planners x 1 law = 6 runs (plan)"
-    assert study_show.sizes(_study()) == said
-    assert study_show.plural(1, "query") == "1 query"
-    assert study_show.plural(2700, "run") == "2,700 runs"
+    assert tables.sizes(_study()) == said
+    assert plural(1, "query") == "1 query"
+    assert plural(2700, "run") == "2,700 runs"
 
 
 @pytest.mark.parametrize(
@@ -265,13 +267,13 @@ def test_sizes_are_said_in_words() -> None:
     [(None, "-:--"), (float("inf"), "-:--"), (0.2, "0:00"), (59.6, "1:00"), (3723, "1:02:03")],
 )
 def test_the_clock(seconds: float | None, said: str) -> None:
-    assert study_show.clock(seconds) == said
+    assert clock(seconds) == said
 
 
 def test_the_tally_keeps_failures_in_the_denominator() -> None:
     one = _study()
     jobs = list(one.jobs())
-    tally = study_show.Tally(one)
+    tally = tables.Tally(one)
     rows = [
         Row(jobs[0].key, "done", {"found": True, "gap": 0.0}),
         Row(jobs[2].key, "done", {"found": False, "gap": None}),
@@ -286,16 +288,16 @@ def test_the_tally_keeps_failures_in_the_denominator() -> None:
     table = tally.table()
     assert [c.header for c in table.columns] == ["planner", "runs", "found", "mean gap", "failed"]
     assert list(table.columns[2].cells) == ["33.3%", "100.0%"]
-    assert [c.header for c in study_show.Tally(_study(laws=2)).table().columns][1] == "law"
+    assert [c.header for c in tables.Tally(_study(laws=2)).table().columns][1] == "law"
 
 
 def test_without_a_terminal_a_line_for_every_tenth(capsys: pytest.CaptureFixture[str]) -> None:
     from lampyris.study.execution.execution import Progress
 
     one = _study()
-    with study_show.Board(one, study_show.Tally(one), quiet=False) as board:
+    with tables.StudyProgress(one, tables.Tally(one), quiet=False) as display:
         for done in range(101):
-            board.show(Progress(done=done, total=100, failed=1, seconds_left=100.0 - done))
+            display.show(Progress(done=done, total=100, failed=1, seconds_left=100.0 - done))
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 10
     assert lines[0] == "10 of 100 runs, 1 failed, about 1:30 left"
@@ -311,10 +313,10 @@ def test_at_a_terminal_a_bar_and_a_live_table(
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setenv("TERM", "xterm")
     one = _study()
-    tally = study_show.Tally(one)
-    with study_show.Board(one, tally, quiet=True) as board:
+    tally = tables.Tally(one)
+    with tables.StudyProgress(one, tally, quiet=True) as display:
         tally.add([Row(next(one.jobs()).key, "done", {"found": True, "gap": 0.25})])
-        board.show(Progress(done=1, total=6, failed=0, seconds_left=75.0))
+        display.show(Progress(done=1, total=6, failed=0, seconds_left=75.0))
     out, err = capsys.readouterr()
     assert out == ""
     for part in ("1 of 6 runs, 0 failed", "1:15 left", "1 of 3", "25.00%", "gso, slow"):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.cli import selfcheck_work as work
+from lampyris.cli.verbs.selfcheck import SelfcheckRequest, run_checks
 from lampyris.errors import FileError, UsageError
 from lampyris.selfcheck import ledger, registry, runner
 from lampyris.selfcheck.check import Ask, Check, Failure, Kind, Outcome, Part, Tally
@@ -419,19 +419,19 @@ def toys(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_cannot_be_written_is_told_before_anything_runs(tmp_path: Path, which: str) -> None:
     (tmp_path / "file").write_text("")
     ran.clear()
-    asked = replace(work.Asked(("toy",), Ask(), Range(cases=2)), **{which: tmp_path / "file" / "x"})
+    request = replace(SelfcheckRequest(("toy",), Ask(), Range(cases=2)), **{which: tmp_path / "file" / "x"})
     with pytest.raises(FileError) as refused:
-        work.selfcheck(asked)
+        run_checks(request)
     assert (refused.value.code, ran) == ("FILE_WRITE", [])
 
 
 @pytest.mark.usefixtures("toys")
 def test_what_came_of_it_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     record, failures = tmp_path / "record", tmp_path / "failures"
-    asked = work.Asked(
+    request = SelfcheckRequest(
         ("raises", "odd", "toy"), Ask(size="nightly"), Range(cases=2), None, failures, record, json=False
     )
-    assert work.selfcheck(asked) == 6
+    assert run_checks(request) == 6
     told = capsys.readouterr().out
     assert "toy: cases=4 failures=0" in told
     assert "size=part" in told
@@ -461,5 +461,5 @@ def test_what_came_of_it_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 @pytest.mark.usefixtures("toys")
 def test_json_holds_what_a_check_may_keep(capsys: pytest.CaptureFixture[str]) -> None:
-    assert work.selfcheck(work.Asked(("odd",), Ask(), Range(cases=1), json=True)) == 6
+    assert run_checks(SelfcheckRequest(("odd",), Ask(), Range(cases=1), json=True)) == 6
     assert json.loads(capsys.readouterr().out)["failed"][0]["data"]["gap"] == "nan"

@@ -34,7 +34,7 @@ NAMELESS = "store_new.sync_folder = store_lock.sync_folder = lambda folder: None
 BY_THE_CLOCK = """
 import time
 from lampyris.study.analysis import table
-table.table_of = study_work.table_of = lambda study, rows, real=table.table_of: real(
+table.table_of = running.table_of = lambda study, rows, real=table.table_of: real(
     study, list(rows)[: 18 if time.perf_counter() > 500 + time.perf_counter() - 500.0001 else 3]
 )
 """
@@ -44,7 +44,7 @@ def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     """The process that sits has a product with this change."""
     text = (
         "import runpy\n"
-        "from lampyris.cli import study_work\n"
+        "from lampyris.cli.verbs.study import running\n"
         "from lampyris.study.store import store, file as store_file, lock as store_lock, new_store as store_new\n"
         f"{code}\n"
         "runpy.run_module('lampyris.selfcheck._sitting_child', run_name='__main__')\n"
@@ -82,7 +82,7 @@ def test_names_that_were_not_synced_are_missed(monkeypatch: pytest.MonkeyPatch) 
 
 @needs_fork
 def test_a_study_that_lasts_for_ever_by_a_wrong_clock_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken(monkeypatch, "study_work.time = None")
+    broken(monkeypatch, "running.time = None")
     outcome = ran("clock", 1)
     assert outcome.failed
     assert "SITTING" in said(outcome)

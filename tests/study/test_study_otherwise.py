@@ -13,7 +13,7 @@ import pytest
 from one_samples import planner, results_of, study_of
 
 import lampyris
-from lampyris.cli import study_show
+from lampyris.cli.verbs.study import tables
 from lampyris.model.grid import Grid
 from lampyris.study.analysis.export import write_csv
 from lampyris.study.analysis.runs import runs_of
@@ -131,5 +131,5 @@ def test_the_library_says_the_same() -> None:
 
 def test_the_terminal_says_it_beneath_the_results(capsys: pytest.CaptureFixture[str]) -> None:
     one = study("plan")
-    study_show.summary(summarise(runs_of(one, run_study(one).records())))
+    tables.print_summary(summarise(runs_of(one, run_study(one).records())))
     assert f"far: {NOTE}" in capsys.readouterr().out.splitlines()

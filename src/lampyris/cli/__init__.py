@@ -15,19 +15,13 @@ import warnings
 from typing import Any
 
 from lampyris._core.cancellation import interrupts
+from lampyris.cli.exit_codes import BAD_INPUT, INTERNAL_FAULT, INTERRUPTED, Interrupted
 from lampyris.cli.streams import Diagnostics, Pipe, demand_streams, to_nowhere
 from lampyris.errors import FileError, LampyrisError, LimitError
 
-BAD_INPUT = 3
-INTERNAL_FAULT = 6
-INTERRUPTED = 130
-SELDOM = 50_000
-"""Objects made between two looks for rubbish, 700 being Python's own choice: what a start makes is kept, and
-looking at it again and again was a twelfth of a plan of a small map."""
-
-
-class Interrupted(SystemExit):
-    """Ctrl-C, and whoever pressed it has been told what is kept and how to go on."""
+GC_THRESHOLD = 50_000
+"""Objects created between two garbage collections (Python's default is 700): what start-up creates is kept, and
+collecting again and again took a twelfth of the time of a small plan."""
 
 
 def main() -> None:
@@ -38,9 +32,9 @@ def main() -> None:
         sys.exit(BAD_INPUT)
     stdout, stderr = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = Pipe(stdout), Diagnostics(stderr)
-    often, show = gc.get_threshold(), warnings.showwarning
+    threshold, show = gc.get_threshold(), warnings.showwarning
     warnings.showwarning = _note
-    gc.set_threshold(SELDOM)
+    gc.set_threshold(GC_THRESHOLD)
     try:
         _run()
     except SystemExit as done:
@@ -48,7 +42,7 @@ def main() -> None:
             _leave()
         raise
     finally:
-        gc.set_threshold(*often)
+        gc.set_threshold(*threshold)
         warnings.showwarning = show
         try:
             # Here, where a reader that has left can still be told from a fault; not at the interpreter's end.
@@ -59,12 +53,12 @@ def main() -> None:
 
 
 def _leave() -> None:
-    """End here and now, everything being unwound, with the right exit code.
+    """End at once with the right exit code; everything is unwound already.
 
     Taking the interpreter down takes up to a quarter of a second; and where Ctrl-C came while some library
-    ran code from a string, Python would end itself by the signal instead, whoever had caught the exception.
+    ran code from a string, Python would end itself by the signal instead, even if the exception was caught.
     Where processes were started, they are ended in the usual way. That multiprocessing is imported says
-    nothing: SciPy does so for its own use, and planners that use it took a fifth of a second to end.
+    nothing: SciPy imports it for its own use, and planners that use SciPy took a fifth of a second to end.
     """
     processes = sys.modules.get("multiprocessing.process")
     if "joblib" in sys.modules or (processes is not None and processes.active_children()):
@@ -78,7 +72,7 @@ def _leave() -> None:
 def _note(
     message: Warning | str, category: type[Warning], filename: str, lineno: int, *rest: Any, **more: Any
 ) -> None:
-    """A warning; one that is meant for people comes as a note, without the line of code it was raised in."""
+    """Print a warning; one that is meant for people as a note, without the line of code that raised it."""
     if getattr(category, "for_people", False):
         print(f"note: {message}", file=sys.stderr)
     else:
@@ -94,7 +88,7 @@ def _run() -> None:
         sys.exit(code)
     except SystemExit as done:
         if done.code == INTERRUPTED and not isinstance(done, Interrupted):
-            print("interrupted", file=sys.stderr)  # typer has said nothing
+            print("interrupted", file=sys.stderr)  # typer has printed nothing
         raise
     except LampyrisError as error:
         _fail(error, *getattr(error, "__notes__", ()), code=error.exit_code)
@@ -109,8 +103,8 @@ def _run() -> None:
         _fail(FileError("FILE_WRITE", error.strerror or str(error), where=name), code=BAD_INPUT)
     except MemoryError as error:
         what = str(error) or "memory ran out"
-        told = LimitError("MEMORY", what, todo="take a smaller map, or allow more memory")
-        _fail(told, code=LimitError.exit_code)
+        limit = LimitError("MEMORY", what, todo="take a smaller map, or allow more memory")
+        _fail(limit, code=LimitError.exit_code)
     except Exception as error:
         if os.environ.get("LAMPYRIS_DEBUG"):
             raise
@@ -122,7 +116,7 @@ def _run() -> None:
 
 
 def _call() -> int:
-    """Run the verb; the exit code. What is wrong with the words of the call is said in our own style."""
+    """Run the verb and return the exit code; errors of the call are reported in the style of this package."""
     from lampyris.cli import option_errors
     from lampyris.cli.app import app, plain_help
 
@@ -140,6 +134,6 @@ def _call() -> int:
 
 
 def _fail(*words: object, code: int) -> None:
-    """Say what is wrong and end."""
+    """Print what is wrong and exit."""
     print(*words, sep="\n", file=sys.stderr)
     sys.exit(code)

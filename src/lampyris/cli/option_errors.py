@@ -1,8 +1,8 @@
-"""Errors as the command line tells them: which option is wrong, as it was typed, and with which exit code.
+"""Errors as the command line reports them: which option is wrong, as it was typed, and the exit code.
 
 The library's errors carry the name of the setting that is wrong (``robot.v_max``, ``nt``, ``seed``) and know
-nothing of options. Here the options of the verb that runs are asked which of them gave that setting. A bad
-value on the command line is a :class:`lampyris.errors.UsageError` (exit code 2) whoever finds it; a bad value
+nothing of options. This module finds the option of the running verb that gave that setting. A bad
+value on the command line is a :class:`lampyris.errors.UsageError` (exit code 2) wherever it is found; a bad value
 in a file stays what it is (exit code 3). Limits keep their exit code 5 and get the option's name.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import typer
@@ -192,3 +192,18 @@ def allowed_by(kind: Any) -> str:
     if low is not None:
         return f"{text}, {low} or more"
     return f"{text}, at most {high}" if high is not None else text
+
+
+def check_choice(code: str, option: str, word: str, words: Iterable[str]) -> str:
+    """Return the word if it is one that an option accepts.
+
+    Raises
+    ------
+    UsageError : the option does not accept it.
+    """
+    words = tuple(words)
+    if word not in words:
+        raise UsageError(
+            code, repr(word), where=option, allowed=", ".join(words), todo=did_you_mean(word, words)
+        )
+    return word

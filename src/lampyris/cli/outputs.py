@@ -1,4 +1,4 @@
-"""Files that are to be written: what may be named, and what is refused before any work is done."""
+"""Files that a verb writes: allowed names, checks before any work is done, and the report of what was written."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import stat
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from lampyris.cli import text
+from lampyris.cli.option_errors import check_choice
 from lampyris.errors import FileError, UsageError
-from lampyris.report.style import suffix_of
 
 STDOUT = Path("-")
 """In place of a file: standard output, for tables of text."""
@@ -31,15 +34,17 @@ ENDINGS: Mapping[str, tuple[str, ...]] = {
 """How a file of each kind may end; an empty one: a name without an ending will do."""
 TO_STDOUT = ("csv", "latex")
 """Kinds that ``-`` writes to standard output."""
+LAYERS = ("luciferin", "cost", "none")
+"""What a picture of a plan may show under the path; the first is the default."""
 
 
 def check_outputs(force: bool, *paths: Path | None, json: bool = False, **kinds: Path | None) -> None:
-    """Refuse at once what could not be written at the end.
+    """Reject before any work what could not be written at the end.
 
     Parameters
     ----------
     force : whether files that exist are overwritten.
-    paths : files whose endings are looked at elsewhere.
+    paths : files whose endings are checked elsewhere.
     json : whether JSON goes to standard output.
     kinds : files by the kind of :data:`ENDINGS`.
 
@@ -82,13 +87,15 @@ def check_ending(kind: str, path: Path) -> None:
     endings = ENDINGS[kind]
     if "" in endings and not path.suffix:
         return
+    from lampyris.report.style import suffix_of
+
     suffix_of(path, tuple(ending for ending in endings if ending))
 
 
 def demand_place(path: Path, *, append: bool = False) -> bool:
     """See that a file can be written there; whether there is one that would be lost.
 
-    Folders, pipes, sockets and disks are refused: opening a pipe nobody reads from would wait for ever.
+    Folders, pipes, sockets and disks are refused: opening a pipe without a reader would wait for ever.
     ``/dev/null`` and other devices of characters may be written to, but not read back (``append``).
 
     Raises
@@ -126,8 +133,8 @@ def place(path: Path) -> Iterator[Path]:
     with TemporaryDirectory(prefix="lampyris-") as folder:
         file = Path(folder) / "out"
         yield file
-        with file.open(encoding="utf-8", newline="") as text:
-            while part := text.read(2**16):
+        with file.open(encoding="utf-8", newline="") as written:
+            while part := written.read(2**16):
                 sys.stdout.write(part)
     sys.stdout.flush()
 
@@ -135,3 +142,42 @@ def place(path: Path) -> Iterator[Path]:
 def text_beside(*paths: Path | None) -> AbstractContextManager[object]:
     """Text for people goes to standard error while one of these files is standard output."""
     return redirect_stdout(sys.stderr) if STDOUT in paths else nullcontext()
+
+
+def print_written(*paths: Path | None) -> None:
+    """Print which files were written."""
+    for path in paths:
+        if path is not None and path != STDOUT and path.exists():
+            text.line(f"wrote {path}")
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What ``plan``, ``simulate``, ``run`` and ``drive`` print and write."""
+
+    json: bool = False
+    timing: bool = True
+    csv: Path | None = None
+    save: Path | None = None
+    force: bool = False
+    explain: bool = False
+    picture: Path | None = None
+    layer: str | None = None
+    film: Path | None = None
+    chart: Path | None = None
+
+    def check(self) -> None:
+        """Reject before any work what could not be written at the end."""
+        from lampyris.io.scenario.save import check_ending as check_scenario_ending
+
+        check_outputs(
+            self.force, self.save, json=self.json, picture=self.picture, film=self.film, chart=self.chart,
+            csv=self.csv,
+        )  # fmt: skip
+        check_choice("LAYER", "--layer", self.layer or LAYERS[0], LAYERS)
+        if self.save is not None:
+            check_scenario_ending(self.save)
+
+    def without_timing(self, record: dict[str, Any]) -> dict[str, Any]:
+        """The record, with ``timing`` emptied if timings are not wanted: then the same call gives the same bytes."""
+        return record if self.timing else {**record, "timing": {}}

@@ -1,17 +1,18 @@
-"""From the words of a call to a scenario."""
+"""From the words of a call to a scenario, its traffic, settings and budget."""
 
 from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError, did_you_mean
+from lampyris.cli.option_errors import check_choice
+from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError
 from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import COLOURS, VALUES, load_map
@@ -23,23 +24,9 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.planning import registry
+from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import moves_for
 from lampyris.typing import Cell, FloatGrid
-
-
-def known(code: str, option: str, word: str, words: Iterable[str]) -> str:
-    """The word, if it is one of those an option takes.
-
-    Raises
-    ------
-    UsageError : it is not.
-    """
-    words = tuple(words)
-    if word not in words:
-        raise UsageError(
-            code, repr(word), where=option, allowed=", ".join(words), todo=did_you_mean(word, words)
-        )
-    return word
 
 
 @dataclass(frozen=True)
@@ -78,7 +65,7 @@ class Request:
         return Robot(self.radius, *limits)
 
     def read_zones(self, grid: Grid) -> tuple[FloatGrid | None, tuple[str, ...]]:
-        """The speed zones, and what a person should know of them."""
+        """The speed zones, and notes on them."""
         if self.zones is None:
             return None, ()
         from lampyris.io.maps.zones import read_zones
@@ -87,8 +74,8 @@ class Request:
 
     def load(self) -> MapDocument:
         """The map."""
-        known("VALUES", "--values", self.values, VALUES)
-        known("COLOUR", "--colour", self.colour, COLOURS)
+        check_choice("VALUES", "--values", self.values, VALUES)
+        check_choice("COLOUR", "--colour", self.colour, COLOURS)
         return load_map(
             self.map_,
             resolution=self.resolution,
@@ -100,11 +87,11 @@ class Request:
 
     def preset_of(self) -> tuple[str, str]:
         """Moves and speed law: those given, or the preset's."""
-        moves, law = PRESETS[known("PRESET", "--preset", self.preset, PRESETS)]
-        return known("MOVES", "--moves", self.moves or moves, MOVES), self.law or law
+        moves, law = PRESETS[check_choice("PRESET", "--preset", self.preset, PRESETS)]
+        return check_choice("MOVES", "--moves", self.moves or moves, MOVES), self.law or law
 
     def scenario(self) -> Scenario:
-        """What was asked for, to be planned; its traffic is what the map has drawn in it."""
+        """Build the scenario of the options; its traffic is what is drawn in the map."""
         moves, law = self.preset_of()
         if not 0 <= self.seed <= MAX_SEED:
             raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
@@ -152,12 +139,33 @@ class Request:
         return typing.cast(Cell, own)
 
 
-def about(scene: Scene) -> tuple[str, ...]:
-    """What a person should know of how a scene is understood."""
-    driven, asked = moves_for(scene), scene.moves
-    if (driven.offsets, driven.corner_cutting) == (asked.offsets, asked.corner_cutting):
+def scene_notes(scene: Scene) -> tuple[str, ...]:
+    """Notes on how a scene is understood where this differs from what was given."""
+    driven, given = moves_for(scene), scene.moves
+    if (driven.offsets, driven.corner_cutting) == (given.offsets, given.corner_cutting):
         return ()
     return (f"a robot with a radius drives {scene.moves.name} moves without cut corners or knight's steps",)
+
+
+def budget_of(option: str, seconds: float | None) -> Budget | None:
+    """The budget of a call of the planner, as an option gives it.
+
+    Raises
+    ------
+    SettingError : not a number of seconds.
+    """
+    if seconds is None:
+        return None
+    from lampyris.kernels import _jit, _machine
+
+    try:
+        made = Budget(seconds=seconds)
+    except SettingError as fault:
+        fault.where = option
+        raise
+    if not _jit.jit_disabled():
+        _machine.load()  # the seconds are for planning
+    return made
 
 
 def _outside(what: str, point: tuple[float, float], grid: Grid) -> SceneError:
@@ -186,7 +194,7 @@ class TrafficRequest:
     tracks: tuple[Path, ...]
 
     def traffic(self, scene: Scene, seed: int) -> tuple[ObstacleSpec, ...]:
-        """All obstacles of a scene: those it has (drawn in its map), recorded ones, and the crowd.
+        """All obstacles of a scene: those drawn in its map, recorded ones, and generated ones.
 
         Raises
         ------
@@ -194,7 +202,7 @@ class TrafficRequest:
         """
         from lampyris.sim.traffic.mobility import MOBILITIES, crowd
 
-        known("MOBILITY", "--mobility", self.mobility, MOBILITIES)
+        check_choice("MOBILITY", "--mobility", self.mobility, MOBILITIES)
         if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
             raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
         made: list[ObstacleSpec] = [replace(one, radius=self.radius) for one in scene.traffic]

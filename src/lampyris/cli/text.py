@@ -1,4 +1,4 @@
-"""Text for people, and for programs that read it.
+"""Text for people and for programs that read it, notes, and JSON.
 
 At a terminal: tables that fit its width, in colour. Into a pipe or a file: a line for each fact
 (``name: value``) and for each row of a table (cells apart by tabs), neither wrapped nor padded, so that
@@ -7,6 +7,7 @@ At a terminal: tables that fit its width, in colour. Into a pipe or a file: a li
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -137,3 +138,29 @@ def some(items: Sequence[object], most: int = SHOWN) -> str:
     first = ", ".join(str(item) for item in items[:most])
     more = len(items) - most
     return f"{first} and {more:,} more (--json has all)" if more > 0 else first
+
+
+def word_counts(words: Sequence[str]) -> str:
+    """``goal x3, turn x1``: how often each word occurs, the most frequent first."""
+    counts: dict[str, int] = {}
+    for word in words:
+        counts[word] = counts.get(word, 0) + 1
+    return ", ".join(f"{word} x{n}" for word, n in sorted(counts.items(), key=lambda e: (-e[1], e[0])))
+
+
+def plural(n: int, word: str) -> str:
+    """``1 run``, ``2 runs``, ``3 queries``."""
+    many = f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
+    return f"{n:,} {word if n == 1 else many}"
+
+
+def print_json(record: Any) -> None:
+    """Write one line of JSON to standard output."""
+    sys.stdout.write(json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n")
+    sys.stdout.flush()
+
+
+def print_notes(notes: tuple[str, ...]) -> None:
+    """Write sentences for a person to standard error."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)

@@ -219,7 +219,8 @@ def _warm(file: str, csv: str) -> None:
     """Run the study here, without a store: all that it needs is loaded."""
     from typer.main import get_command
 
-    from lampyris.cli import app, study_kept, study_show, study_work  # noqa: F401
+    from lampyris.cli import app
+    from lampyris.cli.verbs.study import files, running, tables  # noqa: F401
     from lampyris.study.analysis.export import write_csv
     from lampyris.study.analysis.table import table_of
     from lampyris.study.design.study_file import load_study
@@ -229,7 +230,7 @@ def _warm(file: str, csv: str) -> None:
     rows: list[Any] = []
     run(study, rows.extend)
     table = table_of(study, rows)
-    study_work.summary_of(study, table)
+    files.summary_of(study, table)
     write_csv(Path(csv), table)
     app.app = get_command(app.app)  # type: ignore[assignment]  # what typer builds at every call is built
 

@@ -1,4 +1,4 @@
-"""What ``lampyris speed`` and ``lampyris laws`` do."""
+"""Speed laws compared on one path: the request, the profiles past the referee, and the record of the result."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from lampyris import api, referee
 from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
-from lampyris.cli import outputs, speed_show, verbs
-from lampyris.cli.request import Request, known
-from lampyris.cli.speed_record import record_of
+from lampyris.cli.option_errors import check_choice
+from lampyris.cli.request import Request, parse_law, parse_settings
+from lampyris.cli.text import print_notes
 from lampyris.errors import SettingError, UsageError
 from lampyris.io.paths import UNITS, read_way
 from lampyris.io.tracks.csv_tracks import read_track
@@ -36,15 +36,14 @@ from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.profile_on_nodes import with_nodes
 from lampyris.planning import registry
-from lampyris.report.data.serialize import grid_record
+from lampyris.report.data.metrics import cause_shares
+from lampyris.report.data.serialize import grid_record, profile_record, robot_record, shares_record
 from lampyris.typing import Points
-
-COLOUR_BY = ("speed", "cause")
 
 
 @dataclass(frozen=True)
-class TracksAsked:
-    """Recorded obstacles, as they were asked for."""
+class TracksRequest:
+    """The options of recorded obstacles, as they were typed."""
 
     files: tuple[Path, ...] = ()
     tick: float | None = None
@@ -74,10 +73,10 @@ class TracksAsked:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What was asked, as it was typed."""
+class SpeedRequest:
+    """The options of ``speed``, as they were typed."""
 
-    request: Request
+    base: Request
     path: Path | None
     units: str | None
     laws: str
@@ -85,18 +84,18 @@ class Asked:
     smooth: str | None
     spacing: float | None
     movers: Path | None
-    tracks: TracksAsked = TracksAsked()
+    tracks: TracksRequest = TracksRequest()
 
     @property
     def drawing(self) -> str:
-        """How the path is driven: as asked, or by the default for its source."""
+        """How the path is driven: as given, or the default for its source."""
         return self.smooth or (PROFILE_SMOOTH if self.path is None else POINTS_SMOOTH)
 
     def check(self) -> tuple[str, ...]:
-        """Refuse what does not go together; the laws to compare, the one that is looked at among them."""
-        r = self.request
+        """Reject options that contradict each other; return the laws to compare, the examined one among them."""
+        r = self.base
         if self.smooth is not None:
-            known("SMOOTH", "--smooth", self.smooth, DRAWINGS)
+            check_choice("SMOOTH", "--smooth", self.smooth, DRAWINGS)
         if self.path is None and self.drawing == "none" and self.spacing is not None:
             raise UsageError(
                 "OPTIONS",
@@ -105,7 +104,7 @@ class Asked:
                 allowed="with --smooth taut or --smooth arcs",
             )
         if self.units is not None:
-            known("UNITS", "--units", self.units, UNITS)
+            check_choice("UNITS", "--units", self.units, UNITS)
             if self.path is None:
                 raise UsageError("OPTIONS", "--units without --path", allowed="a file whose units they are")
         ends = {"--start": r.start, "--goal": r.goal, "--start-m": r.start_m, "--goal-m": r.goal_m}
@@ -116,38 +115,16 @@ class Asked:
         if names == ["all"]:
             names = list(laws.LAWS)
         for name in (*names, r.law or ""):
-            known("LAW", "--laws" if name in names else "--law", name, laws.LAWS)
+            check_choice("LAW", "--laws" if name in names else "--law", name, laws.LAWS)
         if self.tracks.files and not isinstance(laws.named(r.law or "").settings, PhysicalLaw):
             ours = ", ".join(key for key, row in laws.LAWS.items() if isinstance(row.settings, PhysicalLaw))
             raise UsageError("OPTIONS", f"--track with the law {r.law}", allowed=ours)
         return tuple(dict.fromkeys((*names, r.law or "")))
 
 
-@dataclass(frozen=True)
-class SpeedOutputs:
-    """What is to be printed and written."""
-
-    json: bool
-    timing: bool
-    csv: Path | None
-    picture: Path | None
-    chart: Path | None
-    colour_by: str
-    force: bool
-    explain: bool
-    all_nodes: bool
-
-    def check(self) -> None:
-        """Refuse at once what could not be done at the end."""
-        outputs.check_outputs(
-            self.force, json=self.json, csv=self.csv, picture=self.picture, chart=self.chart
-        )
-        known("COLOUR_BY", "--colour-by", self.colour_by, COLOUR_BY)
-
-
 @dataclass(frozen=True, eq=False)
-class Answer:
-    """Everything that is told.
+class SpeedComparison:
+    """Laws compared on one path: everything that is printed and written.
 
     Parameters
     ----------
@@ -158,10 +135,10 @@ class Answer:
     course : where: a curve with its nodes, or the planned cells.
     entries : a row for each law that lets the robot drive.
     refused : the others, and why.
-    chosen : which of them is looked at.
+    chosen : which of them is examined.
     movers : moving obstacles.
     timing : seconds.
-    notes : of the plan that the way is from: what it weakened of what was asked for.
+    notes : of the plan that the way is from: which settings it weakened.
     """
 
     scene: Scene
@@ -178,7 +155,7 @@ class Answer:
 
     @property
     def entry(self) -> LawResult:
-        """The law that is looked at."""
+        """The law that is examined."""
         return self.entries[self.chosen]
 
     @property
@@ -202,52 +179,46 @@ class Answer:
         return deviation(self.given, self.course.xy, 0.25) * self.scene.grid.resolution
 
 
-def speed(asked: Asked, out: SpeedOutputs) -> int:
-    """``lampyris speed``. Returns the exit code."""
-    names = asked.check()
-    out.check()
+@dataclass(frozen=True)
+class NoPath:
+    """There is no path to compare laws on; the planner's sentence says why."""
+
+    grid: Grid
+    sentence: str
+
+
+def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparison | NoPath:
+    """Find or read the path and compare the named laws on it; notes are printed as they arise."""
     began, loaded = loading.wall(), loading.seconds()
     # All files are read before anything is planned: a search may take long.
-    scene, source, points, notes = _scene(asked)
-    movers = None if asked.movers is None else read_movers(asked.movers, scene.grid)
-    tracks = asked.tracks.read(scene)
-    smooth: Any = asked.drawing
+    scene, source, points, notes = _scene(request)
+    movers = None if request.movers is None else read_movers(request.movers, scene.grid)
+    tracks = request.tracks.read(scene)
+    smooth: Any = request.drawing
     if points is None and smooth != "none":
-        api.few_nodes(np.array([scene.start, scene.goal]), scene, asked.spacing)
-    way: Plan | Points | None = points
+        api.few_nodes(np.array([scene.start, scene.goal]), scene, request.spacing)
+    path: Plan | Points | None = points
     if points is None:
-        planned = api.plan(scene, _planner(asked.request), asked.request.seed, record=False)
-        way, source = (None, planned.sentence) if planned.path is None else (planned, source)
-        notes = (*notes, *planned.notes) if way is not None else notes
-    verbs.remarks(notes)
-    if way is None:
-        # Who planned has said why; there is nothing to drive on.
-        if out.json:
-            verbs.print_json({"map": grid_record(scene.grid), "sentence": source, "laws": [], "speed": None})
-        else:
-            speed_show.no_way(source)
-        return verbs.NO_ANSWER
-    verbs.remarks(_off_the_map(movers, scene.grid))
-    course = _course(way, scene, smooth, asked.spacing)
+        base = request.base
+        planned = api.plan(scene, _planner(base), base.seed, record=False)
+        path, source = (None, planned.sentence) if planned.path is None else (planned, source)
+        notes = (*notes, *planned.notes) if path is not None else notes
+    print_notes(notes)
+    if path is None:
+        return NoPath(scene.grid, source)
+    print_notes(_off_the_map(movers, scene.grid))
+    course = _course(path, scene, smooth, request.spacing)
     drawn = loading.wall()
-    entries, refused = _entries(names, asked, way, course, scene, movers, tracks)
-    chosen = next(k for k, e in enumerate(entries) if e.law == asked.request.law)
+    entries, refused = _entries(names, request, path, course, scene, movers, tracks)
+    chosen = next(k for k, e in enumerate(entries) if e.law == request.base.law)
     timing = {"way_s": drawn - began, "laws_s": loading.wall() - drawn}
     timing["loading_s"] = loading.seconds() - loaded
-    kept = _kept_as_planned(way, smooth)
-    verbs.remarks(kept)
-    answer = Answer(
-        scene, source, _points(way), smooth, course, entries, refused, chosen, movers, timing,
-        (*(way.notes if isinstance(way, Plan) else ()), *kept),
+    unchanged = _kept_as_planned(path, smooth)
+    print_notes(unchanged)
+    return SpeedComparison(
+        scene, source, _points(path), smooth, course, entries, refused, chosen, movers, timing,
+        (*(path.notes if isinstance(path, Plan) else ()), *unchanged),
     )  # fmt: skip
-    _write(answer, out)
-    if out.json:
-        verbs.print_json(record_of(answer, out.timing))
-    else:
-        with outputs.text_beside(out.csv):
-            speed_show.answer(answer, explain=out.explain, all_nodes=out.all_nodes)
-            speed_show.written(out.csv, out.picture, out.chart)
-    return 0
 
 
 def _kept_as_planned(way: Plan | Points, smooth: str) -> tuple[str, ...]:
@@ -258,20 +229,20 @@ def _kept_as_planned(way: Plan | Points, smooth: str) -> tuple[str, ...]:
     return (f"--smooth taut without effect: {why}",) if why else ()
 
 
-def _scene(asked: Asked) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
+def _scene(request: SpeedRequest) -> tuple[Scene, str, Points | None, tuple[str, ...]]:
     """The scene, where the way is from, its points in cells if it is in a file, and remarks."""
-    request = asked.request
-    if asked.path is None:
-        scenario = request.scenario()
-        return scenario.scene, request.planner, None, scenario.notes
-    document = request.load()
-    grid, way = document.grid, read_way(asked.path, asked.units)
+    base = request.base
+    if request.path is None:
+        scenario = base.scenario()
+        return scenario.scene, base.planner, None, scenario.notes
+    document = base.load()
+    grid, way = document.grid, read_way(request.path, request.units)
     points = way.on(grid)
-    zones, notes = request.read_zones(grid)
-    start, goal = (_cell_of(points[k], grid, str(asked.path), k) for k in (0, len(points) - 1))
-    moves: Any = request.preset_of()[0]
-    scene = Scene(grid, start, goal, moves, request.robot(), zones=zones)
-    return scene, str(asked.path), points, (*document.notes, *notes, *way.notes)
+    zones, notes = base.read_zones(grid)
+    start, goal = (_cell_of(points[k], grid, str(request.path), k) for k in (0, len(points) - 1))
+    moves: Any = base.preset_of()[0]
+    scene = Scene(grid, start, goal, moves, base.robot(), zones=zones)
+    return scene, str(request.path), points, (*document.notes, *notes, *way.notes)
 
 
 def _course(way: Plan | Points, scene: Scene, smooth: Any, spacing: float | None) -> SampledPath:
@@ -308,8 +279,6 @@ def _off_the_map(movers: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
 
 
 def _planner(request: Request) -> Any:
-    from lampyris.cli.request import parse_settings
-
     return registry.make(request.planner, parse_settings(request.planner, request.settings))
 
 
@@ -329,7 +298,7 @@ def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
 
 def _entries(
     names: tuple[str, ...],
-    asked: Asked,
+    request: SpeedRequest,
     way: Plan | Points,
     course: SampledPath,
     scene: Scene,
@@ -342,19 +311,17 @@ def _entries(
     ------
     SettingError : PROFILE_BLOCKED: the law that is looked at does not.
     """
-    from lampyris.cli.request import parse_law
-
-    looked_at = asked.request.law or ""
-    settings = laws.with_settings(looked_at, parse_law(looked_at, asked.request.law_settings))
+    looked_at = request.base.law or ""
+    settings = laws.with_settings(looked_at, parse_law(looked_at, request.base.law_settings))
     refused: dict[str, str] = {}
 
     def make(law: laws.SpeedLaw) -> Profile:
-        made = _profile(way, course, scene, law, asked.v0, movers)
+        made = _profile(way, course, scene, law, request.v0, movers)
         mine = tracks and law is settings
-        return _through(made, course, scene, law, tracks, asked.v0) if mine else made
+        return _through(made, course, scene, law, tracks, request.v0) if mine else made
 
     chosen = [settings if name == looked_at else name for name in names]
-    entries = compare(course, scene, chosen, v0=asked.v0, make=make, refused=refused)
+    entries = compare(course, scene, chosen, v0=request.v0, make=make, refused=refused)
     if looked_at in refused:
         make(settings)  # it says so itself
     return entries, refused
@@ -380,7 +347,7 @@ def _profile(
 def _through(
     made: Profile, course: SampledPath, scene: Scene, law: Any, tracks: tuple[Track, ...], v0: float
 ) -> Profile:
-    """The fastest profile under the caps of one that meets nobody on known tracks; past the referee.
+    """The fastest profile under the caps of another that meets no obstacle on known tracks; past the referee.
 
     Raises
     ------
@@ -389,7 +356,7 @@ def _through(
     cap = np.min([speeds for _, speeds in made.caps], axis=0)
     found = through_tracks(course, cap, scene.robot, tracks, v0=v0, law=made.law)
     if np.array_equal(found.s, made.s) and np.array_equal(found.v, made.v):
-        return made  # nobody is met, and this one knows which cap is which
+        return made  # no obstacle is met, and this one knows which cap is which
     found = _caps_named(with_nodes(found, made, course, scene.robot.a_max), made)
     creep = law.creep if law.clearance else 1.0
     # A way through tracks holds no limit on jerk; the comparison says that it breaks it.
@@ -410,7 +377,7 @@ def _caps_named(found: Profile, made: Profile) -> Profile:
     return replace(found, cause=tuple(cause), caps=tuple(zip(names, speeds[:, node], strict=True)))
 
 
-def _course_at(profile: Profile, course: SampledPath) -> SampledPath:
+def course_at(profile: Profile, course: SampledPath) -> SampledPath:
     """The course with the nodes of a profile; where it waits there are two at one place."""
     n = len(profile.s)
     if course.curve is None:
@@ -423,53 +390,56 @@ def _course_at(profile: Profile, course: SampledPath) -> SampledPath:
     return SampledPath(profile.s, xy, heading, np.zeros(n), none, course.resolution, course.curve)
 
 
-def _write(answer: Answer, out: SpeedOutputs) -> None:
-    profile, grid = answer.entry.profile, answer.scene.grid
-    if out.csv is not None:
-        from lampyris.report.data.csv import write_profile_csv
-
-        with outputs.place(out.csv) as place:
-            write_profile_csv(place, profile, _course_at(profile, answer.course).heading, grid)
-    with verbs._working("drawing", quiet=out.json):
-        if out.picture is not None:
-            from lampyris.report.pictures.path_picture import draw_course
-
-            draw_course(
-                grid, profile, out.picture, by=out.colour_by, movers=answer.movers, given=answer.given,
-                radius=answer.scene.robot.radius,
-            )  # fmt: skip
-        if out.chart is not None:
-            from lampyris.report.charts.speed_compare import draw_comparison
-
-            draw_comparison([(e.law, e.profile) for e in answer.entries], answer.chosen, out.chart)
-
-
 def runs(profile: Profile, every: bool) -> list[tuple[int, int]]:
-    """(first, last) node of each stretch held by one thing; every node alone if asked for."""
+    """(first, last) node of each stretch that one cause limits; every node alone if ``every``."""
     cause, about = profile.cause, profile.about.tolist()
     n = len(cause)
     cuts = [k for k in range(1, n) if every or (cause[k], about[k]) != (cause[k - 1], about[k - 1])]
     return [(a, b - 1) for a, b in zip([0, *cuts], [*cuts, n], strict=True)]
 
 
-def list_laws(name: str | None, as_json: bool) -> int:
-    """``lampyris laws``. Returns the exit code."""
-    if name is not None:
-        known("LAW", "NAME", name, laws.LAWS)
-    rows = [row for key, row in laws.LAWS.items() if name in (None, key)]
-    records = [
-        {
-            "name": row.name,
-            "units": row.units,
-            "summary": row.summary,
-            "source": row.source,
-            "settings": laws.settings_of(row.name),
-            "rules": laws.rules_of(row.name),
-        }
-        for row in rows
-    ]
-    if as_json:
-        verbs.print_json({"laws": records} if name is None else records[0])
-    else:
-        speed_show.laws(records, alone=name is not None)
-    return 0
+def record_of(comparison: SpeedComparison, timing: bool) -> dict[str, Any]:
+    """What ``--json`` prints; all of it but ``timing`` is decided by the files and the options."""
+    scene, course, profile = comparison.scene, comparison.course, comparison.entry.profile
+    assert profile.xy is not None
+    metres = scene.grid.to_metres(profile.xy)
+    return {
+        "map": grid_record(scene.grid),
+        "robot": robot_record(scene),
+        "way": {
+            "from": comparison.source,
+            "points": len(comparison.given),
+            "nodes": len(course),
+            "smooth": comparison.smooth,
+            "given_m": comparison.given_m,
+            "length_m": float(course.s[-1]),
+            "deviation_m": comparison.deviation_m,
+            "arcs": comparison.arcs,
+            "stops": int(np.count_nonzero(course.stop)),
+            "notes": list(comparison.notes),
+        },
+        "law": comparison.entry.law,
+        "laws": [entry_record(e) for e in comparison.entries],
+        "refused": [{"law": law, "sentence": why} for law, why in comparison.refused.items()],
+        "held": shares_record(cause_shares(profile)),
+        "speed": {
+            **profile_record(profile, caps=True),
+            "x_m": metres[:, 0].tolist(),
+            "y_m": metres[:, 1].tolist(),
+        },
+        "timing": comparison.timing if timing else {},
+    }
+
+
+def entry_record(e: LawResult) -> dict[str, Any]:
+    """One law of a comparison."""
+    return {
+        "law": e.law,
+        "duration_s": e.duration_s,
+        "mean": e.mean,
+        "ratio_to_optimum": e.ratio,
+        "peak_acceleration": e.peak_accel,
+        "peak_braking": e.peak_braking,
+        "peak_lateral": e.peak_lateral,
+        "broken": list(e.broken),
+    }

@@ -1,4 +1,7 @@
-"""What ``lampyris warm`` does."""
+"""``lampyris warm``: compile every kernel now, so that nobody waits for it later.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +10,29 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from lampyris.cli import verbs
-from lampyris.cli.study_show import plural
+import typer
+
+from lampyris.cli.options import Json
+from lampyris.cli.text import plural, print_json
 
 TENTHS = 10
 
 
-def warm(as_json: bool) -> int:
-    """``lampyris warm``. Returns the exit code."""
-    from lampyris.warming import warm as work
+def warm(json_: Json = False) -> None:
+    """Compile all that large maps need, once for a machine, and say where it is kept."""
+    raise typer.Exit(warm_kernels(json_))
+
+
+def warm_kernels(as_json: bool) -> int:
+    """Compile what is not compiled yet, and print where it is kept. Returns the exit code."""
+    from lampyris.warming import warm as compile_all
 
     began = time.monotonic()
-    with _bar(quiet=as_json) as tell:
-        done = work(tell)
+    with _bar(quiet=as_json) as report:
+        done = compile_all(report)
     seconds = time.monotonic() - began
     if as_json:
-        verbs.print_json(
+        print_json(
             {
                 "kernels": done.kernels,
                 "versions": done.versions,
@@ -44,7 +54,7 @@ def warm(as_json: bool) -> int:
 
 @contextmanager
 def _bar(*, quiet: bool) -> Iterator[Callable[[int, int, str], None] | None]:
-    """A bar on stderr for people at a terminal; elsewhere a line with every tenth."""
+    """Show a bar on stderr at a terminal; elsewhere print a line for every tenth."""
     if quiet:
         yield None
     elif sys.stderr.isatty():

@@ -1,16 +1,20 @@
 """``lampyris drive``: among moving obstacles in continuous time.
 
-Work is imported when the verb runs, so that --help is instant.
+Heavy modules are imported when the verb runs, so that --help is instant.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lampyris._core.defaults import DRIVE_SPACING
+from lampyris.cli import outputs, text
+from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.options import (
     AllowOutside,
     AMax,
@@ -48,6 +52,16 @@ from lampyris.cli.options import (
     VMax,
     Zones,
 )  # fmt: skip
+from lampyris.cli.outputs import Outputs, print_written
+from lampyris.cli.progress import counting, working
+from lampyris.cli.text import print_json, print_notes
+from lampyris.errors import SettingError, UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    from lampyris.io.scenario.scenario import Scenario
+    from lampyris.model.drive import Drive
+    from lampyris.planning.base import Budget
+    from lampyris.sim.continuous.settings import Settings
 
 
 def drive(
@@ -176,9 +190,7 @@ def drive(
     plan_limit: PlanLimit = None,
 ) -> None:
     """Simulate a run among moving obstacles in continuous time, with real accelerations."""
-    from lampyris.cli import drive_work
-    from lampyris.cli.request import Request, TrafficRequest
-    from lampyris.cli.verbs import Outputs
+    from lampyris.cli.request import Request, TrafficRequest, budget_of
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
@@ -194,4 +206,110 @@ def drive(
     }  # fmt: skip
     given = {name: value for name, value in how.items() if value is not None}
     out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart)
-    raise typer.Exit(drive_work.drive(request, traffic, given, out, plan_limit))
+    out.check()
+    budget = budget_of("--plan-limit", plan_limit)
+    simulation = _settings(given)
+    scenario = request.scenario()
+    scene = replace(scenario.scene, traffic=traffic.traffic(scenario.scene, request.seed))
+    scenario = replace(scenario, scene=scene, drive=asdict(simulation))
+    raise typer.Exit(drive_scenario(scenario, out, budget))
+
+
+def _settings(how: Mapping[str, Any]) -> Settings:
+    """Settings of a drive from the words of a call.
+
+    Raises
+    ------
+    UsageError : a word that an option does not know.
+    SettingError : a number out of its range.
+    """
+    from lampyris.sim.continuous.settings import Settings
+
+    try:
+        return Settings.of(how)
+    except SettingError as fault:
+        option = f"--{fault.where.replace('_', '-')}"
+        word = how.get(fault.where)
+        kind = UsageError if isinstance(word, str) else SettingError
+        todo = did_you_mean(word, fault.allowed.split(", ")) if kind is UsageError else fault.todo
+        raise kind(fault.code, fault.what, where=option, allowed=fault.allowed, todo=todo) from None
+
+
+def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
+    """Drive what a scenario says, write and print the result. Returns the exit code."""
+    from lampyris import scenarios
+    from lampyris.cli.request import scene_notes
+    from lampyris.report.data.serialize import drive_record
+
+    print_notes((*scenario.notes, *scene_notes(scenario.scene), *scenarios.without_effect(scenario)))
+    with counting("driving", "s", quiet=out.json) as second:
+        done: Any = scenarios.run(scenario, progress=second, budget=budget)
+    made: Drive = done
+    print_notes(made.notes)
+    if made.curves:
+        _write_files(made, out)
+    elif out.film or out.chart or out.csv:
+        print_notes(("the robot never set off, so no film, chart or CSV was written",))
+    if out.save is not None:
+        print_notes(scenarios.save_scenario(scenario, out.save))
+    if out.json:
+        print_json(out.without_timing(drive_record(made)))
+    else:
+        with outputs.text_beside(out.csv):
+            print_drive(made, name=scenario.name)
+            print_written(out.film, out.chart, out.csv, out.save)
+    return 0 if made.arrived else NO_ANSWER
+
+
+def _write_files(made: Drive, out: Outputs) -> None:
+    """Write the film, the chart and the table."""
+    if out.film is not None:
+        from lampyris.report.film.drive_film import film_drive
+
+        with counting("filming", "frames", quiet=out.json) as frame:
+            film_drive(made, out.film, progress=frame)
+    if out.chart is not None:
+        from lampyris.report.charts.drive_chart import draw_drive
+
+        with working("drawing", quiet=out.json):
+            draw_drive(made, out.chart)
+    if out.csv is not None:
+        from lampyris.report.data.csv import write_drive_csv
+
+        with outputs.place(out.csv) as place:
+            write_drive_csv(place, made)
+
+
+def print_drive(run: Drive, *, name: str = "") -> None:
+    """Print a drive in continuous time."""
+    from lampyris.report.data.metrics import drive_shares, worth_telling
+    from lampyris.report.data.serialize import drive_corners
+
+    grid = run.scene.grid
+    text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
+    kinds: dict[str, int] = {}
+    for body in run.bodies:
+        kinds[body.kind] = kinds.get(body.kind, 0) + 1
+    counts = ", ".join(f"{kind} x{n}" for kind, n in kinds.items()) or "none"
+    after = f"{run.outcome.value} after {run.duration:.2f} s"
+    if run.optimum:
+        after += f", {run.duration / run.optimum:.2f} times the optimum of the first way without obstacles"
+    moments = [m.word for m in run.moments]
+    hits = f"waits {moments.count('wait')}, hits {moments.count('hit')}, contacts {moments.count('contact')}"
+    turns = drive_corners(run)
+    moving = float(run.v.max(initial=0.0))
+    rows = [("scenario", name)] if name else []
+    rows += [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("from, to", f"{run.scene.start} to {run.scene.goal}"),
+        ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}; {run.replans} replans"),
+        ("obstacles", f"{len(run.bodies)} ({counts})"),
+        ("outcome", after),
+        ("corners", f"{turns['turns'] - turns['stops']} rounded, {turns['stops']} stops to turn"),
+        ("met", hits),
+        ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
+        ("held by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
+    ]
+    if run.error > 0:
+        rows.append(("off its way", f"at most {run.error:.3g} m from where it was commanded to be"))
+    text.facts("", rows)

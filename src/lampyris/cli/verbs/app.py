@@ -1,6 +1,6 @@
 """``lampyris app``: the page in the browser.
 
-Work is imported when the verb runs, so that --help is instant.
+Heavy modules are imported when the verb runs, so that --help is instant.
 """
 
 from __future__ import annotations

@@ -1,19 +1,30 @@
 """``lampyris study``: many runs from one small file, kept, counted and compared.
 
 ``lampyris study STUDY`` runs it; a first word that is an action does that.
-Work is imported when a verb runs, so that --help is instant.
+Heavy modules are imported when the verb runs, so that --help is instant.
 """
 
 from __future__ import annotations
 
+import json
+import sys
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
+from lampyris.cli import outputs, text
 from lampyris.cli.option_errors import Command
 from lampyris.cli.options import AllowOutside, Force, Json, MaxCells
+from lampyris.cli.text import print_json, print_notes
+from lampyris.errors import UsageError
+
+if TYPE_CHECKING:
+    from lampyris.cli.verbs.study.files import StudyOutputs
+    from lampyris.study.analysis.table import ResultTable
+    from lampyris.study.design.study import Study
 
 
 class _StudyOrAction(TyperGroup):
@@ -39,7 +50,7 @@ app = typer.Typer(
     "of the call, 3 bad file or store, 5 limit, 130 interrupted (what was done stays).",
 )
 
-Store = Annotated[
+StoreFile = Annotated[
     Path,
     typer.Argument(metavar="STORE", help="The store of a study, as `lampyris study` writes it (.study.db)."),
 ]
@@ -124,20 +135,28 @@ def run(
     force: Force = False,
 ) -> None:
     """Run a study, or go on with it; the word `run` may be left out."""
-    from lampyris.cli import study_work as work
+    from lampyris.cli.verbs.study.files import StudyOutputs
+    from lampyris.cli.verbs.study.running import StudyRequest, run_study
 
     endings = () if again is None else tuple(word.strip() for word in again.split(","))
-    asked = work.Asked(study, store, data, allow_outside, max_cells, workers, dask, fresh, dry_run, endings)
-    out = work.Outputs(json_, report, films, reference, csv, parquet, latex, timing, force)
-    raise typer.Exit(work.run(asked, out))
+    request = StudyRequest(
+        study, store, data, allow_outside, max_cells, workers, dask, fresh, dry_run, endings
+    )
+    out = StudyOutputs(json_, report, films, reference, csv, parquet, latex, timing, force)
+    raise typer.Exit(run_study(request, out))
 
 
 @app.command("list", cls=Command)
 def list_(json_: Json = False) -> None:
     """List the studies that come ready."""
-    from lampyris.cli import study_kept as kept
+    from lampyris.cli.verbs.study import tables
+    from lampyris.study.design import bundled
 
-    raise typer.Exit(kept.list_ready(json_))
+    rows = [{"name": name, "about": bundled.about(name)} for name in bundled.names()]
+    if json_:
+        print_json({"studies": rows})
+    else:
+        tables.print_ready(rows)
 
 
 @app.command(cls=Command)
@@ -147,22 +166,24 @@ def write(
     force: Force = False,
 ) -> None:
     """Write a copy of a ready study, to be edited."""
-    from lampyris.cli import study_kept as kept
+    from lampyris.io.files import write_file
+    from lampyris.study.design import bundled
 
-    raise typer.Exit(kept.write(ready, file, force))
+    content = bundled.text(ready)
+    outputs.check_outputs(force, study=file)
+    write_file(file, content.encode())
+    print(f"wrote {file}")
 
 
 @app.command(cls=Command)
-def show(store: Store, json_: Json = False) -> None:
+def show(store: StoreFile, json_: Json = False) -> None:
     """Say what a store holds: the study, how far it is, and its results so far."""
-    from lampyris.cli import study_kept as kept
-
-    raise typer.Exit(kept.show(store, json_))
+    _show_store(store, json_)
 
 
 @app.command(cls=Command)
 def export(
-    store: Store,
+    store: StoreFile,
     csv: CsvOut = None,
     parquet: ParquetOut = None,
     latex: LatexOut = None,
@@ -171,16 +192,15 @@ def export(
     force: Force = False,
 ) -> None:
     """Write what a store holds as CSV, Parquet or LaTeX; same store, same bytes."""
-    from lampyris.cli import study_kept as kept
-    from lampyris.cli.study_work import Outputs
+    from lampyris.cli.verbs.study.files import StudyOutputs
 
-    out = Outputs(json_, csv=csv, parquet=parquet, latex=latex, timing=timing, force=force)
-    raise typer.Exit(kept.export(store, out))
+    out = StudyOutputs(json_, csv=csv, parquet=parquet, latex=latex, timing=timing, force=force)
+    _export(store, out)
 
 
 @app.command(cls=Command)
 def report(
-    store: Store,
+    store: StoreFile,
     page: Annotated[
         Path | None, typer.Argument(metavar="[PAGE]", help="The page (default: the store's name, .html).")
     ] = None,
@@ -192,17 +212,16 @@ def report(
     force: Force = False,
 ) -> None:
     """Write the page of a store's results: tables, figures, a few films; one file without scripts."""
-    from lampyris.cli import study_kept as kept
-    from lampyris.cli.study_work import Outputs
+    from lampyris.cli.verbs.study.files import StudyOutputs
 
-    file = kept.page_of(store) if page is None else page
-    out = Outputs(report=file, films=films, reference=reference, timing=timing, force=force)
-    raise typer.Exit(kept.export(store, out))
+    file = page_of(store) if page is None else page
+    out = StudyOutputs(report=file, films=films, reference=reference, timing=timing, force=force)
+    _export(store, out)
 
 
 @app.command(cls=Command)
 def repair(
-    store: Store,
+    store: StoreFile,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -219,14 +238,77 @@ def repair(
     json_: Json = False,
 ) -> None:
     """Save every whole run of a damaged store; the rest is run again when the study goes on."""
-    from lampyris.cli import study_kept as kept
-
-    raise typer.Exit(kept.repair(store, out, study, data, json_))
+    _repair_store(store, out, study, data, json_)
 
 
 @app.command(cls=Command)
 def schema() -> None:
     """Print the JSON Schema of study files."""
-    from lampyris.cli import study_kept as kept
+    from lampyris.study.design.study_file import json_schema
 
-    raise typer.Exit(kept.schema())
+    sys.stdout.write(json.dumps(json_schema(), indent=2) + "\n")
+
+
+def _stored(path: Path) -> tuple[Study, ResultTable]:
+    """What a store holds; it is not written to."""
+    from lampyris.study.analysis.table import table_of
+    from lampyris.study.store.store import Store
+
+    with Store.open(path, writable=False) as store:
+        study = store.study()
+        return study, table_of(study, store.scan())
+
+
+def _show_store(path: Path, as_json: bool) -> None:
+    """Print what a store holds."""
+    from lampyris.cli.verbs.study import files, tables
+
+    study, table = _stored(path)
+    summary = files.summary_of(study, table)
+    counts = tables.endings(table["ending"])
+    if as_json:
+        record = {**tables.record(study, path), "done": len(table), "endings": counts}
+        print_json({**record, "summary": summary.as_json()})
+        return
+    there = f"{len(table):,} of {len(study):,}: {tables.endings_text(counts)}"
+    text.facts("", [*tables.facts(study), ("there", there)])
+    tables.print_summary(summary)
+
+
+def _export(path: Path, out: StudyOutputs) -> None:
+    """Write what a store holds; for ``study export`` and ``study report``."""
+    from lampyris.cli.verbs.study import files, tables
+
+    if not out.files:
+        raise UsageError("OPTIONS", "nothing to write", allowed="--csv, --parquet or --latex FILE")
+    out.check(path)
+    study, table = _stored(path)
+    files.write_files(study, table, out)
+    if out.json:
+        written = [str(f) for f in out.files]
+        print_json({**tables.record(study, path), "done": len(table), "files": written})
+        return
+    if table.missing:
+        print_notes((f"{len(table):,} of {len(study):,} runs are there; the others are left out",))
+    with outputs.text_beside(*out.files):
+        out.print_written()
+
+
+def page_of(store: Path) -> Path:
+    """The default page of a store: its name, in the working folder."""
+    return Path(f"{store.name.removesuffix('.db').removesuffix('.study')}.html")
+
+
+def _repair_store(path: Path, out: Path | None, study: str | None, data: Path | None, as_json: bool) -> None:
+    """Save every whole run of a damaged store."""
+    from lampyris.study.design.study_file import load_study
+    from lampyris.study.store.repair import repair as repair_store
+
+    if data is not None and study is None:
+        raise UsageError("OPTIONS", "--data without --study", allowed="the study whose files are there")
+    repaired = repair_store(path, out, study=None if study is None else load_study(study, data=data))
+    if as_json:
+        print_json({"store": str(out or path), **asdict(repaired)})
+        return
+    print(f"{out or path}: {repaired.kept:,} runs kept, {repaired.lost:,} lost")
+    print_notes(tuple(repaired.notes))

@@ -2,11 +2,13 @@
 
 ``lampyris maps`` lists, ``lampyris maps NAME`` shows one map, bundled or a file, and a first word that is an
 action does that.
-Work is imported when a verb runs, so that --help is instant.
+Heavy modules are imported when the verb runs, so that --help is instant.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,12 +16,17 @@ import typer
 from typer.core import TyperGroup
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris.cli import text
 from lampyris.cli.option_errors import Command
+from lampyris.cli.outputs import check_outputs
+from lampyris.cli.text import print_json, print_notes
 from lampyris.errors import FileError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from lampyris.io.maps.convert import Conversion
     from lampyris.io.maps.formats.document import MapDocument
+    from lampyris.io.maps.library import MapInfo
+    from lampyris.io.maps.recipes.recipe import Recipe
 
 
 class _NameOrAction(TyperGroup):
@@ -79,10 +86,31 @@ Strict = Annotated[
 @app.callback()
 def _maps(context: typer.Context, json_: Json = False) -> None:
     if context.invoked_subcommand is None:
-        from lampyris.cli import verbs
-
-        raise typer.Exit(verbs.maps(None, json_))
+        _list(json_)
+        raise typer.Exit
     context.obj = json_
+
+
+def _list(as_json: bool) -> None:
+    """List the bundled maps."""
+    from lampyris.io.maps import library
+
+    rows = [library.describe(name) for name in library.names()]
+    if as_json:
+        print_json({"maps": [asdict(row) for row in rows]})
+    else:
+        print_maps(rows)
+
+
+def _show_bundled(name: str, as_json: bool) -> None:
+    """Show a bundled map and its stored queries."""
+    from lampyris.io.maps import library
+
+    row = library.describe(name)
+    if as_json:
+        print_json(asdict(row))
+    else:
+        print_map(row)
 
 
 @app.command(cls=Command)
@@ -102,15 +130,15 @@ def show(
     """Show a bundled map and its stored queries, or what a map file says."""
     import os
 
-    from lampyris.cli import verbs
     from lampyris.io.maps import library
     from lampyris.io.maps.load import load_map
 
     as_json = json_ or bool(context.obj)
     if name in library.names():
-        raise typer.Exit(verbs.maps(name, as_json))
+        _show_bundled(name, as_json)
+        raise typer.Exit
     if not os.path.lexists(name):
-        # Whoever mistypes an action ends here as well.
+        # A mistyped action ends here as well.
         raise FileError(
             "FILE_MISSING",
             "neither a file nor a bundled map",
@@ -131,7 +159,7 @@ def show(
 
 
 def _describe(name: str, document: MapDocument, as_json: bool) -> None:
-    """What a map file says."""
+    """Print what a map file holds."""
     import numpy as np
 
     from lampyris.io.maps.map_hash import map_hash
@@ -158,15 +186,12 @@ def _describe(name: str, document: MapDocument, as_json: bool) -> None:
         "notes": list(document.notes),
     }
     if as_json:
-        from lampyris.cli.verbs import print_json
-
         print_json(record)
     else:
         _print_facts(record)
 
 
 def _print_facts(record: dict[str, Any]) -> None:
-    from lampyris.cli import text
     from lampyris.errors import plural
 
     width, height, metres = record["width"], record["height"], record["resolution"]
@@ -194,12 +219,10 @@ def _print_facts(record: dict[str, Any]) -> None:
 @app.command(cls=Command)
 def recipes(context: typer.Context, json_: Json = False) -> None:
     """List the recipes and their settings, with defaults and ranges."""
-    from lampyris.cli import show as tables
-    from lampyris.cli.verbs import print_json
     from lampyris.io.maps.recipes.make import RECIPES
 
     if not (json_ or context.obj):
-        tables.recipes(list(RECIPES.values()))
+        print_recipes(list(RECIPES.values()))
         return
     print_json(
         {
@@ -240,7 +263,6 @@ def make(
     json_: Json = False,
 ) -> None:
     """Make a new map from a recipe and a seed."""
-    from lampyris.cli.outputs import check_outputs
     from lampyris.io.maps.convert import files_of, write_and_compare
     from lampyris.io.maps.formats.document import MapDocument
     from lampyris.io.maps.recipes.make import make_ground, recipe_named
@@ -258,7 +280,7 @@ def make(
         terrain=made_of.terrain,
     )
     made = write_and_compare(MapDocument(grid), out, values=to_values)
-    _say(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))
+    _print_result(made, json_ or bool(context.obj), recipe=recipe, seed=seed, settings=row.complete(given))
 
 
 @app.command(cls=Command)
@@ -284,7 +306,6 @@ def convert(
     --values says what the numbers of IN are, --to-values what those of OUT shall be. A costmap stays one with
     both: --values costmap --to-values costmap.
     """
-    from lampyris.cli.outputs import check_outputs
     from lampyris.io.maps.convert import convert as convert_map
     from lampyris.io.maps.convert import files_of
 
@@ -301,14 +322,12 @@ def convert(
         strict=strict,
         scen=scen,
     )
-    _say(made, json_ or bool(context.obj))
+    _print_result(made, json_ or bool(context.obj))
 
 
-def _say(made: Conversion, as_json: bool, **more: Any) -> None:
-    """What was written, and what was not."""
+def _print_result(made: Conversion, as_json: bool, **more: Any) -> None:
+    """Print what was written, and what was not."""
     import numpy as np
-
-    from lampyris.cli.verbs import print_json, remarks
 
     grid = made.document.grid
     free = 1.0 - int(np.count_nonzero(grid.blocked)) / grid.blocked.size
@@ -325,8 +344,8 @@ def _say(made: Conversion, as_json: bool, **more: Any) -> None:
         }
         print_json({**more, **record})
         return
-    remarks(made.notes)
-    remarks(made.lost)
+    print_notes(made.notes)
+    print_notes(made.lost)
     files = ", ".join(str(f) for f in made.files)
     typer.echo(f"wrote {files}: {grid.width} x {grid.height} cells, {free:.1%} free, hash {made.hash[:16]}")
 
@@ -338,10 +357,65 @@ def _key_value(word: str) -> tuple[str, str]:
     return key.strip().replace("-", "_"), value.strip()
 
 
-def _size(text: str) -> tuple[int, int]:
-    parts = text.lower().replace("x", ",").split(",")
+def _size(word: str) -> tuple[int, int]:
+    parts = word.lower().replace("x", ",").split(",")
     try:
         width, height = (int(p) for p in parts)
     except ValueError:
-        raise UsageError("TYPE", f"{text!r}", where="--size", allowed="two whole numbers W,H") from None
+        raise UsageError("TYPE", f"{word!r}", where="--size", allowed="two whole numbers W,H") from None
     return width, height
+
+
+def print_maps(rows: Sequence[MapInfo]) -> None:
+    """Print the bundled maps, a line each."""
+    columns = ("name", "size", "free", "terrain", "gates", "what it is")
+    cells = [
+        (r.name, f"{r.width} x {r.height}", f"{r.free:.0%}", _terrain(r)[0], str(r.gates), r.title)
+        for r in rows
+    ]
+    text.table("bundled maps", columns, cells, right=columns[1:-1], whole=columns[:-1])
+    text.line("lampyris maps NAME says more of one; lampyris maps make RECIPE makes others.")
+
+
+def _terrain(row: MapInfo) -> tuple[str, str]:
+    """A map's terrain in short and in full: its share of the free cells and its costs."""
+    from lampyris.model.grid import TERRAIN_UNIT
+
+    if row.terrain is None:
+        return "", ""
+    share = row.terrain.cells / (row.width * row.height * row.free)
+    low, high = (
+        f"{(TERRAIN_UNIT + c) / TERRAIN_UNIT:.2g}" for c in (row.terrain.lowest, row.terrain.highest)
+    )
+    full = f"{share:.1%} of the free cells, {low} to {high} times as dear as plain ground"
+    return f"{share:.0%}, {high}x", full
+
+
+def print_map(row: MapInfo) -> None:
+    """Print one bundled map and its stored queries."""
+    rows = [
+        ("size", f"{row.width} x {row.height} cells"),
+        ("free", f"{row.free:.1%}"),
+        ("gates", str(row.gates)),
+        ("what it is", f"{row.title}. {row.description}"),
+        ("hash", row.hash),
+    ]
+    if row.recipe:
+        rows.insert(-1, ("recipe", row.recipe))
+    if row.terrain is not None:
+        rows.insert(2, ("terrain", _terrain(row)[1]))
+    text.facts(row.name, rows)
+    columns = ("start", "goal", "best cost, octile", "gates on every optimal way")
+    cells = []
+    for q in row.queries:
+        cost = "-" if q.cost is None else f"{q.cost:.2f}"
+        cells.append((str(q.start), str(q.goal), cost, "-" if q.gates is None else str(q.gates)))
+    text.table("stored queries", columns, cells, boxed=True)
+
+
+def print_recipes(rows: Sequence[Recipe]) -> None:
+    """Print the recipes and their settings."""
+    for r in rows:
+        cells = [(s.name, "none" if s.default == () else f"{s.default:g}", s.range, s.what) for s in r.table]
+        columns = ("setting", "default", "allowed", "what it is")
+        text.table(f"{r.name}: {r.summary}", columns, cells, right=("default",))

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lampyris.cli.verbs.compare.tables import CompareLine
+from lampyris.errors import LampyrisError
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
@@ -16,15 +18,13 @@ from lampyris.report.charts.speed_chart import line_of
 from lampyris.report.pictures.compare_picture import DrawnPath, Speeds, draw_ways
 from lampyris.study.design.study import Job, Study
 from lampyris.study.design.traffic_labels import crowd_words
+from lampyris.study.execution.worker import TimeUp, run_job
 from lampyris.typing import Floats, Points
-
-if TYPE_CHECKING:
-    from lampyris.cli.compare_work import Line
 
 NOTHING: Points = np.zeros((0, 2))
 
 
-def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> None:
+def draw(study: Study, lines: Sequence[CompareLine], out: Path, *, speeds: bool) -> None:
     """Run the first world once more, for its ways, and draw them.
 
     With one law ``speeds`` draws each planner's; with several the laws of the first planner that found a way.
@@ -33,9 +33,9 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
     jobs = list(first.jobs())
     world, many = study.worlds[0], len(study.laws)
     grid = world.ground.grid
-    found = [_again(job, grid) for job in jobs[::many]]
+    found = [_run_again(job, grid) for job in jobs[::many]]
     ways = [
-        DrawnPath(who.called, _told(line), xy)
+        DrawnPath(who.called, _result_words(line), xy)
         for who, line, (xy, _, _) in zip(study.planners, lines[::many], found, strict=True)
     ]
     tracks = next((some for _, _, some in found if some), ())
@@ -52,7 +52,7 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
         k = next((k for k, (_, line, _) in enumerate(found) if line is not None), None)
         if k is not None:
             title = f"speed along the way of {study.planners[k].called}, by law"
-            some = [_again(job, grid)[1] for job in jobs[k * many : (k + 1) * many]]
+            some = [_run_again(job, grid)[1] for job in jobs[k * many : (k + 1) * many]]
             shown = [
                 replace(line, name=law.called)
                 for law, line in zip(study.laws, some, strict=True)
@@ -70,8 +70,8 @@ def draw(study: Study, lines: Sequence[Line], out: Path, *, speeds: bool) -> Non
     )  # fmt: skip
 
 
-def _told(line: Line) -> str:
-    """Length, cost and gap of the first run, or how it ended, and whether it did otherwise than asked."""
+def _result_words(line: CompareLine) -> str:
+    """Length, cost and gap of the first run, or how it ended, and whether it departed from its settings."""
     row = line.rows[0]
     cost, gap = row.metrics.get("cost"), row.metrics.get("gap")
     good = row.metrics.get("found") or row.metrics.get("arrived")
@@ -86,11 +86,8 @@ def _told(line: Line) -> str:
     return ", ".join(words)
 
 
-def _again(job: Job, grid: Any) -> tuple[Points, Speeds | None, tuple[Points, ...]]:
+def _run_again(job: Job, grid: Any) -> tuple[Points, Speeds | None, tuple[Points, ...]]:
     """A run once more: its way, its speeds, where obstacles went."""
-    from lampyris.errors import LampyrisError
-    from lampyris.study.execution.worker import TimeUp, run_job
-
     try:
         made = run_job(job.plain, grid)
     except (LampyrisError, TimeUp):

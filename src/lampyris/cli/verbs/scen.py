@@ -1,6 +1,6 @@
 """``lampyris scen``: all queries of a MovingAI ``.scen``, beside the published lengths.
 
-Work is imported when the verb runs, so that --help is instant.
+Heavy modules are imported when the verb runs, so that --help is instant.
 """
 
 from __future__ import annotations
@@ -11,6 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris.cli import outputs, text
+from lampyris.cli.option_errors import check_choice
+from lampyris.cli.outputs import print_written
+from lampyris.cli.progress import counting
+from lampyris.cli.text import print_json, print_notes
 
 if TYPE_CHECKING:
     from lampyris.scen import Benchmark, QueryResult, QueryResults
@@ -63,21 +68,19 @@ def scen(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Ask every query of a MovingAI .scen and compare with the published lengths."""
-    from lampyris import scen as work
-    from lampyris.cli import outputs
-    from lampyris.cli.request import known, parse_settings
-    from lampyris.cli.verbs import _counting, print_json, remarks
+    from lampyris import scen as benchmarks
+    from lampyris.cli.request import parse_settings
     from lampyris.model.moves import MOVES
 
-    known("MOVES", "--moves", moves, MOVES)
+    check_choice("MOVES", "--moves", moves, MOVES)
     outputs.check_outputs(force, json=json_, csv=csv)
     given = parse_settings(planner, settings or [])
-    benchmark = work.load(file, map_, max_cells=MAX_CELLS if max_cells is None else max_cells)
+    benchmark = benchmarks.load(file, map_, max_cells=MAX_CELLS if max_cells is None else max_cells)
     if not json_:
-        remarks(benchmark.notes)
+        print_notes(benchmark.notes)
     many = min(len(benchmark.queries), limit or len(benchmark.queries))
-    with _counting(f"{planner} on {benchmark.document.grid.name}", f"of {many}", quiet=json_) as tick:
-        made = work.ask(benchmark, planner, moves, seed=seed, limit=limit, progress=tick, **given)
+    with counting(f"{planner} on {benchmark.document.grid.name}", f"of {many}", quiet=json_) as tick:
+        made = benchmarks.ask(benchmark, planner, moves, seed=seed, limit=limit, progress=tick, **given)
     if csv is not None:
         with outputs.place(csv) as place:
             _write_csv(place, made)
@@ -86,7 +89,7 @@ def scen(
         print_json({**record, "timing": {}} if no_timing else record)
     else:
         with outputs.text_beside(csv):
-            _show(benchmark, made, csv)
+            _print(benchmark, made, csv)
     raise typer.Exit(DISAGREED if strict and made.disagreements else 0)
 
 
@@ -130,22 +133,20 @@ def _write_csv(out: Path, made: QueryResults) -> None:
 
     from lampyris.io.files import write_file
 
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(COLUMNS)
     for answer in made.answers:
         q = answer.query
         ours = repr(answer.cost) if answer.status else ""
         ends = (q.line, q.bucket, *q.start, *q.goal)
-        told = (answer.status.value, "yes" if answer.agrees else "no", answer.expansions)
-        writer.writerow((*ends, repr(q.length), ours, *told))
-    write_file(out, text.getvalue().encode())
+        outcome = (answer.status.value, "yes" if answer.agrees else "no", answer.expansions)
+        writer.writerow((*ends, repr(q.length), ours, *outcome))
+    write_file(out, buffer.getvalue().encode())
 
 
-def _show(benchmark: Benchmark, made: QueryResults, csv: Path | None) -> None:
-    """The verdict, every disagreement, then the counts."""
-    from lampyris.cli import show, text
-
+def _print(benchmark: Benchmark, made: QueryResults, csv: Path | None) -> None:
+    """Print the verdict, every disagreement, then the counts."""
     summary, wrong = made.summary, made.disagreements
     verdict = f"{len(wrong)} of {summary['queries']} disagree"
     text.line(verdict, style=f"bold {'red' if wrong else 'green'}")
@@ -166,9 +167,9 @@ def _show(benchmark: Benchmark, made: QueryResults, csv: Path | None) -> None:
         ("solved", f"{summary['solved']} of {summary['queries']}, {summary['unreachable']} unreachable"),
     ]
     if made.rule != "equal" and summary["mean_ratio"] is not None:
-        told = f"mean {summary['mean_ratio']:.5f}, worst {summary['worst_ratio']:.5f}"
-        rows.append(("to the published length", told))
+        ratios = f"mean {summary['mean_ratio']:.5f}, worst {summary['worst_ratio']:.5f}"
+        rows.append(("to the published length", ratios))
     times = f"{made.timing['total_s']:.2f} s, of which planning {made.timing['plan_s']:.2f} s"
     rows += [("expansions", f"{summary['expansions']:,}"), ("time", times)]
     text.facts("", rows)
-    show.written(csv)
+    print_written(csv)

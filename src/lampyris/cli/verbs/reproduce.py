@@ -1,4 +1,7 @@
-"""What ``lampyris reproduce`` does."""
+"""``lampyris reproduce``: what the dissertation prints, run again, with a verdict for every figure.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
 
 from __future__ import annotations
 
@@ -6,49 +9,75 @@ import shlex
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
 
 from lampyris._core.processors import processors
-from lampyris.cli import INTERRUPTED, Interrupted, study_show, text, verbs
+from lampyris.cli import text
+from lampyris.cli.exit_codes import INTERRUPTED, Interrupted
+from lampyris.cli.options import Force, Json
+from lampyris.cli.progress import ProgressDisplay, clock
+from lampyris.cli.tables import print_tab
+from lampyris.cli.text import print_json
 from lampyris.errors import FileError, UsageError
-from lampyris.report.html.table import Tab, Value
 
 if TYPE_CHECKING:
+    from lampyris.report.html.table import Value
     from lampyris.reproduce import Report, RunProgress
 
 RUNS = "runs"
 """Folder of the stores, by which an earlier reproduction is known."""
 
 
-def reproduce(out: Path, workers: int | None, quick: bool, as_json: bool, force: bool) -> int:
-    """``lampyris reproduce``. Returns the exit code."""
-    from lampyris.reproduce import reproduce as work
+def reproduce(
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder of the page and its tables.")
+    ] = Path("reproduction"),
+    workers: Annotated[
+        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes (default: one a core).")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer paths and seeds: the same page in a minute or so.")
+    ] = False,
+    json_: Json = False,
+    force: Force = False,
+) -> None:
+    """Run what the dissertation prints, and say of every figure whether it is so."""
+    raise typer.Exit(reproduce_figures(out, workers, quick, json_, force))
+
+
+def reproduce_figures(out: Path, workers: int | None, quick: bool, as_json: bool, force: bool) -> int:
+    """Run the figures and write the page. Returns the exit code."""
+    from lampyris.reproduce import reproduce as rerun
 
     _check(out, force)
     began = time.monotonic()
     if not as_json:
         print(f"every figure that the dissertation prints, and runs on our maps, into {out}", file=sys.stderr)
-    with study_show.Watch(quiet=as_json) as watch:
+    with ProgressDisplay(quiet=as_json) as display:
 
-        def tell(at: RunProgress) -> None:
-            watch.say(at.name, at.done, at.total, "", at.seconds_left)
+        def report(at: RunProgress) -> None:
+            display.update(at.name, at.done, at.total, "", at.seconds_left)
 
         try:
-            made = work(out, workers=processors() if workers is None else workers, quick=quick, progress=tell)
+            made = rerun(
+                out, workers=processors() if workers is None else workers, quick=quick, progress=report
+            )
         except KeyboardInterrupt:
             made = None
     if made is None:
         _interrupted(out)
     seconds = time.monotonic() - began
     if as_json:
-        verbs.print_json(_record(made, quick, seconds))
+        print_json(_record(made, quick, seconds))
     else:
-        _show(made, seconds)
+        _print(made, seconds)
     return 0
 
 
 def _check(out: Path, force: bool) -> None:
-    """Refuse at once what could not be written at the end; an earlier reproduction is gone on with."""
+    """Refuse at once what could not be written at the end; an earlier reproduction is continued."""
     if out.exists() and not out.is_dir():
         raise FileError("FILE_WRITE", "not a folder", where=str(out), allowed="a folder, or a new name")
     if out.is_dir() and any(out.iterdir()) and not (out / RUNS).is_dir() and not force:
@@ -58,14 +87,16 @@ def _check(out: Path, force: bool) -> None:
 
 
 def _interrupted(out: Path) -> NoReturn:
-    """One line: what is kept, and how to go on."""
+    """Print what is kept and how to continue."""
     again = shlex.join(["lampyris", *sys.argv[1:]])
     print(f"interrupted: what was run is kept in {out / RUNS}; go on with: {again}", file=sys.stderr)
     raise Interrupted(INTERRUPTED)
 
 
-def _show(made: Report, seconds: float) -> None:
-    """How many figures of each table got which verdict, the conclusion, and where the page is."""
+def _print(made: Report, seconds: float) -> None:
+    """Print how many figures of each table got which verdict, the conclusion, and where the page is."""
+    from lampyris.report.html.table import Tab
+
     kinds = tuple(kind for kind, many in made.counts.items() if many)
     rows: list[tuple[Value, ...]] = []
     for name, counts in made.by_table().items():
@@ -73,7 +104,7 @@ def _show(made: Report, seconds: float) -> None:
         rows.append((what, sum(counts.values()), *(counts[kind] or None for kind in kinds)))
     rows.append(("all", made.figures, *(made.counts[kind] for kind in kinds)))
     header = ("", "figures", *kinds)
-    study_show.tab(
+    print_tab(
         Tab(
             "verdicts",
             "what the dissertation prints",
@@ -84,7 +115,7 @@ def _show(made: Report, seconds: float) -> None:
     )
     text.line(made.conclusion)
     runs = sum(made.runs.values())
-    print(f"{runs:,} runs, {study_show.clock(seconds)}; the page: {made.page}")
+    print(f"{runs:,} runs, {clock(seconds)}; the page: {made.page}")
 
 
 def _record(made: Report, quick: bool, seconds: float) -> dict[str, object]:

@@ -1,4 +1,7 @@
-"""What ``lampyris selfcheck`` does."""
+"""``lampyris selfcheck``: the promises, each a command.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +14,52 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 import lampyris
-from lampyris.cli import outputs, verbs
+from lampyris._core.processors import processors
+from lampyris.cli import outputs
+from lampyris.cli.options import Json
+from lampyris.cli.text import print_json
 from lampyris.errors import FileError, InternalFault, UsageError
-from lampyris.selfcheck import registry
-from lampyris.selfcheck.check import SIZES, Ask, Check, Failure, Outcome
-from lampyris.selfcheck.ledger import Ledger, append, fingerprint, versions
-from lampyris.selfcheck.plain import plain, text
-from lampyris.selfcheck.runner import Range, Result, Told, planned, run, spread
+
+if TYPE_CHECKING:
+    from lampyris.selfcheck.check import Ask, Check, Failure, Outcome
+    from lampyris.selfcheck.runner import Range, Result, Told
+
+Names = Annotated[
+    list[str] | None, typer.Argument(metavar="[NAME]...", help="Which checks (default: all; see --list).")
+]
+Size = Annotated[
+    str, typer.Option("--size", help="commit (minutes in all), nightly (hours) or release (a day).")
+]
+Only = Annotated[str | None, typer.Option("--only", metavar="KIND", help="One kind of cases alone.")]
+First = Annotated[int, typer.Option("--first", metavar="K", help="Number of the first case.", min=0)]
+Cases = Annotated[
+    int | None, typer.Option("--cases", metavar="N", help="Cases of each kind (default: the size's).", min=1)
+]
+Seed = Annotated[int, typer.Option("--seed", help="Root of every draw: same seed, same cases.", min=0)]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--folder", metavar="DIR", help="Input data: MovingAI maps, for `scen`."),
+]
+Workers = Annotated[
+    int | None, typer.Option("--workers", metavar="N", help="Processes (default: one a core).", min=1)
+]
+Ledger = Annotated[
+    Path | None,
+    typer.Option("--ledger", metavar="FILE", help="Keep what is done, and go on from there the next time."),
+]
+Failures = Annotated[
+    Path | None,
+    typer.Option("--failures", metavar="DIR", help="Write each failing case to a file."),
+]
+Record = Annotated[
+    Path | None, typer.Option("--record", metavar="FILE", help="Append what came of it (JSON lines).")
+]
+List = Annotated[bool, typer.Option("--list", help="Print the checks and their kinds of cases.")]
 
 BROKEN = InternalFault.exit_code
 TENTHS = 10
@@ -28,9 +67,43 @@ SHOWN = 3
 """Failing cases of a check that are printed whole; `--failures` keeps more."""
 
 
+def selfcheck(
+    names: Names = None,
+    size: Size = "commit",
+    only: Only = None,
+    first: First = 0,
+    cases: Cases = None,
+    seed: Seed = 1,
+    folder: Folder = None,
+    workers: Workers = None,
+    ledger: Ledger = None,
+    failures: Failures = None,
+    record: Record = None,
+    list_: List = False,
+    json_: Json = False,
+) -> None:
+    """Try what is promised: cases, failures, seconds, seed of each check.
+
+    Exits with 0 only if all hold, with 6 if a promise is broken.
+    """
+    from lampyris.selfcheck.check import Ask
+    from lampyris.selfcheck.runner import Range
+
+    request = SelfcheckRequest(
+        tuple(names or ()),
+        Ask(seed, size, folder, processors() if workers is None else workers),
+        Range(only, first, cases),
+        ledger,
+        failures,
+        record,
+        json_,
+    )
+    raise typer.Exit(list_checks(request) if list_ else run_checks(request))
+
+
 @dataclass(frozen=True)
-class Asked:
-    """What the command line said."""
+class SelfcheckRequest:
+    """The options of a call."""
 
     names: tuple[str, ...]
     ask: Ask
@@ -41,52 +114,53 @@ class Asked:
     json: bool = False
 
 
-def processes(workers: int | None) -> int:
-    """As many as asked, or one a core."""
-    from lampyris._core.processors import processors
+def run_checks(request: SelfcheckRequest) -> int:
+    """Run the checks. Returns the exit code: 0 only if every check held."""
+    from lampyris.selfcheck.ledger import Ledger as WorkLedger
+    from lampyris.selfcheck.runner import run
 
-    return workers if workers is not None else processors()
-
-
-def selfcheck(asked: Asked) -> int:
-    """``lampyris selfcheck``. Returns the exit code: 0 only if every check held."""
-    checks = _checks(asked)
-    # Before the first of them runs for an hour: whether all of them can do what they are asked.
-    checks = [check for check in checks if _can_run(check, asked)]
-    _demand_places(asked)
-    ledger = Ledger(asked.ledger)
+    checks = _checks(request)
+    # Before the first of them runs for an hour: whether all of them can run as requested.
+    checks = [check for check in checks if _can_run(check, request)]
+    _demand_places(request)
+    ledger = WorkLedger(request.ledger)
     results = []
     for check in checks:
-        with _progress(check.name, quiet=asked.json) as tell:
-            result = run(check, _ask(check, asked), asked.which, ledger, tell)
+        with _progress(check.name, quiet=request.json) as report:
+            result = run(check, _ask(check, request), request.which, ledger, report)
         results.append(result)
-        _tell(result, asked)
+        _report(result, request)
     broken = [result.check.name for result in results if not result.holds]
-    if broken and not asked.json:
+    if broken and not request.json:
         print(f"broken: {', '.join(broken)}")
     return BROKEN if broken else 0
 
 
-def _tell(result: Result, asked: Asked) -> None:
-    """Print what came of a check, and keep it where that was asked."""
-    record = _record(result, asked.which)
-    if asked.json:
-        verbs.print_json(plain(record))
+def _report(result: Result, request: SelfcheckRequest) -> None:
+    """Print the result of a check, and write it to the files of the request."""
+    from lampyris.selfcheck.ledger import append
+    from lampyris.selfcheck.plain import plain
+
+    record = _record(result, request.which)
+    if request.json:
+        print_json(plain(record))
     else:
         _print(result, record)
-    if asked.record is not None:
-        append(asked.record, record)
-    if asked.failures is not None:
+    if request.record is not None:
+        append(request.record, record)
+    if request.failures is not None:
         for failure in result.outcome.failures:
-            _keep(asked.failures, result, failure)
+            _keep(request.failures, result, failure)
 
 
-def list_checks(asked: Asked) -> int:
-    """``lampyris selfcheck --list``. Returns the exit code."""
-    for check in _checks(asked):
-        kinds = check.kinds_for(_ask(check, asked))
-        if asked.json:
-            verbs.print_json(
+def list_checks(request: SelfcheckRequest) -> int:
+    """Print the checks and their kinds of cases. Returns the exit code."""
+    from lampyris.selfcheck.check import SIZES
+
+    for check in _checks(request):
+        kinds = check.kinds_for(_ask(check, request))
+        if request.json:
+            print_json(
                 {
                     "check": check.name,
                     "goals": list(check.goals),
@@ -105,36 +179,44 @@ def list_checks(asked: Asked) -> int:
     return 0
 
 
-def _checks(asked: Asked) -> list[Check]:
-    if asked.ask.size not in SIZES:
-        raise UsageError("SIZE", f"no size is called {asked.ask.size!r}", allowed=", ".join(SIZES))
-    if len(asked.names) != 1 and asked.which.only is not None:
+def _checks(request: SelfcheckRequest) -> list[Check]:
+    from lampyris.selfcheck import registry
+    from lampyris.selfcheck.check import SIZES
+
+    if request.ask.size not in SIZES:
+        raise UsageError("SIZE", f"no size is called {request.ask.size!r}", allowed=", ".join(SIZES))
+    if len(request.names) != 1 and request.which.only is not None:
         raise UsageError("KIND", "--only goes with one check", todo="name the check whose kind it is")
-    checks = [registry.check(name) for name in asked.names or registry.NAMES]
-    if asked.ask.folder is not None and not any(check.folder for check in checks):
+    checks = [registry.check(name) for name in request.names or registry.NAMES]
+    if request.ask.folder is not None and not any(check.folder for check in checks):
         taken = ", ".join(name for name in registry.NAMES if registry.check(name).folder)
         raise UsageError("FOLDER", "none of these checks reads a folder", where="--folder", allowed=taken)
     return checks
 
 
-def _ask(check: Check, asked: Asked) -> Ask:
-    """What one of the checks is asked: a folder only if it reads one."""
-    return asked.ask if check.folder else replace(asked.ask, folder=None)
+def _ask(check: Check, request: SelfcheckRequest) -> Ask:
+    """The settings of one check: with a folder only if it reads one."""
+    return request.ask if check.folder else replace(request.ask, folder=None)
 
 
-def _can_run(check: Check, asked: Asked) -> bool:
+def _can_run(check: Check, request: SelfcheckRequest) -> bool:
+    from lampyris.selfcheck.runner import planned
+
     try:
-        planned(check, _ask(check, asked), asked.which)
+        planned(check, _ask(check, request), request.which)
     except UsageError as error:
-        if asked.names or error.code != "CHECKOUT":
+        if request.names or error.code != "CHECKOUT":
             raise
-        # Asked for everything, where the project's own tests are not installed: told, and no failure.
+        # Asked for everything, where the project's own tests are not installed: a note, and no failure.
         print(f"note: {check.name} was left out: {error.what}", file=sys.stderr)
         return False
     return True
 
 
 def _record(result: Result, which: Range) -> dict[str, Any]:
+    from lampyris.selfcheck.ledger import fingerprint, versions
+    from lampyris.selfcheck.runner import Range, spread
+
     outcome = result.outcome
     return {
         "check": result.check.name,
@@ -166,6 +248,8 @@ def _record(result: Result, which: Range) -> dict[str, Any]:
 
 
 def _of_kind(result: Result, name: str) -> dict[str, Any]:
+    from lampyris.selfcheck.runner import spread
+
     seen, kind = result.of_kind[name], result.planned.kinds[name]
     first, cases = result.planned.ranges[name]
     return {
@@ -180,6 +264,8 @@ def _of_kind(result: Result, name: str) -> dict[str, Any]:
 
 
 def _print(result: Result, record: dict[str, Any]) -> None:
+    from lampyris.selfcheck.runner import spread
+
     outcome = result.outcome
     bound = f" bound={result.bound:.1e}" if result.bound is not None else ""
     print(
@@ -210,12 +296,14 @@ def _command(result: Result, failure: Failure) -> str:
 
 
 def _slug(kind: str) -> str:
-    """A file name's part: what cannot stand in one is replaced, and what was replaced is told by a number."""
+    """A file name's part: what cannot stand in one is replaced, and a checksum keeps names apart that would become the same."""
     plainly = re.sub(r"[^A-Za-z0-9._-]+", "-", kind)
     return plainly if plainly == kind else f"{plainly}-{zlib.crc32(kind.encode()):08x}"
 
 
 def _keep(folder: Path, result: Result, failure: Failure) -> None:
+    from lampyris.selfcheck.plain import text
+
     words = {
         "check": result.check.name,
         "kind": failure.kind,
@@ -233,16 +321,16 @@ def _keep(folder: Path, result: Result, failure: Failure) -> None:
         raise FileError("FILE_WRITE", error.strerror or str(error), where=str(path)) from None
 
 
-def _demand_places(asked: Asked) -> None:
+def _demand_places(request: SelfcheckRequest) -> None:
     """Whether all that is to be kept can be: before the first check runs for an hour."""
-    for path in (asked.failures, asked.ledger, asked.record):
+    for path in (request.failures, request.ledger, request.record):
         if path is None:
             continue
-        if path is not asked.failures:
-            outputs.check_ending("ledger" if path is asked.ledger else "record", path)
+        if path is not request.failures:
+            outputs.check_ending("ledger" if path is request.ledger else "record", path)
             outputs.demand_place(path, append=True)
         try:
-            if path is asked.failures:
+            if path is request.failures:
                 path.mkdir(parents=True, exist_ok=True)
             else:
                 path.open("ab").close()
@@ -252,7 +340,7 @@ def _demand_places(asked: Asked) -> None:
 
 @contextmanager
 def _progress(name: str, *, quiet: bool) -> Iterator[Told | None]:
-    """A bar on stderr for people at a terminal; elsewhere a line with every tenth."""
+    """Show a bar on stderr at a terminal; elsewhere print a line for every tenth."""
     if quiet:
         yield None
     elif sys.stderr.isatty():

@@ -1,0 +1,1 @@
+"""``lampyris compare``: a few planners and laws in the same world."""

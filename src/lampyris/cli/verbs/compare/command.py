@@ -1,0 +1,361 @@
+"""``lampyris compare``: a few planners and laws in the same world, at once, without a study file.
+
+It is a study of one world in memory. Heavy modules are imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lampyris.cli import outputs
+from lampyris.cli.exit_codes import BAD_INPUT, INTERNAL_FAULT, NO_ANSWER
+from lampyris.cli.option_errors import check_choice
+from lampyris.cli.options import (
+    AllowOutside,
+    AMax,
+    Colour,
+    DMax,
+    Force,
+    Goal,
+    GoalM,
+    JerkMax,
+    Json,
+    LatMax,
+    Map,
+    MaxCells,
+    Mobility,
+    Moves,
+    NoTiming,
+    ObstacleRadius,
+    Picture,
+    Preset,
+    Radius,
+    Rate,
+    Resolution,
+    Seed,
+    Start,
+    StartM,
+    TurnRadius,
+    Values,
+    VMax,
+)  # fmt: skip
+from lampyris.cli.progress import counting, working
+from lampyris.cli.text import print_json, print_notes
+from lampyris.errors import InputError, SettingError, UsageError
+
+if TYPE_CHECKING:
+    from lampyris.cli.request import Request
+    from lampyris.cli.verbs.compare.tables import CompareLine
+    from lampyris.io.scenario.scenario import Scenario
+    from lampyris.study.design.row import Row
+    from lampyris.study.design.study import Config, Study, StudyTraffic
+
+PLANNERS = "ad-gso,astar,dstar-lite,theta-star,dstar-lpso"
+AMONG_OBSTACLES = f"{PLANNERS},sipp"
+MAX_RUNS = 10_000
+"""More than that is a study."""
+
+
+def compare(
+    map_: Map,
+    start: Start = None,
+    goal: Goal = None,
+    start_m: StartM = None,
+    goal_m: GoalM = None,
+    planners: Annotated[
+        str | None,
+        typer.Option(
+            "--planners",
+            metavar="NAME,...",
+            help="Who plans, settings behind colons: ad-gso,ad-gso:choice=exact "
+            "(default: ad-gso, astar, dstar-lite, theta-star, dstar-lpso; among obstacles sipp too).",
+        ),
+    ] = None,
+    laws: Annotated[
+        str | None,
+        typer.Option(
+            "--laws",
+            metavar="NAME,...",
+            help="By which speed laws, settings behind colons (default: the preset's); with it the picture "
+            "shows speeds.",
+        ),
+    ] = None,
+    preset: Preset = "robot",
+    moves: Moves = None,
+    obstacles: Annotated[
+        int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles (0: plans only).")
+    ] = 0,
+    mobility: Mobility = "random-walk",
+    rate: Rate = None,
+    obstacle_radius: ObstacleRadius = 0.0,
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live", help="Obstacles wait for the robot; else everyone meets the very same tracks."
+        ),
+    ] = False,
+    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", min=1, help="When to stop.")] = None,
+    seeds: Annotated[
+        int, typer.Option("--seeds", metavar="N", help="How many worlds: means of N runs each.")
+    ] = 1,
+    seed: Seed = 0,
+    workers: Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Processes.")] = 1,
+    resolution: Resolution = None,
+    radius: Radius = 0.0,
+    v_max: VMax = 1.0,
+    a_max: AMax = 0.5,
+    d_max: DMax = 1.0,
+    lat_max: LatMax = 1.0,
+    turn_radius: TurnRadius = 0.0,
+    jerk_max: JerkMax = None,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    picture: Picture = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for every run.")
+    ] = None,
+    json_: Json = False,
+    no_timing: NoTiming = False,
+    force: Force = False,
+) -> None:
+    """Compare a few planners and speed laws in the same world: one table, one picture."""
+    from lampyris.cli.request import Request
+
+    request = Request(
+        map_, start, goal, start_m, goal_m, "astar", preset, moves, None, [], seed, resolution, radius,
+        v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+    )  # fmt: skip
+    traffic = CompareTraffic(obstacles, mobility, rate, obstacle_radius, live, ticks)
+    compare_request = CompareRequest(request, planners, laws, traffic, seeds, workers)
+    out = CompareOutputs(json_, not no_timing, picture, csv, force)
+    raise typer.Exit(run_comparison(compare_request, out))
+
+
+@dataclass(frozen=True)
+class CompareTraffic:
+    """The options of moving obstacles, as they were typed."""
+
+    count: int
+    mobility: str
+    rate: float | None
+    radius: float
+    live: bool
+    ticks: int | None
+
+    def crowd(self) -> StudyTraffic:
+        """The traffic as a study declares it.
+
+        Raises
+        ------
+        UsageError : no such mobility; options of a crowd where there is none.
+        """
+        from lampyris.model.traffic import RandomWalk
+        from lampyris.sim.traffic.mobility import MOBILITIES
+        from lampyris.study.design.study import StudyTraffic
+
+        check_choice("MOBILITY", "--mobility", self.mobility, MOBILITIES)
+        if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
+            raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
+        if self.rate is not None and self.count and not self.live:
+            raise UsageError(
+                "OPTIONS",
+                "--rate without --live",
+                allowed="--live: a track that is replayed begins at tick 0",
+            )
+        RandomWalk(self.count, self.rate, self.radius)  # refuses numbers out of range
+        if self.count:
+            tracks: Any = "live" if self.live else "replayed"
+            return StudyTraffic(self.mobility, self.count, self.rate, self.radius, tracks)
+        alone = {"--rate": self.rate is not None, "--live": self.live, "--ticks": self.ticks is not None}
+        for option in (option for option, given in alone.items() if given):
+            raise UsageError("OPTIONS", f"{option} without --obstacles", allowed="--obstacles N")
+        return StudyTraffic()
+
+
+@dataclass(frozen=True)
+class CompareRequest:
+    """The options of ``compare``, as they were typed."""
+
+    base: Request
+    planners: str | None
+    laws: str | None
+    traffic: CompareTraffic
+    seeds: int
+    workers: int
+
+    def study(self, scenario: Scenario) -> Study:
+        """A study of one world.
+
+        Raises
+        ------
+        UsageError : an unknown name or setting; the same planner or law twice.
+        SettingError : SEEDS: out of range.
+        """
+        from lampyris.io.maps.map_hash import map_hash
+        from lampyris.study.design.study import Study, StudyMap, World
+
+        crowd, scene = self.traffic.crowd(), scenario.scene
+        names = self.planners or (AMONG_OBSTACLES if crowd.count else PLANNERS)
+        planners = _entries("--planners", names, _planner)
+        by = _entries("--laws", self.laws or scenario.law, _law)
+        most = MAX_RUNS // (len(planners) * len(by))
+        if not 1 <= self.seeds <= most:
+            raise SettingError(
+                "SEEDS", f"{self.seeds}", where="--seeds", allowed=f"1 to {most}", todo="more is a study"
+            )
+        ground = StudyMap(scene.grid.name or "map", scene.grid, map_hash(scene.grid))
+        return Study(
+            name="compare",
+            kind="simulate" if crowd.count else "plan",
+            worlds=(World(ground, scene.start, scene.goal),),
+            planners=planners,
+            laws=by,
+            crowds=(crowd,),
+            seeds=tuple(range(self.seeds)),
+            moves=scene.moves.name,
+            robot=asdict(scene.robot),
+            ticks=self.traffic.ticks,
+            root=self.base.seed,
+        )
+
+
+@dataclass(frozen=True)
+class CompareOutputs:
+    """What ``compare`` prints and writes."""
+
+    json: bool
+    timing: bool
+    picture: Path | None
+    csv: Path | None
+    force: bool
+
+    def check(self) -> None:
+        """Reject before any work what could not be written at the end."""
+        outputs.check_outputs(self.force, json=self.json, picture=self.picture, csv=self.csv)
+
+
+def _entries(option: str, text: str, make: Callable[[str, list[str]], Config]) -> tuple[Config, ...]:
+    """``NAME[:KEY=VALUE...],...`` as planners or laws, in the order given."""
+    made: list[Config] = []
+    for word in filter(None, (part.strip() for part in text.split(","))):
+        name, *settings = word.split(":")
+        try:
+            one = make(name, settings)
+        except (UsageError, SettingError) as fault:
+            what = f"{word}: {fault.what}" if isinstance(fault, SettingError) else fault.what
+            raise UsageError(fault.code, what, where=option, allowed=fault.allowed, todo=fault.todo) from None
+        if any(one.name == other.name and one.settings == other.settings for other in made):
+            raise UsageError("OPTIONS", f"{word} twice", where=option, allowed="each once")
+        made.append(one)
+    if not made:
+        raise UsageError("OPTIONS", repr(text), where=option, allowed="NAME[:KEY=VALUE...],...")
+    return tuple(made)
+
+
+def _planner(name: str, words: list[str]) -> Config:
+    """A planner with all its settings."""
+    from lampyris.cli.request import parse_settings
+    from lampyris.study.design.config import planner_who
+
+    return planner_who(name, parse_settings(name, words), label_of(name, words))
+
+
+def _law(name: str, words: list[str]) -> Config:
+    """A law with all its settings."""
+    from lampyris.cli.request import parse_law
+    from lampyris.motion.laws import registry as laws
+    from lampyris.study.design.config import law_who
+
+    check_choice("LAW", "--laws", name, laws.LAWS)
+    return law_who(name, parse_law(name, words), label_of(name, words))
+
+
+def label_of(name: str, words: list[str]) -> str:
+    """What a table calls it: ``ad-gso choice=exact``."""
+    return " ".join((name, *words))
+
+
+def run_comparison(request: CompareRequest, out: CompareOutputs) -> int:
+    """Compare, write and print the result. Returns the exit code."""
+    from lampyris.cli.request import scene_notes
+    from lampyris.cli.verbs.compare import tables
+    from lampyris.model.traffic import RandomWalk
+    from lampyris.study.execution import run as running
+    from lampyris.study.execution.execution import Execution
+
+    out.check()
+    scenario = request.base.scenario()
+    study = request.study(scenario)
+    drawn = sum(len(one.starts) for one in scenario.scene.traffic if isinstance(one, RandomWalk))
+    left = (f"the {drawn} moving obstacles drawn in the map are left aside: a comparison draws its own",)
+    print_notes((*scenario.notes, *scene_notes(scenario.scene), *(left if drawn else ())))
+    began = time.perf_counter()
+    rows: dict[str, Row] = {}
+
+    def keep(some: Sequence[Row]) -> None:
+        rows.update((row.key, row) for row in some)
+
+    with counting("comparing", f"of {len(study)}", quiet=out.json) as tick:
+        running.run(
+            study,
+            keep,
+            where=Execution(workers=request.workers),
+            progress=None if tick is None else lambda p: tick(p.done),
+        )
+    lines = _lines(study, rows)
+    if out.csv is not None:
+        from lampyris.study.analysis.export import write_csv
+        from lampyris.study.analysis.table import table_of
+
+        with outputs.place(out.csv) as place:
+            write_csv(place, table_of(study, rows))
+    if out.picture is not None:
+        from lampyris.cli.verbs.compare.picture import draw
+
+        with working("drawing", quiet=out.json):
+            draw(study, lines, out.picture, speeds=request.laws is not None)
+    metric = "found" if study.kind == "plan" else "arrived"
+    if out.json:
+        print_json(tables.record(study, lines, metric, out.timing, time.perf_counter() - began))
+    else:
+        with outputs.text_beside(out.csv):
+            tables.print_comparison(study, lines, metric)
+            outputs.print_written(out.picture, out.csv)
+    code = _exit_code(lines, metric)
+    if code == BAD_INPUT:
+        code_of, _, what = lines[0].rows[0].error.partition(": ")
+        # A row holds the code and the words of an error, not the setting.
+        raise InputError(code_of, what, setting="traffic.count" if code_of == "OBSTACLE_ROOM" else "")
+    return code
+
+
+def _exit_code(lines: Sequence[CompareLine], metric: str) -> int:
+    """0: some run found a path or arrived. Else by what all runs have in common: refused, or a fault."""
+    if any(line.good(metric) for line in lines):
+        return 0
+    for ending, code in (("refused", BAD_INPUT), ("failed", INTERNAL_FAULT)):
+        if all(row.ending == ending for line in lines for row in line.rows):
+            return code
+    return NO_ANSWER
+
+
+def _lines(study: Study, rows: Mapping[str, Row]) -> list[CompareLine]:
+    """The table: planners in the order given, each under all laws."""
+    from lampyris.cli.verbs.compare.tables import CompareLine
+
+    found: dict[tuple[str, str], list[Row]] = {}
+    for job in study.jobs():
+        found.setdefault((job.labels["planner"], job.labels["law"]), []).append(rows[job.key])
+    return [
+        CompareLine(planner, law, tuple(found[planner.called, law.called]))
+        for planner in study.planners
+        for law in study.laws
+    ]

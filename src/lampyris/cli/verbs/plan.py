@@ -1,0 +1,248 @@
+"""``lampyris plan``: a path and a speed for every cell of it.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lampyris.cli import outputs, text
+from lampyris.cli.exit_codes import NO_ANSWER
+from lampyris.cli.options import (
+    AllowOutside,
+    AMax,
+    Colour,
+    Csv,
+    DMax,
+    Explain,
+    Force,
+    Goal,
+    GoalM,
+    JerkMax,
+    Json,
+    LatMax,
+    Law,
+    Layer,
+    Map,
+    MaxCells,
+    Moves,
+    NoTiming,
+    Picture,
+    Planner,
+    Preset,
+    Radius,
+    Resolution,
+    Save,
+    Seed,
+    Set,
+    SetLaw,
+    Start,
+    StartM,
+    TurnRadius,
+    Values,
+    VMax,
+    Zones,
+)
+from lampyris.cli.outputs import LAYERS, Outputs, print_written
+from lampyris.cli.progress import working
+from lampyris.cli.text import print_json, print_notes, word_counts
+from lampyris.errors import LimitError
+
+if TYPE_CHECKING:
+    from lampyris.io.scenario.scenario import Scenario
+    from lampyris.model.plan import Plan
+    from lampyris.model.profile import Profile
+    from lampyris.model.scene import Scene
+    from lampyris.planning.base import Budget
+
+
+def plan(
+    map_: Map,
+    start: Start = None,
+    goal: Goal = None,
+    start_m: StartM = None,
+    goal_m: GoalM = None,
+    planner: Planner = "ad-gso",
+    preset: Preset = "robot",
+    moves: Moves = None,
+    law: Law = None,
+    set_law: SetLaw = None,
+    settings: Set = None,
+    seed: Seed = 0,
+    resolution: Resolution = None,
+    radius: Radius = 0.0,
+    v_max: VMax = 1.0,
+    a_max: AMax = 0.5,
+    d_max: DMax = 1.0,
+    lat_max: LatMax = 1.0,
+    turn_radius: TurnRadius = 0.0,
+    jerk_max: JerkMax = None,
+    zones: Zones = None,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    explain: Explain = False,
+    json_: Json = False,
+    no_timing: NoTiming = False,
+    picture: Picture = None,
+    layer: Layer = "luciferin",
+    csv: Csv = None,
+    save: Save = None,
+    force: Force = False,
+    time_limit: Annotated[
+        float | None,
+        typer.Option("--time-limit", metavar="S", help="Seconds of planning; then it stops, exit code 5."),
+    ] = None,
+) -> None:
+    """Plan a path and a speed for every cell of it: corners are rounded within half a step, or stops."""
+    from lampyris.cli.request import Request, budget_of
+
+    request = Request(
+        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        zones, set_law or [],
+    )  # fmt: skip
+    out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
+    out.check()
+    budget = budget_of("--time-limit", time_limit)
+    raise typer.Exit(plan_scenario(request.scenario(), out, budget))
+
+
+def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
+    """Plan what a scenario says, write and print the result. Returns the exit code."""
+    from lampyris import scenarios
+    from lampyris.cli.request import scene_notes
+    from lampyris.model.plan import Status
+    from lampyris.report.data.serialize import plan_record
+
+    scene = scenario.scene
+    print_notes((*scenario.notes, *scene_notes(scene), *scenarios.without_effect(scenario)))
+    with working(f"planning on {scene.grid.name or 'the map'}", quiet=out.json):
+        record = out.explain or out.picture is not None
+        done: Any = scenarios.run(scenario, record=record, budget=budget)
+    found: Plan = done.plan
+    profile: Profile | None = done.profile
+    if out.picture is not None:
+        _draw(scenario, found, profile, out, out.picture)
+    if out.csv is not None:
+        if found.path is None or profile is None:
+            print_notes(("no path, so no CSV was written",))
+        else:
+            from lampyris.report.data.csv import write_plan_csv
+
+            with outputs.place(out.csv) as place:
+                write_plan_csv(place, found, profile, scene.grid)
+    if out.save is not None:
+        print_notes(scenarios.save_scenario(scenario, out.save))
+    if out.json:
+        if not out.explain:
+            # Whether a picture was drawn must not change the answer.
+            found = replace(found, jumps=())
+        print_json(out.without_timing(plan_record(found, scene, profile, seed=scenario.seed)))
+    else:
+        with outputs.text_beside(out.csv):
+            print_plan(found, scene, profile, explain=out.explain, name=scenario.name)
+            print_written(out.picture, out.csv, out.save)
+    if found.status is Status.LIMIT:
+        return LimitError.exit_code
+    return 0 if found else NO_ANSWER
+
+
+def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs, to: Path) -> None:
+    from lampyris.planning.field.solve import solve_field
+    from lampyris.report.pictures.plan_picture import draw_plan
+
+    layer, settings, scene = out.layer or LAYERS[0], scenario.settings, scenario.scene
+    with working("drawing", quiet=out.json):
+        # The field that the planner walked on, not the default one.
+        shares = {k: settings[k] for k in ("rho", "gamma") if k in settings}
+        gates = "close" if settings.get("gates") == "close" else "ignore"
+        field = solve_field(scene, gates=gates, **shares) if layer != "none" else None
+        draw_plan(scene.grid, found, field=field, profile=profile, scene=scene, layer=layer, out=to)
+
+
+def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
+    """Print a plan: the verdict first, then the numbers, then (on request) every iteration."""
+    from lampyris.report.data.metrics import path_metrics
+    from lampyris.report.data.serialize import STEP_WORDS, corners_record
+
+    grid = scene.grid
+    style = "green" if found else "red"
+    text.line(found.sentence, style=f"bold {style}")
+    rows = [("scenario", name)] if name else []
+    rows += [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("from, to", f"{scene.start} to {scene.goal}"),
+        ("planner", f"{found.planner}, {scene.moves.name} moves"),
+    ]
+    if found.path is not None and found.steps is not None:
+        counts = ", ".join(f"{n} {w}" for n, w in zip(found.steps, STEP_WORDS, strict=False))
+        m = path_metrics(found.path, grid)
+        gap = found.gap or 0.0
+        rows += [
+            ("cost", f"{found.cost:.6g} cells ({counts}); best {found.optimal_cost:.6g}, gap {gap:.2%}"),
+            ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
+            ("sum of cost-to-go", f"{found.sum_cost_to_go:.6g}"),
+        ]
+    rows += [("note", note) for note in found.notes]
+    waiting = ""
+    if found.schedule is not None:
+        ticks = found.schedule.tolist()
+        waits = ticks[-1] - ticks[0] - len(ticks) + 1
+        rows.append(("schedule", f"on the goal at tick {ticks[-1]}, {waits} ticks of waiting on the way"))
+        waiting = ", without the waiting" if waits else ""
+    if found.any_angle_length is not None and found.waypoints is not None:
+        words = f"{found.any_angle_length:.6g} cells in {len(found.waypoints) - 1} straight lines"
+        rows.append(("any angle", words))
+    rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
+    on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
+    rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
+    if found.gates_met:
+        rows.append(("replanned at", text.some(found.gates_met)))
+    if profile is not None:
+        mean = f"mean {profile.mean:.4g} {profile.units} ({profile.law} law)"
+        rows.append(("speed", f"{mean}; {_duration(profile)} in all{waiting}"))
+        corners = corners_record(found, scene, profile)
+        if corners is not None:
+            rounded = corners["turns"] - corners["stops"]
+            words = f"{rounded} rounded within half a step, {corners['stops']} stops to turn"
+            rows.append(("corners", words))
+        rows.append(("held by", word_counts(profile.cause)))
+    seconds = found.timing.get("total_s")
+    if seconds is not None:
+        loaded = found.timing.get("loading_s", 0.0)
+        once = f", loading compiled code {1000 * loaded:.1f} ms" if loaded >= 1e-4 else ""
+        planning = f"planning {1000 * found.timing['plan_s']:.1f} ms"
+        rows.append(("time", f"{1000 * seconds:.1f} ms, of which {planning}{once}"))
+    text.facts("", rows)
+    if explain:
+        _explain(found, profile)
+
+
+def _explain(found: Plan, profile: Profile | None) -> None:
+    from lampyris.report.data.adgso_tables import COLUMNS, jump_tables
+
+    for jump in jump_tables(found):
+        text.line(jump.title, style="bold")
+        right = [COLUMNS[k] for k in (0, 2, 3)]
+        text.table("", COLUMNS, jump.rows, right=right, bold=jump.chosen, boxed=True)
+        text.line(jump.note)
+    if profile is not None and found.path is not None:
+        columns = ("node", "cell", "s", f"v ({profile.units})", "t", "held by")
+        numbers = (profile.s, profile.v, profile.t)
+        rows = [
+            (str(k), f"({x}, {y})", *(f"{of[k]:.4g}" for of in numbers), profile.cause[k])
+            for k, (x, y) in enumerate(found.path.cells)
+        ]
+        right = [name for name in columns if name not in ("cell", "held by")]
+        text.table("speed at each node", columns, rows, right=right, boxed=True)
+
+
+def _duration(profile: Profile) -> str:
+    return f"{profile.duration:.4g} {'s' if profile.metric else 'transfers'}"

@@ -1,0 +1,195 @@
+"""``lampyris simulate``: a run among moving obstacles, tick by tick.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lampyris._core.defaults import SIMULATION_PATIENCE
+from lampyris.cli import outputs, text
+from lampyris.cli.exit_codes import NO_ANSWER
+from lampyris.cli.options import (
+    AllowOutside,
+    AMax,
+    Colour,
+    DMax,
+    Film,
+    Force,
+    Goal,
+    GoalM,
+    JerkMax,
+    Json,
+    LatMax,
+    Law,
+    Map,
+    MaxCells,
+    Mobility,
+    Moves,
+    NoTiming,
+    ObstacleRadius,
+    Obstacles,
+    PlanLimit,
+    Planner,
+    Preset,
+    Radius,
+    Rate,
+    Resolution,
+    Save,
+    Seed,
+    Set,
+    SetLaw,
+    Start,
+    StartM,
+    Track,
+    TurnRadius,
+    Values,
+    VMax,
+    Zones,
+)
+from lampyris.cli.outputs import Outputs, print_written
+from lampyris.cli.progress import counting
+from lampyris.cli.text import print_json, print_notes, word_counts
+
+if TYPE_CHECKING:
+    from lampyris.io.scenario.scenario import Scenario
+    from lampyris.model.trace import Trace
+    from lampyris.planning.base import Budget
+
+
+def simulate(
+    map_: Map,
+    start: Start = None,
+    goal: Goal = None,
+    start_m: StartM = None,
+    goal_m: GoalM = None,
+    planner: Planner = "ad-gso",
+    preset: Preset = "robot",
+    moves: Moves = None,
+    law: Law = None,
+    set_law: SetLaw = None,
+    settings: Set = None,
+    seed: Seed = 0,
+    resolution: Resolution = None,
+    radius: Radius = 0.0,
+    v_max: VMax = 1.0,
+    a_max: AMax = 0.5,
+    d_max: DMax = 1.0,
+    lat_max: LatMax = 1.0,
+    turn_radius: TurnRadius = 0.0,
+    jerk_max: JerkMax = None,
+    zones: Zones = None,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    obstacles: Obstacles = 10,
+    mobility: Mobility = "random-walk",
+    rate: Rate = None,
+    obstacle_radius: ObstacleRadius = 0.0,
+    track: Track = None,
+    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", help="When to stop.")] = None,
+    patience: Annotated[
+        int | None,
+        typer.Option(
+            "--patience",
+            metavar="N",
+            help=f"Ticks in a row the robot waits before it gives up (default {SIMULATION_PATIENCE}).",
+        ),
+    ] = None,
+    json_: Json = False,
+    no_timing: NoTiming = False,
+    film: Film = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option(
+            "--csv", metavar="FILE", help="A row a tick: x_m, y_m, yaw, v, tick, cause, x, y, event."
+        ),
+    ] = None,
+    save: Save = None,
+    force: Force = False,
+    plan_limit: PlanLimit = None,
+) -> None:
+    """Simulate a run among moving obstacles, cell by cell and tick by tick."""
+    from lampyris.cli.request import Request, TrafficRequest, budget_of
+
+    request = Request(
+        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        zones, set_law or [],
+    )  # fmt: skip
+    traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
+    out = Outputs(json_, not no_timing, csv, save, force, film=film)
+    out.check()
+    budget = budget_of("--plan-limit", plan_limit)
+    scenario = request.scenario()
+    scene = replace(scenario.scene, traffic=traffic.traffic(scenario.scene, request.seed))
+    scenario = replace(scenario, scene=scene, simulated=True, ticks=ticks, patience=patience)
+    raise typer.Exit(simulate_scenario(scenario, out, budget))
+
+
+def simulate_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:
+    """Simulate what a scenario says, write and print the result. Returns the exit code."""
+    from lampyris import scenarios
+    from lampyris.cli.request import scene_notes
+    from lampyris.report.data.serialize import trace_record
+
+    print_notes((*scenario.notes, *scene_notes(scenario.scene), *scenarios.without_effect(scenario)))
+    with counting("simulating", "ticks", quiet=out.json) as tick:
+        done: Any = scenarios.run(scenario, progress=tick, budget=budget)
+    trace: Trace = done
+    print_notes(trace.notes)
+    if out.film is not None:
+        from lampyris.report.film.simulation_film import film as make_film
+
+        with counting("filming", "frames", quiet=out.json) as frame:
+            make_film(trace, out.film, progress=frame)
+    if out.csv is not None:
+        from lampyris.report.data.csv import write_trace_csv
+
+        with outputs.place(out.csv) as place:
+            write_trace_csv(place, trace)
+    if out.save is not None:
+        print_notes(scenarios.save_scenario(scenarios.completed(scenario, trace), out.save))
+    if out.json:
+        print_json(out.without_timing(trace_record(trace)))
+    else:
+        with outputs.text_beside(out.csv):
+            print_trace(trace, name=scenario.name)
+            print_written(out.film, out.csv, out.save)
+    return 0 if trace.arrived else NO_ANSWER
+
+
+def print_trace(run: Trace, *, name: str = "") -> None:
+    """Print a simulation."""
+    text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
+    grid = run.scene.grid
+    kinds = word_counts([b.kind for b in run.bodies]) or "none"
+    moving = run.speed[run.speed > 0]
+    mean = f"{moving.mean():.4g}" if len(moving) else "0"
+    counts = f"{run.replans} replans, {run.waits} waits, {run.flips} changes of mind"
+    rows = [("scenario", name)] if name else []
+    rows += [
+        ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+        ("from, to", f"{run.scene.start} to {run.scene.goal}"),
+        ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}"),
+        ("obstacles", f"{len(run.bodies)} ({kinds})"),
+        (
+            "outcome",
+            f"{run.outcome.value} after {run.ticks} ticks; collisions {run.collisions}, hits {run.hits}",
+        ),
+        ("cost", f"{run.cost:.6g} cells driven; {counts}"),
+        ("iterations", f"{run.iterations}; {run.expansions} expansions"),
+        ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
+        ("held by", word_counts(run.cause)),
+    ]
+    if run.edits:
+        walls, freed = (sum(len(getattr(e, what)) for e in run.edits) for what in ("blocked", "freed"))
+        times = f"{len(run.edits)} time" + "s" * (len(run.edits) > 1)
+        rows.insert(-4, ("edits", f"{times}: {walls} cells turned into walls, {freed} free"))
+    text.facts("", rows)

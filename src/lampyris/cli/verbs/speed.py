@@ -1,0 +1,297 @@
+"""``lampyris speed``: how fast along a path, and why, by which law.
+
+Heavy modules are imported when the verb runs, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lampyris._core.defaults import COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
+from lampyris.cli import outputs, text
+from lampyris.cli.exit_codes import NO_ANSWER
+from lampyris.cli.option_errors import check_choice
+from lampyris.cli.options import (
+    AllowOutside,
+    AMax,
+    Colour,
+    DMax,
+    Force,
+    Goal,
+    GoalM,
+    JerkMax,
+    Json,
+    LatMax,
+    Map,
+    MaxCells,
+    Moves,
+    NoTiming,
+    ObstacleRadius,
+    Picture,
+    Planner,
+    Preset,
+    Radius,
+    Resolution,
+    Seed,
+    Set,
+    SetLaw,
+    Start,
+    StartM,
+    Track,
+    TurnRadius,
+    Values,
+    VMax,
+    Zones,
+)  # fmt: skip
+from lampyris.cli.outputs import print_written
+from lampyris.cli.progress import working
+from lampyris.cli.text import print_json
+
+if TYPE_CHECKING:
+    from lampyris.cli.verbs.speed_laws import SpeedComparison, SpeedRequest
+    from lampyris.model.profile import Profile
+
+DEFAULT = "constant,dissertation,rpp,physical,optimum"
+COLOUR_BY = ("speed", "cause")
+
+
+def speed(
+    map_: Map,
+    path: Annotated[
+        Path | None,
+        typer.Option("--path", metavar="FILE", help="A way from a file: CSV, a ROS Path, a plan's JSON."),
+    ] = None,
+    units: Annotated[
+        str | None, typer.Option("--units", help="Of a CSV's columns x,y: metres (default) or cells.")
+    ] = None,
+    start: Start = None,
+    goal: Goal = None,
+    start_m: StartM = None,
+    goal_m: GoalM = None,
+    planner: Planner = "ad-gso",
+    settings: Set = None,
+    preset: Preset = "robot",
+    moves: Moves = None,
+    laws_: Annotated[
+        str,
+        typer.Option(
+            "--laws", metavar="NAME,...", help="Which laws to compare, or all: see `lampyris laws`."
+        ),
+    ] = DEFAULT,
+    law: Annotated[
+        str, typer.Option("--law", help="The law that is looked at: what holds it where, and its file.")
+    ] = "physical",
+    set_law: SetLaw = None,
+    v0: Annotated[float, typer.Option("--v0", metavar="M/S", help="Speed at the start.")] = 0.0,
+    smooth: Annotated[
+        str | None,
+        typer.Option(
+            "--smooth",
+            help=f"{PROFILE_SMOOTH} (default for a plan, as in `lampyris plan`): the cells or points as they "
+            f"are, each corner rounded within half a step, or a stop; {POINTS_SMOOTH} (default with --path): "
+            "corners rounded as widely as there is room; taut: drawn straight where there is room, rounded.",
+        ),
+    ] = None,
+    spacing: Annotated[
+        float | None,
+        typer.Option(
+            "--spacing",
+            metavar="M",
+            help=f"Metres between nodes of a curve, at most (default {COURSE_SPACING:g} of a cell).",
+        ),
+    ] = None,
+    movers: Annotated[
+        Path | None,
+        typer.Option(
+            "--movers", metavar="FILE", help="Moving obstacles: CSV x_m,y_m,radius,top_speed[,vx,vy]."
+        ),
+    ] = None,
+    track: Track = None,
+    tick: Annotated[
+        float | None,
+        typer.Option("--tick", metavar="S", help="Seconds of a row of --track (default: a cell at --v-max)."),
+    ] = None,
+    obstacle_radius: ObstacleRadius = 0.0,
+    zones: Zones = None,
+    seed: Seed = 0,
+    resolution: Resolution = None,
+    radius: Radius = 0.0,
+    v_max: VMax = 1.0,
+    a_max: AMax = 0.5,
+    d_max: DMax = 1.0,
+    lat_max: LatMax = 1.0,
+    turn_radius: TurnRadius = 0.0,
+    jerk_max: JerkMax = None,
+    values: Values = "occupancy",
+    colour: Colour = "legend",
+    allow_outside: AllowOutside = False,
+    max_cells: MaxCells = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print what holds the speed where: stretches of one cause.")
+    ] = False,
+    all_: Annotated[bool, typer.Option("--all", help="With --explain: a row for every node.")] = False,
+    json_: Json = False,
+    no_timing: NoTiming = False,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="A row a node: x_m, y_m, yaw, v, t_s, s, a, cause, why."),
+    ] = None,
+    picture: Picture = None,
+    colour_by: Annotated[
+        str, typer.Option("--colour-by", help="What the curve's colours in the picture are: speed or cause.")
+    ] = "speed",
+    chart: Annotated[
+        Path | None,
+        typer.Option("--chart", metavar="FILE", help="Draw all laws over the way's length (.png or .svg)."),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Say how fast to drive a way, and why; compare speed laws on it."""
+    from lampyris.cli.request import Request
+    from lampyris.cli.verbs.speed_laws import SpeedRequest, TracksRequest
+
+    request = Request(
+        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        zones, set_law or [],
+    )  # fmt: skip
+    tracks = TracksRequest(tuple(track or ()), tick, obstacle_radius)
+    speed_request = SpeedRequest(request, path, units, laws_, v0, smooth, spacing, movers, tracks)
+    out = SpeedOutputs(json_, not no_timing, csv, picture, chart, colour_by, force, explain or all_, all_)
+    raise typer.Exit(compare_on_path(speed_request, out))
+
+
+@dataclass(frozen=True)
+class SpeedOutputs:
+    """What ``speed`` prints and writes."""
+
+    json: bool
+    timing: bool
+    csv: Path | None
+    picture: Path | None
+    chart: Path | None
+    colour_by: str
+    force: bool
+    explain: bool
+    all_nodes: bool
+
+    def check(self) -> None:
+        """Reject before any work what could not be written at the end."""
+        outputs.check_outputs(
+            self.force, json=self.json, csv=self.csv, picture=self.picture, chart=self.chart
+        )
+        check_choice("COLOUR_BY", "--colour-by", self.colour_by, COLOUR_BY)
+
+
+def compare_on_path(request: SpeedRequest, out: SpeedOutputs) -> int:
+    """Compare laws on a path, write and print the result. Returns the exit code."""
+    from lampyris.cli.verbs.speed_laws import NoPath, compare_laws, record_of
+    from lampyris.report.data.serialize import grid_record
+
+    names = request.check()
+    out.check()
+    made = compare_laws(request, names)
+    if isinstance(made, NoPath):
+        if out.json:
+            print_json({"map": grid_record(made.grid), "sentence": made.sentence, "laws": [], "speed": None})
+        else:
+            text.line(made.sentence, style="bold red")
+        return NO_ANSWER
+    _write_files(made, out)
+    if out.json:
+        print_json(record_of(made, out.timing))
+    else:
+        with outputs.text_beside(out.csv):
+            print_comparison(made, explain=out.explain, all_nodes=out.all_nodes)
+            print_written(out.csv, out.picture, out.chart)
+    return 0
+
+
+def _write_files(comparison: SpeedComparison, out: SpeedOutputs) -> None:
+
+    from lampyris.cli.verbs.speed_laws import course_at
+
+    profile, grid = comparison.entry.profile, comparison.scene.grid
+    if out.csv is not None:
+        from lampyris.report.data.csv import write_profile_csv
+
+        with outputs.place(out.csv) as place:
+            write_profile_csv(place, profile, course_at(profile, comparison.course).heading, grid)
+    with working("drawing", quiet=out.json):
+        if out.picture is not None:
+            from lampyris.report.pictures.path_picture import draw_course
+
+            draw_course(
+                grid, profile, out.picture, by=out.colour_by, movers=comparison.movers, given=comparison.given,
+                radius=comparison.scene.robot.radius,
+            )  # fmt: skip
+        if out.chart is not None:
+            from lampyris.report.charts.speed_compare import draw_comparison
+
+            draw_comparison([(e.law, e.profile) for e in comparison.entries], comparison.chosen, out.chart)
+
+
+def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: bool) -> None:
+    """Print the laws side by side, then what limits the one that is examined."""
+    from lampyris.report.data.metrics import cause_shares
+
+    profile = comparison.entry.profile
+    grid, course = comparison.scene.grid, comparison.course
+    length = float(course.s[-1])
+    text.line(f"{length:.4g} m in {profile.duration:.4g} s by the {comparison.entry.law} law", style="bold")
+    stops = f"{int(course.stop.sum())} stops to turn"
+    shape = f"{len(comparison.given)} points made {comparison.arcs} arcs and {stops}"
+    corners = (
+        [("corners", f"{comparison.arcs} rounded within half a step, {stops}")]
+        if comparison.smooth == "none"
+        else []
+    )
+    lengths = (
+        f"{comparison.given_m:.6g} m; driven: {length:.6g} m ({comparison.smooth}), "
+        f"at most {comparison.deviation_m:.3g} m from it"
+    )
+    text.facts(
+        "",
+        [
+            ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
+            ("way", f"from {comparison.source}: {shape}; {len(course)} nodes"),
+            ("way given", lengths),
+            *corners,
+        ],
+    )
+    _print_laws(comparison)
+    for law, why in comparison.refused.items():
+        text.line(f"{law} does not let the robot drive: {why}", style="red")
+    columns = ("cause", "of the way", "of the time")
+    shares = [(share.cause, f"{share.way:.1%}", f"{share.time:.1%}") for share in cause_shares(profile)]
+    text.table(f"what holds {comparison.entry.law}", columns, shares, right=columns[1:])
+    if explain:
+        _print_reasons(profile, all_nodes)
+
+
+def _print_laws(comparison: SpeedComparison) -> None:
+    columns = ("law", "time s", "mean m/s", "x optimum", "lateral m/s2", "breaks")
+    rows = []
+    for e in comparison.entries:
+        numbers = (f"{e.duration_s:.2f}", f"{e.mean:.3f}", f"{e.ratio:.3f}", f"{e.peak_lateral:.3f}")
+        rows.append((e.law, *numbers, ", ".join(e.broken) or "-"))
+    text.table("laws on this way", columns, rows, right=columns[1:-1], bold=comparison.chosen, red="breaks")
+
+
+def _print_reasons(profile: Profile, all_nodes: bool) -> None:
+    """Print a row for each stretch that one cause limits, or for each node."""
+    from lampyris.cli.verbs.speed_laws import runs
+
+    columns = ("node", "s (m)", "v (m/s)", "t (s)", "held by")
+    rows = []
+    for a, b in runs(profile, all_nodes):
+        node = str(a) if a == b else f"{a}-{b}"
+        numbers = (
+            f"{x[a]:.3f}" if a == b else f"{x[a]:.3f} - {x[b]:.3f}" for x in (profile.s, profile.v, profile.t)
+        )
+        rows.append((node, *numbers, profile.why(a)))
+    text.table("why", columns, rows, right=columns[:-1], whole=columns[:-1])

@@ -1,0 +1,1 @@
+"""``lampyris study``: many runs from one small file, kept, counted and compared."""
