@@ -30,7 +30,7 @@ def commands(text: str) -> list[str]:
         for one in words
         if one[0] not in LONG
         and "FILE" not in one
-        and (one[1:2] == [] or one[1] in BUNDLED or one[1:] == ["run.yaml"] or one[0] in NO_FILE)
+        and (one[0] in NO_FILE or one[1:] == ["run.yaml"] or BUNDLED & set(one[1:2]))
     ]
     return [one for one in dict.fromkeys(found) if one not in NAMED]
 
