@@ -24,6 +24,10 @@ def test_the_blocks_run(page: Path) -> None:
     names: dict[str, Any] = {}
     for block in BLOCK.findall(page.read_text(encoding="utf-8")):
         exec(compile(block, page.name, "exec"), names)
+    if page.name == "README.md":
+        said = re.search(r"profile\.why\((\d+)\)  # '(.+)'", page.read_text(encoding="utf-8"))
+        assert said is not None
+        assert names["profile"].why(int(said[1])) == said[2]
     if page.name == "driving.md":
         run = names["run"]
         text = page.read_text(encoding="utf-8")
