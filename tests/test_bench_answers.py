@@ -131,11 +131,11 @@ def test_the_public_call_is_among_the_contestants_of_the_simulations() -> None:
     assert query.differs(0)
 
 
-def test_the_readme_says_which_simulations_it_counts() -> None:
+def test_the_page_on_performance_says_which_simulations_it_counts() -> None:
     sections = json.loads((ROOT / "docs" / "benchmarks.json").read_text(encoding="utf-8"))["sections"]
     (study,) = (section for section in sections if section["name"] == "study")
     known = {figure["task"]: figure for figure in study["figures"]}
-    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    lines = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8").splitlines()
     (kernel,) = (line for line in lines if "the compiled kernel alone" in line)
     three = [known[f"{who}, one core"] for who in ("kernels", "runs", "study")]
     rates = [f"{figure['ours']['middle']:,.0f}" for figure in three]

@@ -6,10 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-
-import lampyris
 
 PAGES = sorted((Path(__file__).resolve().parents[1] / "docs" / "speed").glob("*.md"))
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -18,32 +15,19 @@ WITH_BLOCKS = [page for page in PAGES if BLOCK.search(page.read_text(encoding="u
 pytestmark = pytest.mark.source
 
 
-def given(page: str) -> dict[str, Any]:
-    """What the pages take as there: a scene and a plan; driving.md begins from nothing."""
-    if page == "driving.md":
-        return {}
-    robot = lampyris.Robot(radius=0.3)
-    scene = lampyris.Scene(lampyris.load_grid("env-1"), (1, 1), (48, 48), robot=robot)
-    s = np.linspace(0.0, 10.0, 41)
-    return {
-        "lampyris": lampyris,
-        "scene": scene,
-        "plan": lampyris.plan(scene, "astar"),
-        "s": s,
-        "top": np.ones(41),
-        "bend": np.full(41, 0.7),
-    }
-
-
 def test_there_are_blocks() -> None:
     assert {"README.md", "curve.md", "driving.md", "profile.md"} <= {page.name for page in WITH_BLOCKS}
 
 
 @pytest.mark.parametrize("page", WITH_BLOCKS, ids=lambda p: p.name)
 def test_the_blocks_run(page: Path) -> None:
-    names = given(page.name)
+    names: dict[str, Any] = {}
     for block in BLOCK.findall(page.read_text(encoding="utf-8")):
         exec(compile(block, page.name, "exec"), names)
+    if page.name == "README.md":
+        said = re.search(r"profile\.why\((\d+)\)  # '(.+)'", page.read_text(encoding="utf-8"))
+        assert said is not None
+        assert names["profile"].why(int(said[1])) == said[2]
     if page.name == "driving.md":
         run = names["run"]
         text = page.read_text(encoding="utf-8")

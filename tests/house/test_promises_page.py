@@ -62,6 +62,19 @@ def test_every_test_that_a_goal_names_is_there(tool: ModuleType) -> None:
             assert (ROOT / word).exists(), f"{goal['id']}: {word}"
 
 
+def test_every_guarantee_has_a_command_that_exists() -> None:
+    page = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
+    lines = re.split(r"^- ", page.partition("## Guarantees")[2].partition("\n## ")[0], flags=re.MULTILINE)[1:]
+    assert len(lines) >= 20
+    for line in lines:
+        command = re.findall(r"`((?:lampyris selfcheck|python) [^`]+)`", line)[-1:]
+        assert command, line
+        checks = re.findall(r"[a-z]+", command[0].partition(" --")[0].removeprefix("lampyris selfcheck"))
+        assert command[0].startswith("python") or {*checks} <= {*registry.NAMES}, command
+        for file in re.findall(r"(?:tests|tools)/[\w/.]+", command[0]):
+            assert (ROOT / file).exists(), file
+
+
 def test_what_was_recorded_as_broken_is_told(tool: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     broken = {"goal": "G21", "cases": 100, "failures": 2, "seconds": 3.0, "date": "2026-11-22"}
     monkeypatch.setattr(tool, "records", lambda: [broken])

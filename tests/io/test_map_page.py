@@ -32,7 +32,7 @@ def test_the_commands_run(tmp_path: Path) -> None:
         for words in asked:
             done = run(*words)
             assert done.exit == 0, (words, done.err)
-        assert {p.name for p in Path().iterdir()} >= {"way.png", "site.pgm", "hills.png", "arena.map.scen"}
+        assert {p.name for p in Path().iterdir()} >= {"path.png", "site.pgm", "hills.png", "arena.map.scen"}
 
 
 def test_every_format_recipe_and_map_is_there() -> None:
