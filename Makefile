@@ -34,10 +34,10 @@ $(VENV)/.made:
 	@tools/make_venv.sh "$(PYTHON)" "$(VENV)"
 	@touch $@
 
-$(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml
+$(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml selfcheck/pyproject.toml
 	@echo "installing lampyris and what it runs on ..."
 	@$(PIP) -r requirements/run.txt
-	@$(PIP) --no-deps --no-build-isolation -e .
+	@$(PIP) --no-deps --no-build-isolation -e . -e ./selfcheck
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
@@ -72,6 +72,7 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/lint_determinism.py
+	$(BIN)/python tools/house.py
 
 collected: $(VENV)/.dev
 	@mkdir -p build; $(BIN)/python -m pytest -q --collect-only $(TESTS) >build/collected.txt 2>&1 || { tail -50 build/collected.txt; exit 1; }
@@ -108,6 +109,7 @@ audit: $(VENV)/.nightly
 test-wheel: $(VENV)/.dev
 	@rm -rf dist build/wheel-venv && mkdir -p build
 	$(BIN)/python -m build --wheel --no-isolation --outdir dist . >/dev/null
+	$(BIN)/python -m build --wheel --no-isolation --outdir dist selfcheck >/dev/null
 	@tools/make_venv.sh "$(PYTHON)" build/wheel-venv
 	@build/wheel-venv/bin/python -m pip install --quiet -r requirements/run.txt -r requirements/dev.txt dist/*.whl
 	@# Run from a copy of tests/ alone, so that src/ cannot be what is tested.

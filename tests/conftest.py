@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from lampyris.selfcheck.twins.watching import Readings
+from lampyris_selfcheck.reference.files.watching import Readings
 
 ROOT = Path(__file__).resolve().parent.parent
 

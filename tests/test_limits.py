@@ -38,8 +38,8 @@ from lampyris.model.robot import GREATEST, LEAST, Robot
 from lampyris.model.scene import MAX_RADIUS, Scene
 from lampyris.model.traffic import MAX_BODIES, RandomWalk, Recorded
 from lampyris.scenarios import load_scenario
-from lampyris.selfcheck.twins.map_files import bmp, chunk, npy, png, put, rows
-from lampyris.selfcheck.twins.watching import memory
+from lampyris_selfcheck.reference.files.map_files import bmp, chunk, npy, png, put, rows
+from lampyris_selfcheck.reference.files.watching import memory
 
 Ask = Callable[[Path, int], object]
 """Given a folder and n: ask for n."""

@@ -33,8 +33,6 @@ from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.spacetime import session as _timed_session
 from lampyris.planning.swarm.optimisers import glowworm, particle
 from lampyris.scenarios import load_scenario
-from lampyris.selfcheck import _fuzz_study
-from lampyris.selfcheck.twins.map_files import put
 from lampyris.study.design import config as who
 from lampyris.study.design import schema as form
 from lampyris.study.design import study_file, study_map
@@ -43,6 +41,8 @@ from lampyris.study.design.study_file import load_study
 from lampyris.study.execution.execution import MAX_WORKERS, Execution
 from lampyris.study.store import file as store_file
 from lampyris.study.store.store import Store
+from lampyris_selfcheck.checks.files import fuzz_study
+from lampyris_selfcheck.reference.files.map_files import put
 
 SOURCE = Path(lampyris.__file__).parent
 TESTS = Path(__file__).parent
@@ -201,7 +201,7 @@ def test_parts_of_a_message() -> None:
 def test_a_value_of_a_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A text of as many bytes as SQLite may hand over is read; of one more the store is damaged."""
     path = tmp_path / "s.study.db"
-    path.write_bytes(_fuzz_study.stores().seeds[1])
+    path.write_bytes(fuzz_study.stores().seeds[1])
     row = Row("k" * 64, "failed", {}, {}, "x" * 30_000)
     with Store.open(path) as store:
         store.add([row])

@@ -36,7 +36,7 @@ from lampyris.planning.graph import grid_graph
 from lampyris.planning.graph.astar import AStar
 from lampyris.report import style
 from lampyris.report.pictures.raster import draw_map
-from lampyris.selfcheck.twins.map_files import bmp, npy, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import bmp, npy, png, put, rows
 
 SIDE = 256
 CELLS = SIDE * SIDE

@@ -13,7 +13,7 @@ from lampyris.errors import FileError, LampyrisError, SceneError
 from lampyris.io.maps.formats.movingai import ScenQuery
 from lampyris.io.maps.recipes.make import make
 from lampyris.model.plan import Status
-from lampyris.selfcheck.twins.search_twin import distances
+from lampyris_selfcheck.reference.paths.search import distances
 
 MAP = """type octile
 height 4

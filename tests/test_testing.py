@@ -20,9 +20,9 @@ from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner, Session, SessionBase, Traits
 from lampyris.planning.graph.astar import AStar
-from lampyris.selfcheck.twins import terrain_twin
-from lampyris.selfcheck.twins.search_twin import distances
 from lampyris.testing import cheapest, check_planner
+from lampyris_selfcheck.reference.paths import terrain as terrain_twin
+from lampyris_selfcheck.reference.paths.search import distances
 
 
 def small(name: str) -> Planner:

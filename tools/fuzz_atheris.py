@@ -18,10 +18,10 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["lampyris.io.maps", "lampyris.study", "lampyris.scen", "yaml"]):
-    from lampyris.selfcheck import fuzz
-    from lampyris.selfcheck._fuzz_targets import TARGETS
-    from lampyris.selfcheck._scratch import folder
-    from lampyris.selfcheck.check import Ask
+    from lampyris_selfcheck.check import Ask
+    from lampyris_selfcheck.checks.files import fuzz
+    from lampyris_selfcheck.checks.files.fuzz_targets import TARGETS
+    from lampyris_selfcheck.scratch import folder
 
 CPU_S = 4.0
 """Code that is watched line by line takes some times as long; the check itself asks for one second."""

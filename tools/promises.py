@@ -26,9 +26,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from lampyris.selfcheck import registry
-from lampyris.selfcheck.check import Ask
-from lampyris.selfcheck.ledger import append
+from lampyris_selfcheck import registry
+from lampyris_selfcheck.check import Ask
+from lampyris_selfcheck.ledger import append
 
 ROOT = Path(__file__).resolve().parents[1]
 GOALS = ROOT / "docs" / "promises.toml"

@@ -21,7 +21,7 @@ from lampyris.app.engine.decode import decode, files_of
 from lampyris.app.engine.parse import unpacked
 from lampyris.app.server.library import container
 from lampyris.errors import InternalFault, LampyrisError, LimitError
-from lampyris.selfcheck.twins.map_files import png, rows
+from lampyris_selfcheck.reference.files.map_files import png, rows
 
 GREY = 0
 SMALL = png(3, 2, 8, GREY, rows([0, 255, 255], [255, 255, 0]))

@@ -22,8 +22,8 @@ from lampyris.app.server.library import Library, container
 from lampyris.errors import FileError, LimitError
 from lampyris.io.maps import library as bundled
 from lampyris.io.maps.map_hash import map_hash
-from lampyris.selfcheck.twins.map_files import png, rows
 from lampyris.study.design.study_map import pack
+from lampyris_selfcheck.reference.files.map_files import png, rows
 
 SMALL = png(3, 2, 8, 0, rows([0, 255, 255], [255, 255, 0]))
 OTHER = png(2, 2, 8, 0, rows([0, 255], [255, 255]))

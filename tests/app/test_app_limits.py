@@ -17,8 +17,8 @@ from lampyris.app.server import engines, guard, library, request_parsing
 from lampyris.app.server.guard import Guard, Refused
 from lampyris.errors import LampyrisError
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import png, rows
 from lampyris.study.design.study_map import pack
+from lampyris_selfcheck.reference.files.map_files import png, rows
 
 STATE: dict[str, Any] = {"version": 1, "map": "guide", "start": [0, 9], "goal": [7, 0]}
 Ask = Callable[[int], object]

@@ -21,7 +21,7 @@ from test_threats_bombs import ask_for_more, impatient, until
 
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.server.engines import GRACE, Engines
-from lampyris.selfcheck.twins.watching import Readings
+from lampyris_selfcheck.reference.files.watching import Readings
 
 SLACK = 2.0
 """Seconds after its limit in which a job is over."""

@@ -16,7 +16,7 @@ from typing import TypeAlias
 from unittest import mock
 
 from lampyris.cli import main
-from lampyris.selfcheck.twins.watching import memory
+from lampyris_selfcheck.reference.files.watching import memory
 
 Content: TypeAlias = bytes | Callable[[], bytes]
 """A file's bytes; a function where they are large, so that they are made only when asked for."""

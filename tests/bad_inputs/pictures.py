@@ -9,7 +9,7 @@ import zlib
 from pathlib import Path
 
 from bad_inputs.case import Case, bad_map, good_map
-from lampyris.selfcheck.twins.map_files import SIGNATURE, bmp, chunk, png, rows
+from lampyris_selfcheck.reference.files.map_files import SIGNATURE, bmp, chunk, png, rows
 
 GREY, COLOUR, INDEX = 0, 2, 3
 LIMIT = "16,777,216"

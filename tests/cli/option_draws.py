@@ -412,9 +412,6 @@ def warm() -> None:
     import lampyris.report.pictures.plan_picture
     import lampyris.scen
     import lampyris.scenarios
-    import lampyris.selfcheck.ledger
-    import lampyris.selfcheck.registry
-    import lampyris.selfcheck.runner
     import lampyris.sim.continuous.settings
     import lampyris.study.execution.run  # noqa: F401
 

@@ -198,7 +198,7 @@ def test_a_place_that_cannot_be_written_is_refused_at_once(
 
 def test_an_old_ledger_that_is_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     from lampyris.errors import FileError
-    from lampyris.selfcheck.ledger import Ledger
+    from lampyris_selfcheck.ledger import Ledger
 
     os.mkfifo(tmp_path / "l")
     with pytest.raises(FileError, match="no regular file"):

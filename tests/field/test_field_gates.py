@@ -8,7 +8,7 @@ import pytest
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.planning.field.gates import find_gates, gate_mask
-from lampyris.selfcheck.twins import field_twin as twin
+from lampyris_selfcheck.reference.paths import field as twin
 
 
 def _grid(text: str) -> Grid:

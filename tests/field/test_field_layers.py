@@ -10,7 +10,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.field.layers import clearance, free_cells, free_space, moves_for
-from lampyris.selfcheck.twins import field_twin as twin
+from lampyris_selfcheck.reference.paths import field as twin
 
 
 def test_clearance_by_trying_all() -> None:

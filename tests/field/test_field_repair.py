@@ -18,9 +18,9 @@ from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.planning.field import repair
 from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
-from lampyris.selfcheck._repair_story import mend_through
-from lampyris.selfcheck.twins import field_twin
-from lampyris.selfcheck.twins.edit_stories import story
+from lampyris_selfcheck.checks.changes.repair_story import mend_through
+from lampyris_selfcheck.reference.paths import field as field_twin
+from lampyris_selfcheck.reference.paths.edit_stories import story
 from reference.kernel_forms import use
 
 ARRAYS = ("exact", "step", "luciferin", "free")

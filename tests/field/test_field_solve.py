@@ -17,7 +17,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.field import waves
 from lampyris.planning.field.solve import solve, solve_field
-from lampyris.selfcheck.twins import field_twin as twin
+from lampyris_selfcheck.reference.paths import field as twin
 from reference.kernel_forms import use
 
 

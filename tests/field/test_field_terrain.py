@@ -22,7 +22,8 @@ from lampyris.planning.field import waves
 from lampyris.planning.field.frame import BorderedMap
 from lampyris.planning.field.layers import moves_for, moves_on
 from lampyris.planning.field.solve import solve, solve_field
-from lampyris.selfcheck.twins import field_twin, terrain_twin
+from lampyris_selfcheck.reference.paths import field as field_twin
+from lampyris_selfcheck.reference.paths import terrain as terrain_twin
 from reference.kernel_forms import use
 
 Cell = tuple[int, int]

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from lampyris.selfcheck import registry
-from lampyris.selfcheck.check import Ask
+from lampyris_selfcheck import registry
+from lampyris_selfcheck.check import Ask
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.source

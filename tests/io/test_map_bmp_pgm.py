@@ -13,7 +13,7 @@ from PIL import Image
 
 from lampyris.errors import FileError, LimitError
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import bmp, cells, load_bytes, put
+from lampyris_selfcheck.reference.files.map_files import bmp, cells, load_bytes, put
 
 BW = bytes([0, 0, 0, 0, 255, 255, 255, 0])
 RAMP = b"".join(bytes((v, v, v, 0)) for v in range(256))

@@ -12,7 +12,7 @@ from lampyris.errors import FileError, LampyrisError, SettingError
 from lampyris.io.maps.formats.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import adam7, bmp, cells, chunk, npy, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import adam7, bmp, cells, chunk, npy, png, put, rows
 
 ROW = [0, 1, 100, 252, 253, 254, 255]
 CELLS = ["....##?"]

@@ -15,7 +15,7 @@ from lampyris.io.maps.formats import csv as csv_file
 from lampyris.io.maps.formats.csv import MARKER, csv_text
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import cells, load_bytes, put
+from lampyris_selfcheck.reference.files.map_files import cells, load_bytes, put
 
 
 @pytest.mark.parametrize("separator", [b",", b";", b"\t", b", ", b" ;  "])

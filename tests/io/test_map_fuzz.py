@@ -15,7 +15,7 @@ import pytest
 from lampyris.errors import LampyrisError
 from lampyris.io.maps.formats.movingai import read_scen
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import adam7, bmp, chunk, npy, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import adam7, bmp, chunk, npy, png, put, rows
 
 PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
 SEEDS = {

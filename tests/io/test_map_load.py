@@ -10,7 +10,7 @@ import pytest
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SettingError
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import bmp, cells, load_bytes, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import bmp, cells, load_bytes, png, put, rows
 
 
 def test_a_bundled_name_or_a_file_of_that_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from lampyris.errors import FileError
 from lampyris.io.maps.formats.colours import BRIGHTNESS, luma
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import bmp, cells, chunk, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import bmp, cells, chunk, png, put, rows
 
 # (306 R + 601 G + 117 B) >> 10, by hand; then occ = 1 - grey / 255: blocked from 0.65, free up to 0.196.
 BY_HAND = {

@@ -11,7 +11,7 @@ import pytest
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.io.maps.formats.movingai import ScenQuery, read_scen
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import cells, load_bytes, put
+from lampyris_selfcheck.reference.files.map_files import cells, load_bytes, put
 
 HEAD = b"type octile\nheight 2\nwidth 7\nmap\n"
 

@@ -13,7 +13,16 @@ import pytest
 
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.io.maps.load import load_map
-from lampyris.selfcheck.twins.map_files import SIGNATURE, adam7, cells, chunk, load_bytes, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import (
+    SIGNATURE,
+    adam7,
+    cells,
+    chunk,
+    load_bytes,
+    png,
+    put,
+    rows,
+)
 
 
 def test_grey_is_read_by_the_thresholds_of_map_servers(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from lampyris.io.maps.formats.ros_write import save_ros
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.save import save_map
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import cells, chunk, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import cells, chunk, png, put, rows
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 YAML = """\

@@ -19,7 +19,7 @@ from test_map_ros import YAML, pgm, ros
 from lampyris.errors import FileError, LampyrisError, LimitError
 from lampyris.io.maps.load import load_map
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import cells, png, put, rows
+from lampyris_selfcheck.reference.files.map_files import cells, png, put, rows
 
 WATCHED: list[tuple[str, tuple[Any, ...]]] = []
 _on = False

@@ -13,7 +13,7 @@ from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.save import WRITERS, save_map
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import cells
+from lampyris_selfcheck.reference.files.map_files import cells
 
 
 def _document(seed: int, width: int, height: int) -> MapDocument:

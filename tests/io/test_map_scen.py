@@ -21,7 +21,7 @@ from lampyris.io.maps.formats.movingai import (
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.save import save_map
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import cells, load_bytes, put
+from lampyris_selfcheck.reference.files.map_files import cells, load_bytes, put
 
 HEAD = "type octile\nheight 3\nwidth 7\nmap\n"
 LAKE = HEAD + ".G@OTSW\nWW....@\n.WWW.SS\n"

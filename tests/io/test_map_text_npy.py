@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lampyris.errors import FileError, LimitError
-from lampyris.selfcheck.twins.map_files import cells, load_bytes, npy
+from lampyris_selfcheck.reference.files.map_files import cells, load_bytes, npy
 
 
 @pytest.mark.parametrize("end", [b"", b"\n", b"\n\n\n", b"\n  \n"])

@@ -160,7 +160,7 @@ def test_every_form_of_map() -> None:
 
 
 def test_how_a_map_file_is_read_can_be_said() -> None:
-    from lampyris.selfcheck.twins.map_files import png, rows
+    from lampyris_selfcheck.reference.files.map_files import png, rows
 
     Path("grey.png").write_bytes(png(3, 1, 8, 0, rows([0, 100, 254])))
     ends = {"start": [0, 0], "goal": [0, 0]}

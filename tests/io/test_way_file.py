@@ -14,7 +14,7 @@ from lampyris.io import paths as way_file
 from lampyris.io.paths import read_way
 from lampyris.io.tracks.obstacle_states import read_movers
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import put
+from lampyris_selfcheck.reference.files.map_files import put
 
 GRID = Grid(np.zeros((30, 40), bool), resolution=0.05, origin=(-1.5, 2.25, 0.0))
 TURNED = Grid(np.zeros((30, 40), bool), resolution=0.05, origin=(-1.5, 2.25, 0.7))

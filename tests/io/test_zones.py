@@ -10,7 +10,7 @@ import pytest
 from lampyris.errors import LampyrisError
 from lampyris.io.maps.zones import read_zones
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.map_files import put
+from lampyris_selfcheck.reference.files.map_files import put
 
 INF = float("inf")
 GRID = Grid(np.zeros((2, 3), bool), resolution=0.5, origin=(1.0, 2.0, 0.0))

@@ -8,8 +8,8 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.sampled_path import SampledPath, course_of
-from lampyris.selfcheck._profile_ways import SIZE
-from lampyris.selfcheck._profile_ways import drawn_curve as random_curve
+from lampyris_selfcheck.checks.speed.profile_paths import SIZE
+from lampyris_selfcheck.checks.speed.profile_paths import drawn_curve as random_curve
 
 
 def random_robot(rng: np.random.Generator) -> Robot:

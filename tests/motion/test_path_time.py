@@ -17,7 +17,7 @@ from lampyris.motion.timing import spacetime_lattice as lattices
 from lampyris.motion.timing.obstacle_tracks import CappedPath, discs_of, tracks_from_recorded
 from lampyris.motion.timing.path_time import through_tracks
 from lampyris.motion.timing.reachability import Blocked, parts_of, walk
-from lampyris.selfcheck.twins.path_time_twin import least_gap, steps_to_goal
+from lampyris_selfcheck.reference.motion.path_time import least_gap, steps_to_goal
 from reference.kernel_forms import use
 
 ROBOT = Robot(radius=0.25, v_max=1.0, a_max=0.5, d_max=1.0)

@@ -14,7 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol, Recorded
 from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
 from lampyris.motion.timing.scheduled import divided, scheduled_profile
-from lampyris.selfcheck.twins.path_time_twin import least_gap
+from lampyris_selfcheck.reference.motion.path_time import least_gap
 
 
 def corridor() -> Scene:

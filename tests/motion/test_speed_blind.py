@@ -26,7 +26,7 @@ from lampyris.motion.safety.blind_areas import (
     stop_within,
     visible_cells,
 )
-from lampyris.selfcheck.twins import sight_twin
+from lampyris_selfcheck.reference.motion import sight
 from reference.kernel_forms import use
 
 ROBOT = Robot(radius=0.2)
@@ -242,7 +242,7 @@ def brute_force(seed: int, settings: BlindArea, faster: float = 1.0) -> tuple[in
             eye = at(course, np.array([s0]))[0] + 0.5
             near = free & (np.abs(points - eye).max(axis=1) < (need(ROBOT, settings) + 0.4) / res + 1)
             seen = np.zeros(len(points), dtype=bool)
-            seen[near] = sight_twin.seen_points(blocked, eye, points[near])
+            seen[near] = sight.seen_points(blocked, eye, points[near])
             shape = (height * fine, width * fine)
             beside = np.zeros(shape, dtype=bool)
             lit = seen.reshape(shape)
@@ -311,7 +311,7 @@ def test_sight_is_exact() -> None:
             bx, by = (int(rng.integers(0, n + 1)) * UNIT for n in (width, height))
         if opaque[ay // UNIT, ax // UNIT]:
             continue
-        want = sight_twin.sees(opaque, ax, ay, bx, by, UNIT)
+        want = sight.sees(opaque, ax, ay, bx, by, UNIT)
         assert visibility.sees.run_plain(opaque.ravel(), int(width), ax, ay, bx, by) == want
         checked[want] += 1
     assert min(checked) > 100

@@ -13,7 +13,7 @@ from lampyris.errors import SettingError
 from lampyris.motion import caps
 from lampyris.motion.laws.dissertation import DissertationLaw, dissertation_profile, dissertation_speeds
 from lampyris.reproduce.tables import printed_data
-from lampyris.selfcheck.twins import speed_twins
+from lampyris_selfcheck.reference.motion import speed_laws
 
 TABLES = {table: printed_data.velocity_rows(table) for table in printed_data.VELOCITY_TABLES}
 # Rows whose printed velocity is not what the law gives on the printed cells and counts.
@@ -54,7 +54,7 @@ def test_angles_of_the_tables_are_those_of_their_cells(table: str) -> None:
     way = np.array(cells(rows))
     for k in range(1, len(way) - 1):
         into, out = way[k] - way[k - 1], way[k + 1] - way[k]
-        turn = speed_twins.angle_between(tuple(into.tolist()), tuple(out.tolist()))
+        turn = speed_laws.angle_between(tuple(into.tolist()), tuple(out.tolist()))
         assert round(180 - turn) == int(rows[k]["interior_angle"])
 
 
@@ -78,7 +78,7 @@ def test_equals_the_closed_form_on_random_ways_with_knights_steps_and_turns_back
         way = random_way(rng, STEPS)
         n1 = rng.integers(0, 9, len(way)).tolist()
         n2 = rng.integers(0, 17, len(way)).tolist() if rng.random() < 0.5 else [0] * len(way)
-        assert dissertation_speeds(way, n1, n2).tolist() == speed_twins.dissertation(way, n1, n2)
+        assert dissertation_speeds(way, n1, n2).tolist() == speed_laws.dissertation(way, n1, n2)
 
 
 def expected_cause(v: list[float], i: int, rise: float, n1: int, n2: int, angle: float) -> str:
@@ -110,7 +110,7 @@ def test_causes_are_the_first_whose_value_is_the_speed() -> None:
         for i in range(1, len(way) - 1):
             into = (way[i][0] - way[i - 1][0], way[i][1] - way[i - 1][1])
             out = (way[i + 1][0] - way[i][0], way[i + 1][1] - way[i][1])
-            turn = speed_twins.angle_between(into, out)
+            turn = speed_laws.angle_between(into, out)
             angle = 80.0 if turn < 22.5 else 60.0 if turn < 67.5 else 20.0
             rise = 28.0 if into[0] and into[1] else 20.0
             # The speed before is known after braking only; where acceleration binds, that is the same.

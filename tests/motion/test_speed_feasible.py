@@ -15,7 +15,7 @@ from lampyris.kernels.motion.speed_passes import clock
 from lampyris.motion.cap import Cap
 from lampyris.motion.profile import feasible_profile, stop_to_stop
 from lampyris.referee import check_motion
-from lampyris.selfcheck._profile_cases import ProfileCase, extreme, middling
+from lampyris_selfcheck.checks.speed.profile_cases import ProfileCase, extreme, middling
 from reference.kernel_forms import use
 
 

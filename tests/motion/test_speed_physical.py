@@ -19,7 +19,7 @@ from lampyris.motion import caps
 from lampyris.motion.laws import registry as laws
 from lampyris.motion.laws.physical import PhysicalLaw, body_squares, wall_squares
 from lampyris.referee import check_profile
-from lampyris.selfcheck.twins import speed_twins
+from lampyris_selfcheck.reference.motion import speed_laws
 
 STEPS = MOVES["sixteen"].offsets
 
@@ -67,7 +67,7 @@ def test_distance_to_walls_is_exact_within_the_rings(rings: int) -> None:
         got = wall_squares(cells, scene.grid.blocked, rings)
         for i, (x, y) in enumerate(cells.tolist()):
             box = [c for c in squares_of(scene.grid.blocked) if max(abs(c[0] - x), abs(c[1] - y)) <= rings]
-            want = speed_twins.surface_distance((x, y), box)
+            want = speed_laws.surface_distance((x, y), box)
             d = math.inf if got is None or got[i] == 2**62 else math.sqrt(got[i]) / 2
             assert d == pytest.approx(want, rel=1e-15)
 
@@ -91,7 +91,7 @@ def test_distance_to_bodies_is_exact_however_many() -> None:
     others = rng.integers(0, 30, (50, 2))
     got = body_squares(cells, others, 30)
     assert got is not None
-    want = [speed_twins.surface_distance((x, y), others.tolist()) for x, y in cells.tolist()]
+    want = [speed_laws.surface_distance((x, y), others.tolist()) for x, y in cells.tolist()]
     np.testing.assert_allclose(np.sqrt(got) / 2, want, rtol=1e-15)
     many = np.repeat(others, 1000, axis=0)  # more than one block
     again = body_squares(cells, many, 30)

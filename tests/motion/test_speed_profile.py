@@ -10,7 +10,7 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.motion.profile import Feasible, feasible_profile, lowest, stop_to_stop
-from lampyris.selfcheck.twins import speed_twins
+from lampyris_selfcheck.reference.motion import speed_laws
 
 Case = tuple[np.ndarray, list[tuple[str, np.ndarray]], dict[str, float]]  # type: ignore[type-arg]
 
@@ -61,7 +61,7 @@ def test_equals_the_closed_form_and_keeps_every_limit() -> None:
         ends = bound(caps)
         ends[[0, -1]] = 0.0
         ds = np.diff(s)
-        want = speed_twins.under_slopes(
+        want = speed_laws.under_slopes(
             (ends**2).tolist(), (2 * limits["a_max"] * ds).tolist(), (2 * limits["d_max"] * ds).tolist()
         )
         np.testing.assert_allclose(made.v, np.sqrt(want), rtol=1e-11)
@@ -177,7 +177,7 @@ def test_two_nodes_are_driven_from_rest_to_rest(cap: float) -> None:
     peak, time = stop_to_stop(1.0, 0.5, 1.0, min(cap, 5.0))
     assert made.t.tolist() == [0.0, time]
     assert peak == pytest.approx(min(cap, math.sqrt(2 * 0.5 * 1.0 / 1.5)), rel=1e-15)
-    assert time == pytest.approx(speed_twins.time_by_small_steps(1.0, 0.5, 1.0, cap), rel=2e-3)
+    assert time == pytest.approx(speed_laws.time_by_small_steps(1.0, 0.5, 1.0, cap), rel=2e-3)
 
 
 def test_stop_to_stop_covers_the_distance_within_its_limits() -> None:

@@ -12,7 +12,7 @@ import pytest
 from lampyris.errors import SettingError
 from lampyris.motion.laws.rings import ring_counts
 from lampyris.reproduce.tables import printed_data
-from lampyris.selfcheck.twins import speed_twins
+from lampyris_selfcheck.reference.motion import speed_laws
 
 STEPS = [(dx, dy) for dx in range(-2, 3) for dy in range(-2, 3) if math.gcd(dx, dy) == 1]
 AROUND = [(dx, dy) for dx in range(-2, 3) for dy in range(-2, 3) if (dx, dy) != (0, 0)]
@@ -56,7 +56,7 @@ def test_ring_1_ahead_is_these_cells(heading: tuple[int, int], ahead: set[tuple[
 def test_table_4_14_needs_the_corners_of_ring_2() -> None:
     """More obstacles ahead of a straight step than there are cells strictly within 45 degrees."""
     strictly = {
-        (dx, dy) for dx, dy in looked_at((1, 0), 2) if speed_twins.angle_between((1, 0), (dx, dy)) < 45 - 1e-9
+        (dx, dy) for dx, dy in looked_at((1, 0), 2) if speed_laws.angle_between((1, 0), (dx, dy)) < 45 - 1e-9
     }
     assert len(strictly) == 3
     counts = []
@@ -94,7 +94,7 @@ def test_equals_the_plain_twin(ring1: Any, ring2: Any, outside: tuple[bool, bool
         )  # fmt: skip
         for ring, reading in ((1, ring1), (2, ring2)):
             want = [
-                speed_twins.ring_count(
+                speed_laws.ring_count(
                     cell, heading, ring, blocked.tolist(), set(obstacles),
                     ahead=reading == "ahead", outside=outside[ring - 1],
                 )

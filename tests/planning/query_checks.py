@@ -13,7 +13,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner
 from lampyris.referee import check_plan
-from lampyris.selfcheck.twins.search_twin import cost_of, distances, verdict
+from lampyris_selfcheck.reference.paths.search import cost_of, distances, verdict
 
 NAMES = sorted(MOVES)
 RNG = np.random.default_rng(0)  # Never drawn from: these planners are deterministic.

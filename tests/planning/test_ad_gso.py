@@ -23,7 +23,7 @@ from lampyris.planning.adgso import walk as ad_gso_walk
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner, Session
 from lampyris.planning.field.solve import solve
-from lampyris.selfcheck.twins import walk_twin as twin
+from lampyris_selfcheck.reference.paths import adgso_walk as twin
 from reference.kernel_forms import run_compiled
 
 

@@ -18,8 +18,8 @@ from lampyris.planning.graph.bidirectional_search import TwoSearches, TwoTerrain
 from lampyris.planning.graph.grid_graph import GridSearch, SearchResult
 from lampyris.planning.graph.terrain_graph import search_of
 from lampyris.referee import check_plan
-from lampyris.selfcheck.twins import terrain_twin
-from lampyris.selfcheck.twins.field_twin import surd
+from lampyris_selfcheck.reference.paths import terrain as terrain_twin
+from lampyris_selfcheck.reference.paths.field import surd
 from reference.kernel_forms import use
 
 

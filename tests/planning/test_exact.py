@@ -24,7 +24,7 @@ from lampyris.planning.graph.astar import AStar
 from lampyris.planning.graph.dijkstra import Dijkstra
 from lampyris.planning.graph.grid_graph import GridSearch, following_of, metric_of, raises_of, rules_of
 from lampyris.referee import check_path
-from lampyris.selfcheck.twins.search_twin import cost_of, distances, verdict
+from lampyris_selfcheck.reference.paths.search import cost_of, distances, verdict
 from reference.kernel_forms import run_compiled
 
 PLANNERS = [AStar(), Dijkstra()]

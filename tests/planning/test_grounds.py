@@ -16,7 +16,7 @@ from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
 from lampyris.planning.field_cache import FieldCache
 from lampyris.planning.living_map import LivingMap
-from lampyris.selfcheck.twins.edit_stories import story
+from lampyris_selfcheck.reference.paths.edit_stories import story
 
 
 def test_every_field_asked_for_is_the_one_solved_from_scratch() -> None:

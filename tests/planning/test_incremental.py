@@ -29,8 +29,8 @@ from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.planning.incremental.focussed_dstar import FocussedDStar
 from lampyris.planning.incremental.lpa_star import LpaStar
 from lampyris.planning.living_map import LivingMap
-from lampyris.selfcheck._repair_story import plan_through
-from lampyris.selfcheck.twins.edit_stories import story
+from lampyris_selfcheck.checks.changes.repair_story import plan_through
+from lampyris_selfcheck.reference.paths.edit_stories import story
 from reference.kernel_forms import use
 
 PLANNERS: list[Planner] = [DStar(), FocussedDStar(), LpaStar(), DStarLite()]

@@ -27,7 +27,7 @@ from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.planning.incremental.focussed_dstar import FocussedDStar
 from lampyris.planning.incremental.lpa_star import LpaStar
 from lampyris.referee import check_path
-from lampyris.selfcheck.twins.search_twin import read_map, read_queries
+from lampyris_selfcheck.reference.paths.search import read_map, read_queries
 
 PLANNERS = [AStar(), Dijkstra(), JumpPointSearch(), BidirectionalAStar()]
 LIVING = [DStar(), FocussedDStar(), LpaStar(), DStarLite(), Fastest()]

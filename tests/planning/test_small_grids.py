@@ -10,7 +10,7 @@ import lampyris
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.referee import check_plan
-from lampyris.selfcheck.twins.search_twin import cost_of, distances, verdict
+from lampyris_selfcheck.reference.paths.search import cost_of, distances, verdict
 
 CELLS = list(product(range(3), repeat=2))
 

@@ -18,7 +18,7 @@ from lampyris.planning.swarm.fitness_terms import TERMS, Weights, score
 from lampyris.planning.swarm.potential_field import repulsion
 from lampyris.planning.swarm.search_space import SearchSpace
 from lampyris.planning.swarm.walks import LineWalks, trace, walk_of
-from lampyris.selfcheck.twins.search_twin import cost_of, distances
+from lampyris_selfcheck.reference.paths.search import cost_of, distances
 from planning.swarm_scenes import NAMES, random_scene, scene_of
 
 

@@ -25,7 +25,7 @@ from lampyris.planning.graph.dijkstra import Dijkstra
 from lampyris.planning.graph.grid_graph import following_of
 from lampyris.planning.graph.terrain_graph import TerrainSearch
 from lampyris.referee import check_path, check_plan
-from lampyris.selfcheck.twins import terrain_twin
+from lampyris_selfcheck.reference.paths import terrain as terrain_twin
 from reference.kernel_forms import use
 
 RNG = np.random.default_rng(0)  # Never drawn from by these planners.

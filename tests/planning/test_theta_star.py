@@ -25,9 +25,9 @@ from lampyris.planning.graph.astar import AStar
 from lampyris.planning.graph.theta_star import LazyThetaStar, ThetaStar
 from lampyris.referee import check_plan
 from lampyris.referee.any_angle import line_meets
-from lampyris.selfcheck.twins.any_angle_twin import all_lines, clearance, sees, shortest
-from lampyris.selfcheck.twins.search_twin import distances
 from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.paths.any_angle import all_lines, clearance, sees, shortest
+from lampyris_selfcheck.reference.paths.search import distances
 from reference.kernel_forms import use
 
 PUBLISHED = LazyThetaStar(put_back=False)

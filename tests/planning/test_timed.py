@@ -21,8 +21,8 @@ from lampyris.planning.field.footprint import footprint, reach_of
 from lampyris.planning.spacetime.session import _hidden
 from lampyris.planning.spacetime.sipp import Sipp
 from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
-from lampyris.selfcheck.twins.timed_twin import EIGHT, Body, Cell, clash, earliest, legal
 from lampyris.testing import check_planner
+from lampyris_selfcheck.reference.paths.timed import EIGHT, Body, Cell, clash, earliest, legal
 
 RNG = np.random.default_rng(0)  # never drawn from
 PLANNERS = [Sipp(margin=0), SpaceTimeAStar(margin=0)]

@@ -28,7 +28,7 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
 from lampyris.referee import certify, check_drive
 from lampyris.referee.drive import measure
-from lampyris.selfcheck.twins.drive_monitor import watch
+from lampyris_selfcheck.reference.motion.drive_monitor import watch
 
 
 def judge(drive: Drive) -> str | None:

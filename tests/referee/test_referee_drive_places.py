@@ -19,7 +19,7 @@ from lampyris.model.trace import Outcome
 from lampyris.referee import check_drive
 from lampyris.referee.drive import measure
 from lampyris.referee.geometry.lines_and_arcs import arc_to_squares, pieces_of, segment_to_squares
-from lampyris.selfcheck.twins.drive_monitor import watch
+from lampyris_selfcheck.reference.motion.drive_monitor import watch
 
 
 def judge(drive: Drive) -> str | None:

@@ -21,7 +21,7 @@ from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle
 from lampyris.referee import check_trace, edits
 from lampyris.referee import trace as judge_room
-from lampyris.selfcheck.twins.edit_twin import EditMonitor
+from lampyris_selfcheck.reference.paths.edits import EditMonitor
 
 ROW = [(x, 2) for x in range(6)]
 WALL, OPEN = Edit(2, ((3, 0), (3, 4))), Edit(4, (), ((3, 0),))

@@ -13,10 +13,10 @@ from lampyris._core import cancellation
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.base import Budget, Session
 from lampyris.planning.graph.session import GraphSession
-from lampyris.selfcheck import _deadline_processes as processes
-from lampyris.selfcheck import deadline
-from lampyris.selfcheck._deadline_calls import SIDES, call_of, session_of
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.process import deadline
+from lampyris_selfcheck.checks.process import deadline_processes as processes
+from lampyris_selfcheck.checks.process.deadline_calls import SIDES, call_of, session_of
 
 
 def outcome(kind: str, cases: int = 12) -> Outcome:

@@ -15,10 +15,11 @@ import pytest
 from lampyris.io.maps.recipes.make import RECIPES
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
-from lampyris.selfcheck import _determinism_cases as corpus
-from lampyris.selfcheck import _determinism_run, _small_studies, determinism
-from lampyris.selfcheck._canonical import canonical, digest
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.process import determinism, determinism_run
+from lampyris_selfcheck.checks.process import determinism_cases as corpus
+from lampyris_selfcheck.checks.process.canonical import canonical, digest
+from lampyris_selfcheck.checks.studies import small_studies
 
 pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
 
@@ -121,9 +122,9 @@ def test_an_exception_is_a_failure_of_its_case(tmp_path: Path, monkeypatch: pyte
 
 @pytest.mark.parametrize(("number", "how"), [(2, "workers"), (3, "sittings")])
 def test_a_study_that_is_another_is_seen(number: int, how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = _small_studies.exported
+    real = small_studies.exported
     monkeypatch.setattr(
-        _small_studies, "exported", lambda made, rows: real(made, dict(list(rows.items())[1:]))
+        small_studies, "exported", lambda made, rows: real(made, dict(list(rows.items())[1:]))
     )
     seen = run("studies", 1, number)
     assert seen.failed == 1
@@ -152,7 +153,7 @@ def test_the_corpus_has_all_there_is_and_ends_in_every_way() -> None:
 
 def test_a_case_is_the_same_whatever_was_done_before_it() -> None:
     request = {"numbers": [3, 8, 17], "shuffle": None, "compiled": False}
-    told = _determinism_run.answer(request)["cases"]
+    told = determinism_run.answer(request)["cases"]
     backwards = [[number, *corpus.case(number)] for number in (17, 8, 3)]
     assert told == backwards[::-1]
     kept = determinism.golden().cases

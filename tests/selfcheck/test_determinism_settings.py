@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from lampyris.selfcheck import determinism
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.process import determinism
 
 CHANGED = ("processor", "threads", "place", "plain kernels", "compiled kernels")
 

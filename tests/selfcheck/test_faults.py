@@ -9,14 +9,15 @@ import pytest
 
 from lampyris.errors import SceneError
 from lampyris.model.trace import Outcome as Ending
-from lampyris.selfcheck import _sim_scenes as scenes
-from lampyris.selfcheck import faults, runner
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.faults import CHECK, SPOILS
 from lampyris.sim import sensor as feed
 from lampyris.sim.continuous.control import Decision
 from lampyris.sim.continuous.drive import DriveSimulation
 from lampyris.sim.sensor import FAULTS, SensorMonitor
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.traffic import faults
+from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
+from lampyris_selfcheck.checks.traffic.faults import CHECK, SPOILS
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:

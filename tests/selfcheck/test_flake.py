@@ -12,10 +12,11 @@ import pytest
 
 import lampyris
 from lampyris.errors import UsageError
-from lampyris.selfcheck import flake, runner
-from lampyris.selfcheck._flake_order import shuffled
-from lampyris.selfcheck.check import Ask
-from lampyris.selfcheck.runner import Range
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask
+from lampyris_selfcheck.checks.process import flake
+from lampyris_selfcheck.checks.process.flake_order import shuffled
+from lampyris_selfcheck.runner import Range
 
 pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
 

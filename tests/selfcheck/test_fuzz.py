@@ -24,14 +24,14 @@ import pytest
 
 from lampyris._core import limits
 from lampyris.errors import InternalFault, LampyrisError
-from lampyris.selfcheck import _fuzz_run, _fuzz_use, fuzz
-from lampyris.selfcheck._fuzz_targets import TARGETS
-from lampyris.selfcheck._scratch import folder
-from lampyris.selfcheck.check import Ask, Part
-from lampyris.selfcheck.fuzz import FuzzedReader, mutant
-from lampyris.selfcheck.twins.map_files import bmp, npy, png
-from lampyris.selfcheck.twins.map_sizes import Uneven, size
-from lampyris.selfcheck.twins.watching import Readings
+from lampyris_selfcheck.check import Ask, Part
+from lampyris_selfcheck.checks.files import fuzz, fuzz_run, fuzz_use
+from lampyris_selfcheck.checks.files.fuzz import FuzzedReader, mutant
+from lampyris_selfcheck.checks.files.fuzz_targets import TARGETS
+from lampyris_selfcheck.reference.files.map_files import bmp, npy, png
+from lampyris_selfcheck.reference.files.map_sizes import Uneven, size
+from lampyris_selfcheck.reference.files.watching import Readings
+from lampyris_selfcheck.scratch import folder
 
 KEPT = Path(__file__).parents[1] / "data" / "fuzz"
 ASK = Ask()
@@ -72,7 +72,7 @@ def test_a_mutant_can_be_made_again() -> None:
         assert len(set(made)) > 15, name
 
 
-@pytest.mark.parametrize("kind", _fuzz_run.KINDS)
+@pytest.mark.parametrize("kind", fuzz_run.KINDS)
 def test_enough_scenarios_are_run(kind: str) -> None:
     outcome = fuzz.run(ASK, Part(kind, 0, 250))
     assert outcome.counts["run"] > 10, outcome.counts
@@ -265,13 +265,13 @@ def test_a_scenario_that_cannot_be_run_is_found(monkeypatch: pytest.MonkeyPatch)
     def broken(scenario: Any) -> Any:
         raise LampyrisError("BUG", "what") if scenario.seed == 3 else ZeroDivisionError("x")
 
-    monkeypatch.setattr(_fuzz_run, "run", broken)
+    monkeypatch.setattr(fuzz_run, "run", broken)
     outcome = fuzz.run(ASK, Part("run-json", 0, 100))
     assert outcome.failed
     assert {f.what for f in outcome.failures} == {"ZeroDivisionError: x"}
 
 
-@pytest.mark.parametrize("kind", _fuzz_use.KINDS)
+@pytest.mark.parametrize("kind", fuzz_use.KINDS)
 def test_enough_inputs_are_used(kind: str) -> None:
     outcome = fuzz.run(ASK, Part(kind, 0, 60))
     assert not outcome.failed, outcome.failures
@@ -281,7 +281,7 @@ def test_enough_inputs_are_used(kind: str) -> None:
 
 def _use_of_maps(monkeypatch: pytest.MonkeyPatch, verb: Callable[..., None]) -> Any:
     """What comes of 20 mutated maps, if each that is read is used so."""
-    monkeypatch.setattr(_fuzz_use, "_any_verb", verb)
+    monkeypatch.setattr(fuzz_use, "_any_verb", verb)
     monkeypatch.setattr(Readings, "PAUSES_S", ())
     return fuzz.run(ASK, Part("use-map", 0, 20))
 
@@ -313,12 +313,12 @@ def test_a_use_that_takes_too_much_time_or_memory_is_seen(monkeypatch: pytest.Mo
         while time.process_time() < began + 0.02:
             pass
 
-    monkeypatch.setattr(_fuzz_use, "CPU_S", 0.015)
+    monkeypatch.setattr(fuzz_use, "CPU_S", 0.015)
     outcome = _use_of_maps(monkeypatch, slow)
     assert outcome.failed > 2
     assert "of CPU time, not below" in outcome.failures[0].what
     monkeypatch.undo()
-    monkeypatch.setattr(_fuzz_use, "MEMORY", 2**25)
+    monkeypatch.setattr(fuzz_use, "MEMORY", 2**25)
     outcome = _use_of_maps(monkeypatch, lambda *_: bytes(range(256)) * 2**18)
     assert outcome.failed > 2
     assert "MiB of memory, not below" in outcome.failures[0].what
@@ -335,10 +335,10 @@ def test_what_takes_all_address_space_ends_in_an_error(monkeypatch: pytest.Monke
 @pytest.mark.source
 def test_limits_of_use_are_those_that_are_documented(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LAMPYRIS_MAX_TICKS", "7")
-    with _fuzz_use.limits_of_use():
-        told = {f"LAMPYRIS_MAX_{name}={most}" for name, most in _fuzz_use.LIMITS.items()}
-        assert {limit.code: limit.allowed for limit in limits.LIMITS if limit.code in _fuzz_use.LIMITS} == (
-            dict(_fuzz_use.LIMITS)
+    with fuzz_use.limits_of_use():
+        told = {f"LAMPYRIS_MAX_{name}={most}" for name, most in fuzz_use.LIMITS.items()}
+        assert {limit.code: limit.allowed for limit in limits.LIMITS if limit.code in fuzz_use.LIMITS} == (
+            dict(fuzz_use.LIMITS)
         )
     page = (Path(__file__).parents[2] / "docs/performance.md").read_text(encoding="utf-8")
     assert all(word in page for word in told)

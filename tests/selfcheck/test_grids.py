@@ -14,13 +14,13 @@ from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.graph.session import GraphSession
 from lampyris.planning.incremental.search import SearchMap
-from lampyris.selfcheck import _grid_lists as lists
-from lampyris.selfcheck import grids
-from lampyris.selfcheck._answers import exact
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.runner import Range, run
-from lampyris.selfcheck.twins.search_twin import distances, verdict
-from lampyris.selfcheck.twins.way_twin import walked
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.paths import grid_lists as lists
+from lampyris_selfcheck.checks.paths import grids
+from lampyris_selfcheck.checks.paths.answers import exact
+from lampyris_selfcheck.reference.paths.path_cost import walked
+from lampyris_selfcheck.reference.paths.search import distances, verdict
+from lampyris_selfcheck.runner import Range, run
 
 VERDICTS = {"start-occupied": 20_736, "goal-occupied": 9_216, "found": 9_096, "no-path": 2_424}
 """Half of all 41,472 starts are blocked; 11,520 ordered pairs of free cells remain, start = goal included.

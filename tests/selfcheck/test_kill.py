@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from lampyris.selfcheck import _kill_study, _sittings, runner
-from lampyris.selfcheck.check import Ask, Outcome, Part, Tally
-from lampyris.selfcheck.kill import CHECK
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome, Part, Tally
+from lampyris_selfcheck.checks.studies import kill_study, sittings
+from lampyris_selfcheck.checks.studies.kill import CHECK
 
 pytestmark = [
     pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs fork and /proc"),
@@ -42,9 +43,9 @@ def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
         "from lampyris.study.store.file import sidecar\n"
         "from lampyris.study.analysis.table import ResultTable\n"
         f"{code}\n"
-        "runpy.run_module('lampyris.selfcheck._sitting_child', run_name='__main__')\n"
+        "runpy.run_module('lampyris_selfcheck.checks.studies.sitting_child', run_name='__main__')\n"
     )
-    monkeypatch.setattr(_sittings, "CHILD", ("-c", text))
+    monkeypatch.setattr(sittings, "CHILD", ("-c", text))
 
 
 def ran(kind: str, cases: int, first: int = 0) -> Outcome:
@@ -82,16 +83,16 @@ def test_a_second_lap_kills_again() -> None:
 
 
 def test_a_study_that_cannot_be_sat_over_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_sittings, "CHILD", ("-c", "raise SystemExit(6)"))
+    monkeypatch.setattr(sittings, "CHILD", ("-c", "raise SystemExit(6)"))
     tally = Tally(Part("study", 0, 1))
-    _kill_study.hunted(tally, 0, 0)
+    kill_study.hunted(tally, 0, 0)
     assert "sitting 1 ended with 6" in said(tally.outcome())
 
 
 def test_a_lost_row_a_changed_one_and_one_stored_twice_are_seen(tmp_path: Path) -> None:
-    hunt = _kill_study.Hunt(tmp_path, 0, 0, 1)
+    hunt = kill_study.Hunt(tmp_path, 0, 0, 1)
     found = hunt.all()
-    assert found.failures == 0, _kill_study.told(found)
+    assert found.failures == 0, kill_study.told(found)
     lines = hunt.log.read_text().split("\n")
     first = next(line for line in lines if line)
     hunt.log.write_text("\n".join([*lines, f"{'0' * 64} {'0' * 64} .", "torn off"]) + "\n")

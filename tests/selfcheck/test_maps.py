@@ -16,10 +16,10 @@ from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, MapDocumen
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.save import COST_WRITERS, WRITERS
 from lampyris.model.grid import Grid
-from lampyris.selfcheck import maps
-from lampyris.selfcheck._maps_closed import SORTS
-from lampyris.selfcheck._maps_drawn import HOLDS
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.files import maps
+from lampyris_selfcheck.checks.files.maps_closed import SORTS
+from lampyris_selfcheck.checks.files.maps_drawn import HOLDS
 
 
 def ran(kind: str, cases: int) -> Outcome:

@@ -14,12 +14,12 @@ from lampyris.errors import SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.planning.spacetime import session as _timed_session
-from lampyris.selfcheck import _metamorphic_draw as draw
-from lampyris.selfcheck import _metamorphic_maps as maps
-from lampyris.selfcheck import _metamorphic_motion as motion
-from lampyris.selfcheck import metamorphic
-from lampyris.selfcheck._metamorphic_draw import PLAIN
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.changes import metamorphic
+from lampyris_selfcheck.checks.changes import metamorphic_draw as draw
+from lampyris_selfcheck.checks.changes import metamorphic_maps as maps
+from lampyris_selfcheck.checks.changes import metamorphic_motion as motion
+from lampyris_selfcheck.checks.changes.metamorphic_draw import PLAIN
 
 # What a wrong planner would make of the cost of a way.
 WRONG: dict[str, Callable[[int, Scene], int]] = {

@@ -13,15 +13,16 @@ import pytest
 from lampyris.model.trace import Trace
 from lampyris.referee import check_drive
 from lampyris.referee.verdict import Violation
-from lampyris.selfcheck import _monitor_drives as drives
-from lampyris.selfcheck import _monitor_faults as traces
-from lampyris.selfcheck import _sim_scenes as scenes
-from lampyris.selfcheck import monitor, runner
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.monitor import CHECK
-from lampyris.selfcheck.twins import quick_monitor
-from lampyris.selfcheck.twins.drive_monitor import watch
-from lampyris.selfcheck.twins.sim_monitor import disc
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.traffic import monitor
+from lampyris_selfcheck.checks.traffic import monitor_drives as drives
+from lampyris_selfcheck.checks.traffic import monitor_faults as traces
+from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
+from lampyris_selfcheck.checks.traffic.monitor import CHECK
+from lampyris_selfcheck.reference.motion import quick_monitor
+from lampyris_selfcheck.reference.motion.drive_monitor import watch
+from lampyris_selfcheck.reference.motion.sim_monitor import disc
 
 ALL = tuple(traces.FAULTS.values())
 

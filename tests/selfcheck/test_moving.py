@@ -16,9 +16,9 @@ from lampyris.model.plan import Plan, Status
 from lampyris.model.profile import Profile
 from lampyris.planning.spacetime import session as _timed_session
 from lampyris.planning.spacetime.session import TimedSession
-from lampyris.selfcheck import _moving_cases, moving
-from lampyris.selfcheck.check import Ask, Outcome, Part
-from lampyris.selfcheck.twins.timed_twin import EIGHT, Body, arrivals, earliest, nearest2
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.traffic import moving, moving_cases
+from lampyris_selfcheck.reference.paths.timed import EIGHT, Body, arrivals, earliest, nearest2
 
 
 def ask(kind: str, first: int, cases: int) -> Outcome:
@@ -26,8 +26,8 @@ def ask(kind: str, first: int, cases: int) -> Outcome:
 
 
 def test_there_are_as_many_cases_as_it_says() -> None:
-    assert len(_moving_cases.questions(3, 2, 2)) == moving.TWO_PATROLS
-    assert len(_moving_cases.questions(3, 3, 1)) == moving.ONE_PATROL
+    assert len(moving_cases.questions(3, 2, 2)) == moving.TWO_PATROLS
+    assert len(moving_cases.questions(3, 3, 1)) == moving.ONE_PATROL
 
 
 @pytest.mark.parametrize("kind", ["one patrol", "turned about"])
@@ -44,8 +44,8 @@ def test_a_part_that_begins_anywhere_says_the_same() -> None:
 
 
 def test_the_search_for_all_goals_is_the_search_for_one() -> None:
-    for free, start, goal, ways in _moving_cases.questions(3, 3, 1)[100_000:150_000:997]:
-        bodies: list[Body] = [(_moving_cases.place(way, 2), ((0, 0),)) for way in ways]
+    for free, start, goal, ways in moving_cases.questions(3, 3, 1)[100_000:150_000:997]:
+        bodies: list[Body] = [(moving_cases.place(way, 2), ((0, 0),)) for way in ways]
         first = arrivals(free, EIGHT, False, start, bodies, period=2)
         assert first.get(goal) == earliest(free, EIGHT, False, start, goal, bodies, until=18)
 
@@ -148,8 +148,8 @@ def test_a_gap_is_that_of_the_motion() -> None:
     from lampyris.model.traffic import Recorded
     from lampyris.motion.timing.obstacle_tracks import tracks_from_recorded
     from lampyris.motion.timing.scheduled import divided
-    from lampyris.selfcheck._moving_drive import least_gap
-    from lampyris.selfcheck.twins.path_time_twin import least_gap as sampled
+    from lampyris_selfcheck.checks.traffic.moving_drive import least_gap
+    from lampyris_selfcheck.reference.motion.path_time import least_gap as sampled
 
     down = Recorded(tuple((3, y) for y in range(7)), radius=0.2)
     scene = Scene(Grid(np.zeros((7, 7), bool)), (0, 3), (6, 4), robot=Robot(radius=0.2), traffic=(down,))

@@ -10,10 +10,17 @@ import pytest
 
 import lampyris
 from lampyris.errors import FileError
-from lampyris.selfcheck import mutants, registry, runner
-from lampyris.selfcheck._mutants_engine import Defect, MutantRun, MutationEngine, load, times_found
-from lampyris.selfcheck.check import Ask, Part, Tally
-from lampyris.selfcheck.runner import Range
+from lampyris_selfcheck import registry, runner
+from lampyris_selfcheck.check import Ask, Part, Tally
+from lampyris_selfcheck.checks.process import mutants
+from lampyris_selfcheck.checks.process.mutants_engine import (
+    Defect,
+    MutantRun,
+    MutationEngine,
+    load,
+    times_found,
+)
+from lampyris_selfcheck.runner import Range
 
 SOURCE = Path(lampyris.__file__).parent
 MAIN = """
@@ -85,7 +92,7 @@ def test_a_check_that_fails_without_the_defect_proves_nothing(toy: Path) -> None
 def test_a_check_that_does_not_end_has_not_seen_the_defect(
     toy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lampyris.selfcheck._mutants_engine.MORE", 0.5)
+    monkeypatch.setattr("lampyris_selfcheck.checks.process.mutants_engine.MORE", 0.5)
     defect = _defect("return STEP", "while n == 3: pass\n    return STEP")
     assert MutationEngine(toy).judge(defect)[0] == "endless"
 

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lampyris.selfcheck import _sittings, runner
-from lampyris.selfcheck._power import Disk, FileChange
-from lampyris.selfcheck._sitting_child import BACK_AFTER, clocks
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.oserrors import CHECK
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.studies import sittings
+from lampyris_selfcheck.checks.studies.oserrors import CHECK
+from lampyris_selfcheck.checks.studies.power import Disk, FileChange
+from lampyris_selfcheck.checks.studies.sitting_child import BACK_AFTER, clocks
 
 pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
 
@@ -47,9 +48,9 @@ def broken(monkeypatch: pytest.MonkeyPatch, code: str) -> None:
         "from lampyris.cli.verbs.study import running\n"
         "from lampyris.study.store import store, file as store_file, lock as store_lock, new_store as store_new\n"
         f"{code}\n"
-        "runpy.run_module('lampyris.selfcheck._sitting_child', run_name='__main__')\n"
+        "runpy.run_module('lampyris_selfcheck.checks.studies.sitting_child', run_name='__main__')\n"
     )
-    monkeypatch.setattr(_sittings, "CHILD", ("-c", text))
+    monkeypatch.setattr(sittings, "CHILD", ("-c", text))
 
 
 def ran(kind: str, cases: int, first: int = 0) -> Outcome:

@@ -12,10 +12,10 @@ import pytest
 from lampyris.motion import profile as product
 from lampyris.motion.laws import physical
 from lampyris.motion.safety import blind_areas as motion_blind
-from lampyris.selfcheck import _profile_cases as cases
-from lampyris.selfcheck import runner
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.profile import CHECK
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.speed import profile_cases as cases
+from lampyris_selfcheck.checks.speed.profile import CHECK
 
 
 def run(kind: str, count: int) -> Outcome:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from _pytest.mark.structures import ParameterSet
 
-from lampyris.selfcheck import registry, runner
-from lampyris.selfcheck.check import Ask
+from lampyris_selfcheck import registry, runner
+from lampyris_selfcheck.check import Ask
 
 ASK = Ask()
 

@@ -11,14 +11,15 @@ import pytest
 
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.graph.session import GraphSession
-from lampyris.selfcheck import _drawn_maps, _worlds
-from lampyris.selfcheck import random as check
-from lampyris.selfcheck._answers import exact, own
-from lampyris.selfcheck._grid_costs import Q, cost_at, costs_to, room_for
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.runner import Range, run
-from lampyris.selfcheck.twins.changing_twin import ChangingMap, costs
-from lampyris.selfcheck.twins.search_twin import cost_of
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.paths import drawn_maps
+from lampyris_selfcheck.checks.paths import random as check
+from lampyris_selfcheck.checks.paths import worlds as _worlds
+from lampyris_selfcheck.checks.paths.answers import exact, own
+from lampyris_selfcheck.checks.paths.grid_costs import Q, cost_at, costs_to, room_for
+from lampyris_selfcheck.reference.paths.changing_map import ChangingMap, costs
+from lampyris_selfcheck.reference.paths.search import cost_of
+from lampyris_selfcheck.runner import Range, run
 
 
 def outcome(kind: str, cases: int, first: int = 0) -> Outcome:
@@ -38,8 +39,8 @@ def test_the_quick_reference_agrees_with_a_plain_one_in_every_cell() -> None:
     for case in range(120):
         rng = np.random.default_rng([14, case])
         width, height = (int(n) for n in rng.integers(2, 16, size=2))
-        blocked = _drawn_maps.walls(rng, width, height)
-        terrain = _drawn_maps.terrain(rng, blocked) if case % 2 else None
+        blocked = drawn_maps.walls(rng, width, height)
+        terrain = drawn_maps.terrain(rng, blocked) if case % 2 else None
         radius = float(rng.choice([0.0, *_worlds.RADII]))
         name = check.MOVES[case // 2 % 4]
         world = ChangingMap(blocked.tolist(), None if terrain is None else terrain.tolist(), radius)
@@ -63,7 +64,7 @@ def test_the_quick_reference_agrees_with_a_plain_one_in_every_cell() -> None:
 
 
 def test_costs_beyond_what_is_exact_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lampyris.selfcheck._grid_costs._EXACT", 10.0 * Q)
+    monkeypatch.setattr("lampyris_selfcheck.checks.paths.grid_costs._EXACT", 10.0 * Q)
     with pytest.raises(OverflowError):
         costs_to([(0, 0)], np.ones((1, 20), dtype=bool), "octile")
 

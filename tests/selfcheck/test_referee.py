@@ -8,10 +8,10 @@ import pytest
 
 from lampyris import referee as judge
 from lampyris.referee import Violation
-from lampyris.selfcheck import referee
-from lampyris.selfcheck._referee_cases import TWELVE
-from lampyris.selfcheck.check import Ask, Outcome, Part
-from lampyris.selfcheck.twins.competition_twin import first_wrong, moves_of, turns_of
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.paths import referee
+from lampyris_selfcheck.checks.paths.referee_cases import TWELVE
+from lampyris_selfcheck.reference.paths.competition import first_wrong, moves_of, turns_of
 
 LOST = {
     "empty": {"paths", "holes"},

@@ -13,8 +13,8 @@ from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.incremental.search import Estimates, Waves
 from lampyris.planning.incremental.session import IncrementalSession
 from lampyris.planning.living_map import LivingMap
-from lampyris.selfcheck import _repair_every, repair
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.changes import repair, repair_every
 
 
 def ask(kind: str, first: int, cases: int) -> Outcome:
@@ -23,7 +23,7 @@ def ask(kind: str, first: int, cases: int) -> Outcome:
 
 @pytest.mark.parametrize(("side", "count"), [(3, repair.EVERY_3), (4, repair.EVERY_4)])
 def test_every_edit_is_there_once(side: int, count: int) -> None:
-    rows = _repair_every.edits(side)
+    rows = repair_every.edits(side)
     assert 2 * len(rows) == count
     assert len(np.unique(rows[:, 0] << 5 | rows[:, 1])) == len(rows)
     assert not (rows[:, 0] >> rows[:, 1] & 1).any()

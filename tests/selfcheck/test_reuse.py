@@ -18,8 +18,8 @@ from lampyris.planning.graph.jps_search import PackedMap
 from lampyris.planning.incremental.session import IncrementalSession
 from lampyris.planning.living_map import LivingMap
 from lampyris.planning.swarm.session_memory import Memory
-from lampyris.selfcheck import reuse
-from lampyris.selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.check import Ask, Outcome, Part
+from lampyris_selfcheck.checks.changes import reuse
 
 
 def lives(*names: str, each: int = 4) -> Outcome:

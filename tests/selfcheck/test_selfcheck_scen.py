@@ -10,9 +10,9 @@ import pytest
 from lampyris.errors import UsageError
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.graph.session import GraphSession
-from lampyris.selfcheck import scen as check
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.runner import Range, run
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.paths import scen as check
+from lampyris_selfcheck.runner import Range, run
 
 MAP = "type octile\nheight 2\nwidth 4\nmap\n....\n.@..\n"
 

@@ -9,9 +9,9 @@ import pytest
 
 from lampyris.model.plan import Plan, Status
 from lampyris.planning.swarm.session import FitnessEvaluator, SwarmSession
-from lampyris.selfcheck import swarm
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.runner import Range, run
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.paths import swarm
+from lampyris_selfcheck.runner import Range, run
 
 
 def outcome(kind: str, cases: int, first: int = 0) -> Outcome:

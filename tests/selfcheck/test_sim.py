@@ -10,15 +10,16 @@ import pytest
 from lampyris.errors import InternalFault, LampyrisError, LimitError
 from lampyris.model.trace import Trace
 from lampyris.planning import registry
-from lampyris.selfcheck import _sim_scenes as scenes
-from lampyris.selfcheck import runner, sim
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.sim import CHECK, faults_of
-from lampyris.selfcheck.twins.pace_twin import gains
-from lampyris.selfcheck.twins.quick_monitor import breaches
-from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim.grid import loop
 from lampyris.sim.world.world import Occupancy
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.traffic import sim
+from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
+from lampyris_selfcheck.checks.traffic.sim import CHECK, faults_of
+from lampyris_selfcheck.reference.motion.quick_monitor import breaches
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
+from lampyris_selfcheck.reference.motion.tick_speed import gains
 
 
 def run(kind: str, count: int, first: int = 0) -> Outcome:

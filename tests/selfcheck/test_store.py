@@ -7,16 +7,16 @@ from typing import Any
 
 import pytest
 
-from lampyris.selfcheck import _store_damage as damage
-from lampyris.selfcheck import _store_other as other
-from lampyris.selfcheck import _store_writers as several
-from lampyris.selfcheck import runner
-from lampyris.selfcheck.check import Ask, Outcome
-from lampyris.selfcheck.store import CHECK
 from lampyris.study.store import file as store_file
 from lampyris.study.store import lock as store_lock
 from lampyris.study.store import repair, store
 from lampyris.study.store.lock import Witness
+from lampyris_selfcheck import runner
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.studies import store_damage as damage
+from lampyris_selfcheck.checks.studies import store_other as other
+from lampyris_selfcheck.checks.studies import store_writers as several
+from lampyris_selfcheck.checks.studies.store import CHECK
 
 
 def ran(kind: str, cases: int, first: int = 0) -> Outcome:

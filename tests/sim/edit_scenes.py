@@ -7,8 +7,8 @@ from sim_planners import grid_of
 
 from lampyris import referee
 from lampyris.report.data.serialize import trace_record
-from lampyris.selfcheck._sim_scenes import KINDS, drawn_scene
-from lampyris.selfcheck.twins.edit_twin import EditMonitor
+from lampyris_selfcheck.checks.traffic.sim_scenes import KINDS, drawn_scene
+from lampyris_selfcheck.reference.paths.edits import EditMonitor
 
 LANE = grid_of("......", "......", "......")
 

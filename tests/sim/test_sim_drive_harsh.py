@@ -17,10 +17,10 @@ from lampyris.model.traffic import Crossing, RandomWalk, Recorded
 from lampyris.planning import registry
 from lampyris.planning.graph.astar import AStar
 from lampyris.referee import check_drive
-from lampyris.selfcheck._sim_scenes import PROMISE, harsh_drive
-from lampyris.selfcheck.twins.use_files import GRIDS
 from lampyris.sim.continuous.drive import drive
 from lampyris.sim.traffic.adversary import Adversary
+from lampyris_selfcheck.checks.traffic.sim_scenes import PROMISE, harsh_drive
+from lampyris_selfcheck.reference.files.use_files import GRIDS
 
 
 def harsh_run(seed: int, near: float = 25.0, **fixed: object) -> Drive | None:

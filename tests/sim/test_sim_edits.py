@@ -19,12 +19,12 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.planning import registry
-from lampyris.selfcheck._sim_scenes import with_edits
-from lampyris.selfcheck.twins.edit_twin import EditMonitor
 from lampyris.sim.grid import fast_simulation
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.loop import run
 from lampyris.sim.world.cell_index import Shape
+from lampyris_selfcheck.checks.traffic.sim_scenes import with_edits
+from lampyris_selfcheck.reference.paths.edits import EditMonitor
 
 
 def story(trace):

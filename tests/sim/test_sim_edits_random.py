@@ -22,9 +22,9 @@ from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Patrol
 from lampyris.planning import registry
-from lampyris.selfcheck._sim_scenes import KINDS, with_edits
-from lampyris.selfcheck.twins.edit_twin import EditMonitor, reach_of
 from lampyris.sim.grid.loop import run
+from lampyris_selfcheck.checks.traffic.sim_scenes import KINDS, with_edits
+from lampyris_selfcheck.reference.paths.edits import EditMonitor, reach_of
 
 # ---- exhaustively --------------------
 

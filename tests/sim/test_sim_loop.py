@@ -13,8 +13,8 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim.grid.loop import Simulation, run
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 
 ROOM = grid_of("......", "......", "......", "......")
 LANE = grid_of("......")

@@ -14,8 +14,8 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Recorded
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
-from lampyris.selfcheck.twins.sim_monitor import Monitor
 from lampyris.sim.grid.loop import run
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 
 
 @pytest.mark.parametrize("law", ["physical", "dissertation"])

@@ -14,9 +14,9 @@ from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
-from lampyris.selfcheck.twins.sim_monitor import Monitor, disc
 from lampyris.sim.grid.loop import run
 from lampyris.sim.world.cell_index import footprint
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor, disc
 
 OPEN = Grid(np.zeros((12, 12), dtype=bool))
 

@@ -8,8 +8,17 @@ import sys
 import textwrap
 from pathlib import Path
 
-from lampyris.selfcheck._stores import BESIDE, bytes_of, filled, left_open, put, row, rows, study  # noqa: F401  tests import them from here
 from lampyris.study.store.store import Store  # noqa: F401  for the words given to another process
+from lampyris_selfcheck.checks.studies.stores import (  # noqa: F401  tests import them from here
+    BESIDE,
+    bytes_of,
+    filled,
+    left_open,
+    put,
+    row,
+    rows,
+    study,
+)
 
 HERE = Path(__file__).parent
 

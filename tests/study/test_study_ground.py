@@ -14,8 +14,8 @@ from lampyris.errors import LampyrisError
 from lampyris.io.maps import library
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.model.grid import Grid
-from lampyris.selfcheck.twins.watching import memory
 from lampyris.study.design.study_map import pack, unpack
+from lampyris_selfcheck.reference.files.watching import memory
 
 
 def grids(seed: int, many: int) -> list[Grid]:

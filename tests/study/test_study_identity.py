@@ -1,6 +1,6 @@
 """The exported bytes of a study are the same on a cluster, one of whose workers is lost.
 
-Workers of this machine, other orders and sittings are the check ``determinism`` of lampyris.selfcheck.
+Workers of this machine, other orders and sittings are the check ``determinism`` of lampyris_selfcheck.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from lampyris.selfcheck import _small_studies as study_small
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Study
 from lampyris.study.execution.execution import Execution, Progress
 from lampyris.study.execution.run import run
 from lampyris.study.store.store import Store
+from lampyris_selfcheck.checks.studies import small_studies as study_small
 
 KINDS = tuple(study_small.TEXTS)
 

@@ -1,6 +1,6 @@
 """Damaged stores: what vouches for them, and what repair makes of them.
 
-Cuts, flipped bits and lost pages in great numbers are the check ``store`` of :mod:`lampyris.selfcheck`.
+Cuts, flipped bits and lost pages in great numbers are the check ``store`` of :mod:`lampyris_selfcheck`.
 """
 
 from __future__ import annotations

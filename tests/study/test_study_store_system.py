@@ -15,9 +15,9 @@ import pytest
 from store_samples import HERE, bytes_of, child, filled, names, rows, study
 
 from lampyris.errors import LampyrisError
-from lampyris.selfcheck._power import Disk, changes_of
-from lampyris.selfcheck._sittings import bench
 from lampyris.study.store.store import Store, open_for
+from lampyris_selfcheck.checks.studies.power import Disk, changes_of
+from lampyris_selfcheck.checks.studies.sittings import bench
 
 LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="calls are recorded in a fork")
 
@@ -245,8 +245,8 @@ import errno
 from pathlib import Path
 from store_samples import *
 from lampyris.errors import LampyrisError
-from lampyris.selfcheck._os_calls import Listening
-from lampyris.selfcheck._sitting_child import SittingPlan
+from lampyris_selfcheck.checks.studies.os_calls import Listening
+from lampyris_selfcheck.checks.studies.sitting_child import SittingPlan
 from lampyris.study.store.store import open_for
 class Turns:
     plan = SittingPlan({})

@@ -13,7 +13,7 @@ from lampyris.planning.swarm.optimisers.functions import FUNCTIONS
 from lampyris.planning.swarm.optimisers.glowworm import GSO, GlowwormSwarm, adaptive_gso, igso, roulette
 from lampyris.planning.swarm.optimisers.loop import StoppingRule, maximise
 from lampyris.planning.swarm.optimisers.steps import CoolingStep, DecayingStep, FixedStep
-from lampyris.selfcheck.twins import glowworm_twin
+from lampyris_selfcheck.reference.paths import glowworm
 
 J1, J9 = FUNCTIONS["J1"], FUNCTIONS["J9"]
 
@@ -37,7 +37,7 @@ def test_equal_to_the_last_bit_with_a_plain_twin(choice: str, dimensions: int) -
         lots.random((14, dimensions))  # what the scatter drew
         for _ in range(25):
             swarm.tell(_bowl(swarm.ask()))
-        x, light, reach = glowworm_twin.run(
+        x, light, reach = glowworm.run(
             begin,
             lambda p: float(_bowl(np.array([p]))[0]),
             (lambda lots=lots: lots.random(14).tolist()) if choice == "roulette" else None,

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from lampyris import __version__
+from lampyris.cli.installed_verbs import VerbGroup
 from lampyris.cli.option_errors import Command
 from lampyris.cli.verbs import app as app_command
 from lampyris.cli.verbs import (
@@ -19,7 +20,6 @@ from lampyris.cli.verbs import (
     run,
     scen,
     schema,
-    selfcheck,
     simulate,
     speed,
     warm,
@@ -29,6 +29,7 @@ from lampyris.cli.verbs.study import commands as study
 
 app = typer.Typer(
     name="lampyris",
+    cls=VerbGroup,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -66,6 +67,6 @@ def _root(
 
 for verb in (
     plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, scen.scen, speed.speed, laws.laws,
-    drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm, selfcheck.selfcheck,
+    drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
 ):  # fmt: skip
     app.command(cls=Command)(verb)

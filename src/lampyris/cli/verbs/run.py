@@ -11,17 +11,7 @@ from typing import Annotated
 import typer
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris.cli.options import (
-    AllowOutside,
-    Explain,
-    Film,
-    Force,
-    Json,
-    MaxCells,
-    NoTiming,
-    Picture,
-    Save,
-)
+from lampyris.cli.options import AllowOutside, Explain, Film, Force, Json, MaxCells, NoTiming, Picture, Save
 from lampyris.cli.outputs import Outputs
 from lampyris.cli.verbs import drive, plan, simulate
 from lampyris.errors import UsageError

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lampyris.report.charts.chart_parts import (  # fmt: skip
+from lampyris.report.charts.chart_parts import (
     POINTS,
     WIDE,
     ErrorBar,

@@ -1,0 +1,1 @@
+"""The checks: one module each, beside the modules that draw its cases."""

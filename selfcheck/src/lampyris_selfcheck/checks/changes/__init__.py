@@ -1,0 +1,1 @@
+"""Checks of repair and of replanning on maps that change."""

@@ -1,0 +1,1 @@
+"""Checks of readers and writers: mutated files, maps of every format."""

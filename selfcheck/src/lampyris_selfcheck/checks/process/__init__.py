@@ -1,0 +1,1 @@
+"""Checks of whole processes: deadlines, determinism, seeded defects, order of tests."""

@@ -1,0 +1,1 @@
+"""Checks of studies and their stores: damage, kills, failing disks."""

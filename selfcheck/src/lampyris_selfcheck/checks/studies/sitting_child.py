@@ -1,0 +1,251 @@
+"""A process in which ``lampyris`` sits over a study: it can be killed, or its disk fail it, at any call.
+
+``python -m lampyris_selfcheck.checks.studies.sitting_child`` waits warm: all is imported and compiled, and each line
+it reads is a sitting, done in a fork of it. So a sitting takes hundredths of a second and not two seconds.
+
+What was acknowledged is known outside of the product: when ``Store.add`` has returned, keys and contents are
+written to a log, and synced.
+
+``--command LOG WORDS`` is the command in its own process, as it is used, with that log.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from lampyris_selfcheck.checks.studies.os_calls import CHANGES, Listening, OsCall
+
+STEP = 0.06
+"""Seconds between two looks at the clock of a sitting: rows are stored after every other batch."""
+
+BACK_AFTER = 20
+"""Looks at the clock, of some four hundred, after which it is set back."""
+
+
+def digest(row: Any) -> str:
+    """Of what a row says, timing aside."""
+    from lampyris.study.design.study import canonical
+
+    return hashlib.sha256(canonical([row.key, row.ending, row.metrics, row.error])).hexdigest()
+
+
+def log_acknowledged(log: str) -> None:
+    """From now on what a store acknowledges is in the log before anybody else is told."""
+    from lampyris.study.store.store import Store
+
+    add, write, sync = Store.add, os.write, os.fsync
+    out = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+
+    def add_and_log(self: Store, rows: Sequence[Any]) -> int:
+        fresh = add(self, rows)
+        # Each block begins with an end of line: the last of the block before may have been torn off.
+        lines = "".join(f"{row.key} {digest(row)} .\n" for row in rows)
+        write(out, f"\n{lines}".encode("ascii"))
+        sync(out)
+        return fresh
+
+    Store.add = add_and_log  # type: ignore[method-assign]
+
+
+class SittingPlan:
+    """What is to happen at which call.
+
+    Parameters
+    ----------
+    told : ``kill``: the number of the change before or after which the process ends; ``after``: which of
+        them. ``fail``: the number of the call that fails, of all; ``errno``: how; ``stays``: whether all
+        later ones of its sort fail too. ``record``: a file for every change, to be replayed.
+    """
+
+    def __init__(self, told: dict[str, Any]) -> None:
+        self.calls = self.changes = 0
+        self._kill, self._after = told.get("kill", -1), told.get("after", False)
+        self._fail, self._errno, self._stays = told.get("fail", -1), told.get("errno", 0), told.get("stays")
+        self._failed = ""
+        self._out = os.open(told["record"], os.O_WRONLY | os.O_CREAT, 0o644) if "record" in told else None
+        self._write = os.write
+        self._marks = told.get("marks")
+
+    def before(self, call: OsCall) -> int:
+        """Die, or say how it fails."""
+        number, self.calls = self.calls, self.calls + 1
+        if call.op in CHANGES and self.changes == self._kill and not self._after:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if number == self._fail:
+            self._failed = call.op
+            return int(self._errno)
+        if self._failed and self._stays and _alike(call.op, self._failed):
+            return int(self._errno)
+        return 0
+
+    def after(self, call: OsCall) -> None:
+        """Die, or keep what was done."""
+        if call.op not in CHANGES:
+            return
+        if self.changes == self._kill and self._after:
+            os.kill(os.getpid(), signal.SIGKILL)
+        self.changes += 1
+        if self._out is not None:
+            head = json.dumps([call.op, call.path, call.at, len(call.data), self._acknowledged()])
+            self._write(self._out, head.encode() + b"\n" + call.data + b"\n")
+
+    def _acknowledged(self) -> int:
+        """How long the log of what was acknowledged is by now."""
+        return os.fstat(self._marks).st_size if self._marks is not None else 0
+
+
+def _alike(op: str, failed: str) -> bool:
+    """Whether a trouble that made one fail makes the other fail too: writing, or reading."""
+    reading = {"open", "look", "read"}
+    return (op in reading) == (failed in reading)
+
+
+def sitting(told: dict[str, Any]) -> int:
+    """One sitting; its exit code.
+
+    Parameters
+    ----------
+    told : ``argv`` of the command; ``folder`` it is called in; ``log`` of what is acknowledged; ``plan``, as
+        above; ``clock``: ``steps``, ``back`` or ``stands``.
+    """
+    from lampyris import cli
+
+    os.chdir(told["folder"])
+    log_acknowledged(told["log"])
+    _set_clock(told.get("clock", "steps"))
+    sys.argv = ["lampyris", *told["argv"]]
+    plan = None
+    if "plan" in told:
+        if "record" in told["plan"]:
+            told["plan"]["marks"] = os.open(told["log"], os.O_RDONLY)
+        plan = SittingPlan(told["plan"])
+        Listening(told["folder"], plan)
+    try:
+        cli.main()
+        code = 0
+    except SystemExit as done:
+        code = done.code if isinstance(done.code, int) else int(done.code is not None)
+    if plan is not None:
+        print(json.dumps({"calls": plan.calls, "changes": plan.changes}), file=sys.stderr)
+    return code
+
+
+def _set_clock(how: str) -> None:
+    """A clock that is the same in every run of a case; or one that is wrong."""
+    from lampyris.study.execution import batches
+
+    batches.MAX_JOBS = 2  # many small batches: many moments between them
+    time.perf_counter, time.time = clocks(how, time.time)
+
+
+def clocks(how: str, now: Callable[[], float]) -> tuple[Callable[[], float], Callable[[], float]]:
+    """The clock that work is measured by, and that of the day: ``steps``, ``back`` or ``stands``.
+
+    Both are set back at one moment of the run, not before it: a clock that was always wrong never goes back.
+    """
+    looks, began = 0, now()
+
+    def measured() -> float:
+        nonlocal looks
+        looks += 1
+        if how == "stands":
+            return 1000.0
+        return 1000.0 + STEP * (looks - 1) - (3600.0 if how == "back" and looks > BACK_AFTER else 0.0)
+
+    def of_the_day() -> float:
+        if how == "stands":
+            return began
+        return now() - (86_400.0 if how == "back" and looks > BACK_AFTER else 0.0)
+
+    return measured, of_the_day
+
+
+def _fork(told: dict[str, Any]) -> dict[str, Any]:
+    """A sitting in a fork of this process; how it ended."""
+    began = time.monotonic()
+    pid = os.fork()
+    if pid == 0:
+        code = 99
+        try:
+            for fd, name in ((1, "out"), (2, "err")):
+                to = os.open(told[name], os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+                os.dup2(to, fd)
+            code = sitting(told)
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+            os._exit(code)
+    until = told.get("seconds", 60.0)
+    kill_at = told.get("kill_after")
+    while True:
+        done, status, used = os.wait4(pid, os.WNOHANG)
+        if done:
+            break
+        spent = time.monotonic() - began
+        if spent > until or (kill_at is not None and spent > kill_at):
+            os.kill(pid, signal.SIGKILL)
+            _, status, used = os.wait4(pid, 0)
+            break
+        time.sleep(0.0005)
+    spent = time.monotonic() - began
+    return {
+        "code": os.waitstatus_to_exitcode(status),
+        "seconds": spent,
+        "late": spent > until,
+        "cpu": used.ru_utime + used.ru_stime,
+    }
+
+
+def _wait() -> None:
+    """Get warm; then a sitting for each line."""
+    _warm(*json.loads(sys.stdin.readline()))
+    print("warm", flush=True)
+    for line in sys.stdin:
+        print(json.dumps(_fork(json.loads(line))), flush=True)
+
+
+def _warm(file: str, csv: str) -> None:
+    """Run the study here, without a store: all that it needs is loaded."""
+    from typer.main import get_command
+
+    from lampyris.cli import app
+    from lampyris.cli.verbs.study import files, running, tables  # noqa: F401
+    from lampyris.study.analysis.export import write_csv
+    from lampyris.study.analysis.table import table_of
+    from lampyris.study.design.study_file import load_study
+    from lampyris.study.execution.run import run
+
+    study = load_study(file)
+    rows: list[Any] = []
+    run(study, rows.extend)
+    table = table_of(study, rows)
+    files.summary_of(study, table)
+    write_csv(Path(csv), table)
+    app.app = get_command(app.app)  # type: ignore[assignment]  # what typer builds at every call is built
+
+
+def _command(log: str, words: list[str]) -> None:
+    """The command as it is, but that its acknowledgements are logged."""
+    from lampyris import cli
+
+    log_acknowledged(log)
+    sys.argv = ["lampyris", *words]
+    cli.main()
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--command"]:
+        _command(sys.argv[2], sys.argv[3:])
+    else:
+        _wait()

@@ -1,0 +1,1 @@
+"""Checks among moving obstacles: planners, simulations, drives, monitors."""

@@ -1,0 +1,306 @@
+"""Nobody ever collides: simulations and drives of every kind, judged by who knows nothing of the simulator.
+
+Ticks are judged by :mod:`lampyris_selfcheck.reference.motion.quick_monitor` and the referee, a share by the slow
+:mod:`lampyris_selfcheck.reference.motion.sim_monitor`; drives by the
+referee in exact continuous time, a share by a watcher that looks
+every few milliseconds. A case is one run; ``steps`` are ticks, and for drives stretches of one acceleration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from lampyris.errors import SceneError
+from lampyris.io.maps.library import load
+from lampyris.model.moves import moves_named
+from lampyris.model.scene import Scene
+from lampyris.model.trace import Outcome, Trace
+from lampyris.model.traffic import RandomWalk
+from lampyris.motion.laws.dissertation import DissertationLaw
+from lampyris.planning.adgso.ad_gso import AdGso
+from lampyris.planning.field.solve import solve
+from lampyris.referee import check_drive, check_trace
+from lampyris.sim.grid import fast_simulation, loop
+from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally
+from lampyris_selfcheck.check import Outcome as Seen
+from lampyris_selfcheck.checks.paths.answers import own
+from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
+from lampyris_selfcheck.reference.motion.drive_monitor import watch
+from lampyris_selfcheck.reference.motion.quick_monitor import breaches
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
+from lampyris_selfcheck.reference.motion.tick_speed import gains
+from lampyris_selfcheck.reference.paths.edits import EditMonitor
+
+KINDS = {
+    "fast": Kind(
+        "the kernel's runs among 5 to 60 walkers on bundled maps; a share is the loop's, field by field",
+        3_700,
+        190_000,
+        500_000,
+        250,
+        least={"arrived": 0.9},
+    ),
+    "crowd": Kind(
+        "walkers on up to a third of a small map: the kernel's run and the loop's, field by field",
+        200,
+        8_000,
+        40_000,
+        50,
+        least={"arrived": 0.7, "compared with the loop": 0.7},
+    ),
+    "walk": Kind(
+        "the loop: every planner, step set, kind of traffic and size of bodies",
+        500,
+        24_000,
+        100_000,
+        100,
+        least={"arrived": 0.6, "sized": 0.3},
+    ),
+    "edits": Kind("the loop, with walls that come and go", 150, 8_000, 40_000, 50, least={"arrived": 0.5}),
+    "drive": Kind(
+        "drives in continuous time with settings at their worst: never nearer than both radii while moving, "
+        "by laws that promise it; obstacles keep clear of each other",
+        32,
+        1_500,
+        6_000,
+        10,
+        least={"arrived": 0.3},
+    ),
+}
+
+SLOW = {"fast": 199, "crowd": 20, "walk": 19, "edits": 11}
+"""One run in so many is judged by the slow monitor too; long runs of many bodies are dear to it.
+
+Maps and planners take turns, too: a stride that shared a factor with theirs would leave some out for ever.
+"""
+
+COMPARED = 101
+"""One run of the kernel in so many is compared with the loop's."""
+
+MAPS = ("env-1", "env-2", "env-3", "env-4", "env-5", "env-6", "caves-64", "rooms-20")
+_CROWDS = (
+    RandomWalk(5),
+    RandomWalk(20),
+    RandomWalk(40),
+    RandomWalk(60),
+    RandomWalk(20, 1.0),
+    RandomWalk(10, 0.1),
+)
+_LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=30.0))
+RUNS_A_SCENE = 25
+LONGEST_CROWD = 60
+"""Ticks of a run in a crowd."""
+
+
+def _run(ask: Ask, part: Part) -> Seen:
+    tally, judge = Tally(part), _JUDGES[part.kind]
+    for number in part.numbers:
+        tally.case()
+        try:
+            judge(ask, number, tally)
+        except Exception as error:
+            tally.fail(number, f"{type(error).__name__}: {error}")
+    return tally.outcome()
+
+
+def faults_of(trace: Trace, slow: bool) -> str:
+    """What the monitors and the referee say of a trace; empty when they find nothing.
+
+    Parameters
+    ----------
+    trace : what happened.
+    slow : whether the slow monitor is asked, too.
+    """
+    found = [f"quick monitor: {one}" for one in breaches(trace)]
+    broken = check_trace(trace)
+    if broken is not None:
+        found.append(f"referee: {broken}")
+    if slow:
+        monitor = EditMonitor(trace) if trace.scene.edits else Monitor(trace)
+        found += [f"slow monitor: {one}" for one in monitor.faults()[:3]]
+    return "; ".join(found)
+
+
+def _judge_trace(trace: Trace, kind: str, number: int, tally: Tally, **data: Any) -> None:
+    tally.count("steps", trace.ticks)
+    tally.count(trace.outcome.value)
+    slow = number % SLOW[kind] == 0
+    if slow:
+        tally.count("by the slow monitor")
+    fault = faults_of(trace, slow)
+    if fault:
+        tally.fail(number, fault, **data)
+    if not trace.arrived and not trace.detail:
+        tally.fail(number, f"{trace.outcome.value}, and no word why", **data)
+
+
+# ---- ticks ----
+
+
+def _walk(ask: Ask, number: int, tally: Tally) -> None:
+    _looped(ask, number, tally, "walk")
+
+
+def _edits(ask: Ask, number: int, tally: Tally) -> None:
+    _looped(ask, number, tally, "edits")
+
+
+def planner_of(number: int) -> str:
+    """Our planners take turns."""
+    names = (*own(True), *own(False))
+    return names[number % len(names)]
+
+
+def _looped(ask: Ask, number: int, tally: Tally, check: str) -> None:
+    name = planner_of(number)
+    rng = ask.rng("sim", check, number)
+    kind = scenes.KINDS[int(rng.integers(len(scenes.KINDS)))]
+    moves = scenes.MOVES[int(rng.integers(len(scenes.MOVES)))]
+    robot, body = scenes.SIZES[int(rng.integers(len(scenes.SIZES)))]
+    law = ("physical", "dissertation")[int(rng.integers(2))]
+    scene = scenes.drawn_scene(rng, kind, robot, body, moves)
+    if check == "edits":
+        scene = scenes.with_edits(scene, rng)
+    data = {"planner": name, "traffic": kind, "moves": moves, "radii": [robot, body]}
+    try:
+        trace = loop.run(scene, scenes.planner(name), seed=number, law=law, patience=15)
+    except SceneError as refused:
+        tally.count(f"refused: {refused.code}")
+        if refused.code not in scenes.REFUSED:
+            tally.fail(number, str(refused), **data)
+        return
+    tally.count(kind)
+    tally.count("sized" if robot or body else "of one cell")
+    wrong = gains(
+        [(x, y) for x, y in trace.robot.tolist()],
+        trace.speed.tolist(),
+        law,
+        scene.robot.a_max,
+        scene.grid.resolution,
+    )
+    if wrong:
+        tally.fail(number, f"{law}: {wrong[0]}", **data)
+    _judge_trace(trace, check, number, tally, **data)
+
+
+@lru_cache(maxsize=4)
+def _fast_runs(seed: int, which: int) -> tuple[fast_simulation.FastRuns, Scene, AdGso, Any]:
+    """A scene between two far cells of a bundled map; kept for the runs that follow."""
+    rng = Ask(seed=seed).rng("sim", "fast scene", which)
+    grid = load(MAPS[which % len(MAPS)]).grid
+    moves = moves_named(("octile", "dissertation", "four")[int(rng.integers(3))])
+    ys, xs = np.nonzero(~grid.blocked)
+    cells = [(int(x), int(y)) for x, y in zip(xs, ys, strict=True)]
+    start = cells[int(rng.integers(len(cells)))]
+    # Where a way leads, and among some the one farthest off: a longer run for the same price.
+    away = solve(~grid.blocked, moves, start).exact
+    some = [cells[k] for k in rng.integers(len(cells), size=6).tolist()]
+    goal = max(some, key=lambda c: (float(away[c[1], c[0]]), c))
+    crowd = _CROWDS[int(rng.integers(len(_CROWDS)))]
+    if grid.width * grid.height < 1_000 and crowd.count > 20:
+        crowd = RandomWalk(20)
+    who = (AdGso(), AdGso(choice="exact"), AdGso(gates="close"), AdGso(nt=3, mvr=2))[int(rng.integers(4))]
+    law = _LAWS[int(rng.integers(2))]
+    scene = Scene(grid, start, goal, moves, traffic=(crowd,))
+    return fast_simulation.FastRuns(scene, who, law), scene, who, law
+
+
+def _fast(ask: Ask, number: int, tally: Tally) -> None:
+    runs, scene, who, law = _fast_runs(ask.seed, number // RUNS_A_SCENE)
+    trace = runs.run(number)
+    if trace is None:
+        tally.count("by the loop")  # the kernel does not know a robot that is hemmed in
+        trace = loop.run(scene, who, seed=number, law=law)
+    elif number % COMPARED == 0:
+        _compare(trace, loop.run(scene, who, seed=number, law=law), number, tally)
+    _judge_trace(trace, "fast", number, tally)
+
+
+def _compare(trace: Trace, other: Trace, number: int, tally: Tally) -> None:
+    tally.count("compared with the loop")
+    where = difference(trace, other)
+    if where:
+        tally.fail(number, f"the kernel and the loop differ in {where}")
+
+
+def _crowd(ask: Ask, number: int, tally: Tally) -> None:
+    """Much happens on little room: bodies in each other's way, and in the robot's, at every tick."""
+    rng = ask.rng("sim", "crowd", number)
+    scene = scenes.crowded(rng)
+    who, law = (AdGso(), AdGso(nt=3, mvr=2))[int(rng.integers(2))], _LAWS[int(rng.integers(2))]
+    patience = int(rng.integers(0, 6))
+    found = fast_simulation.FastRuns(scene, who, law, patience).run(number, LONGEST_CROWD)
+    if found is None:
+        tally.count("by the loop")
+        return
+    other = loop.run(scene, who, seed=number, law=law, ticks=LONGEST_CROWD, patience=patience)
+    _compare(found, other, number, tally)
+    _judge_trace(found, "crowd", number, tally)
+
+
+def difference(a: Trace, b: Trace) -> str:
+    """The first field in which two traces differ, but for their timing; empty: none."""
+    for name in (f.name for f in fields(Trace)):
+        x, y = getattr(a, name), getattr(b, name)
+        if name in ("scene", "timing"):
+            continue
+        if name == "tracks":
+            equal = len(x) == len(y) and all(map(np.array_equal, x, y))
+        elif name == "path" and x is not None and y is not None:
+            equal = np.array_equal(x.cells, y.cells) and x.exact == y.exact
+        else:
+            equal = np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y
+        if not equal:
+            return name
+    return ""
+
+
+# ---- continuous time ----
+
+
+def _drive(ask: Ask, number: int, tally: Tally) -> None:
+    run = scenes.harsh_drive(ask.rng("sim", "drive", number), number)
+    if run is None:
+        tally.count("refused: obstacles do not fit")
+        return
+    tally.count("steps", max(len(run.t) - 1, 0))
+    tally.count(run.outcome.value)
+    tally.count(f"law {run.law}")
+    broken = check_drive(run)
+    data = {"law": run.law, "planner": run.planner}
+    if broken is not None:
+        tally.fail(number, str(broken), **data)
+    # Blind is asked for hidden obstacles alone; what it is told of, it minds as the others do.
+    if run.law in scenes.PROMISE and run.law != "blind" and run.outcome is Outcome.COLLISION:
+        tally.fail(number, f"{run.law} promises not to collide: {run.detail}", **data)
+    if number % 4 == 0 and run.curves:
+        tally.count("watched")
+        seen = watch(run, every=0.02)
+        if seen.gap < -1e-6 and run.outcome is not Outcome.COLLISION:
+            tally.fail(number, f"seen {-seen.gap!r} m deep in a body at {seen.gap_when!r} s", **data)
+        if seen.apart < -1e-6:
+            tally.fail(number, f"seen two obstacles {-seen.apart!r} m deep in each other", **data)
+        if seen.wall < run.scene.robot.radius - 1e-6:
+            tally.fail(number, f"seen {seen.wall!r} m from a wall", **data)
+
+
+_JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
+    "fast": _fast,
+    "crowd": _crowd,
+    "walk": _walk,
+    "edits": _edits,
+    "drive": _drive,
+}
+
+CHECK = Check(
+    "sim",
+    ("G10",),
+    "obstacles never share a cell, swap or cross, nor overlap in drives; contacts with the robot are told",
+    KINDS,
+    _run,
+)

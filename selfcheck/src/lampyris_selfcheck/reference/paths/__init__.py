@@ -1,0 +1,1 @@
+"""References of fields, paths, replanning and swarms."""

@@ -1,1 +1,0 @@
-"""Slow reference twins: plain Python from definitions alone, sharing no code with what they judge."""

@@ -1,0 +1,64 @@
+"""``tools/house.py`` sees what is out of order, and this tree is in order."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+TOOL = Path(__file__).resolve().parents[2] / "tools" / "house.py"
+pytestmark = pytest.mark.source
+
+
+def tool() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("house_tool", TOOL)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+SOURCES = {
+    "p.a": "from p import b",
+    "p.b": "def f():\n    from p.c import x\n",
+    "p.c": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import p.a\n",
+    "p.d": "from p.a import x",
+}
+
+
+def test_circles_of_every_kind_are_found() -> None:
+    house = tool()
+    names = dict.fromkeys(SOURCES, Path())
+    edges = {name: set(house.imports(ast.parse(text), names)) for name, text in SOURCES.items()}
+    assert house.circles(edges) == [["p.a", "p.b", "p.c"]]
+    edges["p.c"] = set()
+    assert house.circles(edges) == []
+
+
+def test_what_is_out_of_order_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    house = tool()
+    monkeypatch.setattr(house, "ROOT", tmp_path)
+    (tmp_path / "old.py").write_text('"""Whoever: the mended twins."""\n')
+    found = {
+        "crowded": {"p": 17},
+        "circles": [["p.a", "p.b"]],
+        "doubled": {str(k): ["p.a", "p.b"] for k in range(6)},
+        "old_words": ["old.py"],
+    }
+    wrong = house.faults(found, frozenset({"gone.py"}))
+    assert [line.partition(":")[0] for line in wrong] == [
+        "p", "import circle", "6 class names are defined in several modules; at most 5", "old.py", "gone.py",
+    ]  # fmt: skip
+    assert "mended, twins" in wrong[3]
+    assert house.faults({**found, "crowded": {}, "circles": [], "doubled": {}}, frozenset({"old.py"})) == []
+
+
+def test_this_tree_is_in_order() -> None:
+    house = tool()
+    assert house.faults(house.measure(), frozenset(house.KEPT.read_text(encoding="utf-8").split())) == []
