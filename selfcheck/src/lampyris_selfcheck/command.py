@@ -33,7 +33,12 @@ Names = Annotated[
     list[str] | None, typer.Argument(metavar="[NAME]...", help="Which checks (default: all; see --list).")
 ]
 Size = Annotated[
-    str, typer.Option("--size", help="commit (minutes in all), nightly (hours) or release (a day).")
+    str,
+    typer.Option(
+        "--size",
+        metavar="commit|nightly|release",
+        help="commit (minutes in all), nightly (hours) or release (a day).",
+    ),
 ]
 Only = Annotated[str | None, typer.Option("--only", metavar="KIND", help="One kind of cases alone.")]
 First = Annotated[int, typer.Option("--first", metavar="K", help="Number of the first case.", min=0)]

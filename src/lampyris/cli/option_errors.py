@@ -11,11 +11,12 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import typer
 from typer.core import TyperCommand
 
+from lampyris.cli.panels import panel_of, write_panels
 from lampyris.errors import (
     FileError,
     InputError,
@@ -51,7 +52,18 @@ _READ = frozenset(("map_", "scenario", "study", "source", "ready"))
 
 
 class Command(TyperCommand):
-    """A verb whose errors name its options."""
+    """A verb whose errors name its options and whose ``--help`` groups them (also ``-h``)."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        context = {"help_option_names": ["-h", "--help"], **(settings.pop("context_settings", None) or {})}
+        super().__init__(*args, context_settings=context, **settings)
+        for parameter in self.params:
+            if parameter.param_type_name == "option":
+                cast(Any, parameter).rich_help_panel = panel_of(parameter)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Options in plain text, panel by panel."""
+        write_panels(ctx, formatter, self.get_params(ctx))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the verb."""

@@ -9,6 +9,16 @@ import typer
 
 from lampyris._core.limits import MAX_CELLS
 
+
+def _read_robot_file(ctx: typer.Context, path: Path | None) -> Path | None:
+    """Take the values of a robot file as defaults of the robot's options."""
+    if path is not None and not ctx.resilient_parsing:
+        from lampyris.io.scenario.robot_file import read_robot
+
+        ctx.default_map = {**(ctx.default_map or {}), **read_robot(path)}
+    return path
+
+
 Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
 Start = Annotated[
     str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")
@@ -23,10 +33,19 @@ GoalM = Annotated[
 Planner = Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")]
 Preset = Annotated[
     str,
-    typer.Option("--preset", help="robot: octile moves, SI units. dissertation: its moves and speed law."),
+    typer.Option(
+        "--preset",
+        metavar="robot|dissertation",
+        help="robot: octile moves, SI units. dissertation: its moves and speed law.",
+    ),
 ]
 Moves = Annotated[
-    str | None, typer.Option("--moves", help="dissertation, octile, four or sixteen (default: the preset's).")
+    str | None,
+    typer.Option(
+        "--moves",
+        metavar="dissertation|octile|four|sixteen",
+        help="dissertation, octile, four or sixteen (default: the preset's).",
+    ),
 ]
 Law = Annotated[
     str | None, typer.Option("--law", help="The speed law: see `lampyris laws` (default: the preset's).")
@@ -40,6 +59,16 @@ Resolution = Annotated[
     float | None,
     typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1)."),
 ]
+RobotFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--robot",
+        metavar="FILE",
+        is_eager=True,
+        callback=_read_robot_file,
+        help="YAML or JSON with any of radius, v_max, a_max, d_max, lat_max, turn_radius, jerk_max; options override it.",
+    ),
+]
 Radius = Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the robot.")]
 VMax = Annotated[float, typer.Option("--v-max", metavar="M/S", help="Greatest speed of the robot.")]
 AMax = Annotated[float, typer.Option("--a-max", metavar="M/S2", help="Greatest acceleration.")]
@@ -49,7 +78,12 @@ Picture = Annotated[
     Path | None, typer.Option("--picture", metavar="FILE", help="Draw the result (.png or .svg).")
 ]
 Layer = Annotated[
-    str, typer.Option("--layer", help="What lies under the path in the picture: luciferin, cost or none.")
+    str,
+    typer.Option(
+        "--layer",
+        metavar="luciferin|cost|none",
+        help="What lies under the path in the picture: luciferin, cost or none.",
+    ),
 ]
 Csv = Annotated[
     Path | None,
@@ -72,11 +106,20 @@ Save = Annotated[
     ),
 ]
 Values = Annotated[
-    str, typer.Option("--values", help="What grey and numbers of the map mean: occupancy or costmap.")
+    str,
+    typer.Option(
+        "--values",
+        metavar="occupancy|costmap",
+        help="What grey and numbers of the map mean: occupancy or costmap.",
+    ),
 ]
 Colour = Annotated[
     str,
-    typer.Option("--colour", help="A colour not of the legend: legend refuses, luminance reads all as grey."),
+    typer.Option(
+        "--colour",
+        metavar="legend|luminance",
+        help="A colour not of the legend: legend refuses, luminance reads all as grey.",
+    ),
 ]
 AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Follow file names that lead out of the file's own folder.")
@@ -128,7 +171,12 @@ Obstacles = Annotated[
     ),
 ]
 Mobility = Annotated[
-    str, typer.Option("--mobility", help="random-walk, patrol, crossing, or mixed (a third of each).")
+    str,
+    typer.Option(
+        "--mobility",
+        metavar="random-walk|patrol|crossing|mixed",
+        help="random-walk, patrol, crossing, or mixed (a third of each).",
+    ),
 ]
 PlanLimit = Annotated[
     float | None,

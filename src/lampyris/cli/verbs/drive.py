@@ -40,6 +40,7 @@ from lampyris.cli.options import (
     Radius,
     Rate,
     Resolution,
+    RobotFile,
     Save,
     Seed,
     Set,
@@ -78,6 +79,7 @@ def drive(
     settings: Set = None,
     seed: Seed = 0,
     resolution: Resolution = None,
+    robot_file: RobotFile = None,
     radius: Radius = 0.0,
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
@@ -109,13 +111,17 @@ def drive(
     know: Annotated[
         str | None,
         typer.Option(
-            "--know", help="Of obstacles the law is told positions (default), velocities or tracks."
+            "--know",
+            metavar="positions|velocities|tracks",
+            help="Of obstacles the law is told positions (default), velocities or tracks.",
         ),
     ] = None,
     tracking: Annotated[
         str | None,
         typer.Option(
-            "--tracking", help="perfect (default), velocity or position: how commands are followed."
+            "--tracking",
+            metavar="perfect|velocity|position",
+            help="perfect (default), velocity or position: how commands are followed.",
         ),
     ] = None,
     period: Annotated[
@@ -147,12 +153,17 @@ def drive(
     ] = None,
     on_hit: Annotated[
         str | None,
-        typer.Option("--on-hit", help="An obstacle runs into the standing robot: end (default) or go-on."),
+        typer.Option(
+            "--on-hit",
+            metavar="end|go-on",
+            help="An obstacle runs into the standing robot: end (default) or go-on.",
+        ),
     ] = None,
     smooth: Annotated[
         str | None,
         typer.Option(
             "--smooth",
+            metavar="taut|arcs|none",
             help="arcs (default): drawn taut, corners rounded; none: the planned cells as they are, each "
             "corner rounded within half a step, or a stop.",
         ),

@@ -53,7 +53,12 @@ Resolution = Annotated[
     float | None, typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say.")
 ]
 Values = Annotated[
-    str, typer.Option("--values", help="What the map's grey samples and numbers are: occupancy or costmap.")
+    str,
+    typer.Option(
+        "--values",
+        metavar="occupancy|costmap",
+        help="What the map's grey samples and numbers are: occupancy or costmap.",
+    ),
 ]
 ToValues = Annotated[
     str | None,
@@ -66,7 +71,9 @@ ToValues = Annotated[
 Colour = Annotated[
     str,
     typer.Option(
-        "--colour", help="A colour not of the legend: legend refuses it, luminance reads all as grey."
+        "--colour",
+        metavar="legend|luminance",
+        help="A colour not of the legend: legend refuses it, luminance reads all as grey.",
     ),
 ]
 MaxCells = Annotated[

@@ -26,7 +26,12 @@ def run(
     explain: Explain = False,
     picture: Picture = None,
     layer: Annotated[
-        str | None, typer.Option("--layer", help="Under the path in the picture: luciferin, cost or none.")
+        str | None,
+        typer.Option(
+            "--layer",
+            metavar="luciferin|cost|none",
+            help="Under the path in the picture: luciferin, cost or none.",
+        ),
     ] = None,
     film: Film = None,
     chart: Annotated[

@@ -41,7 +41,12 @@ def scen(
     ] = None,
     planner: Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")] = "astar",
     moves: Annotated[
-        str, typer.Option("--moves", help="octile, which the lengths are of; dissertation, four or sixteen.")
+        str,
+        typer.Option(
+            "--moves",
+            metavar="dissertation|octile|four|sixteen",
+            help="octile, which the lengths are of; dissertation, four or sixteen.",
+        ),
     ] = "octile",
     settings: Annotated[
         list[str] | None,

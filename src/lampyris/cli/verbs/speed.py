@@ -36,6 +36,7 @@ from lampyris.cli.options import (
     Preset,
     Radius,
     Resolution,
+    RobotFile,
     Seed,
     Set,
     SetLaw,
@@ -66,7 +67,10 @@ def speed(
         typer.Option("--path", metavar="FILE", help="A way from a file: CSV, a ROS Path, a plan's JSON."),
     ] = None,
     units: Annotated[
-        str | None, typer.Option("--units", help="Of a CSV's columns x,y: metres (default) or cells.")
+        str | None,
+        typer.Option(
+            "--units", metavar="metres|cells", help="Of a CSV's columns x,y: metres (default) or cells."
+        ),
     ] = None,
     start: Start = None,
     goal: Goal = None,
@@ -91,6 +95,7 @@ def speed(
         str | None,
         typer.Option(
             "--smooth",
+            metavar="taut|arcs|none",
             help=f"{PROFILE_SMOOTH} (default for a plan, as in `lampyris plan`): the cells or points as they "
             f"are, each corner rounded within half a step, or a stop; {POINTS_SMOOTH} (default with --path): "
             "corners rounded as widely as there is room; taut: drawn straight where there is room, rounded.",
@@ -119,6 +124,7 @@ def speed(
     zones: Zones = None,
     seed: Seed = 0,
     resolution: Resolution = None,
+    robot_file: RobotFile = None,
     radius: Radius = 0.0,
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
@@ -142,7 +148,12 @@ def speed(
     ] = None,
     picture: Picture = None,
     colour_by: Annotated[
-        str, typer.Option("--colour-by", help="What the curve's colours in the picture are: speed or cause.")
+        str,
+        typer.Option(
+            "--colour-by",
+            metavar="speed|cause",
+            help="What the curve's colours in the picture are: speed or cause.",
+        ),
     ] = "speed",
     chart: Annotated[
         Path | None,

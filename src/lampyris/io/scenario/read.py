@@ -113,7 +113,7 @@ def read_document(name: str, version: int) -> Document:
         anything then: each might be called unknown.
     LimitError : it is too large.
     """
-    said = _read(name)
+    said = read_plain(name)
     check_version(said, version)
     return said
 
@@ -138,7 +138,8 @@ def check_version(said: Document, version: int) -> None:
         )
 
 
-def _read(name: str) -> Document:
+def read_plain(name: str) -> Document:
+    """A file as plain data, whatever its keys; see :func:`read_document`."""
     as_json = Path(name).suffix.lower() == ".json"
     try:
         data = read_regular(name, MAX_BYTES)

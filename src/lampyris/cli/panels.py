@@ -1,0 +1,70 @@
+"""Panels of ``--help``: which options stand together, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "Map": ("resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones"),
+        "Ends": ("start", "goal", "start-m", "goal-m", "path", "units"),
+        "Robot": (
+            "preset", "moves", "robot", "radius", "v-max", "a-max", "d-max", "lat-max", "turn-radius", "jerk-max",
+            "tracking", "period", "command-period", "delay", "lag",
+        ),
+        "Planner and speed": (
+            "planner", "planners", "set", "law", "laws", "all", "set-law", "smooth", "spacing", "v0", "seed", "seeds",
+            "time-limit", "plan-limit", "patience",
+        ),
+        "Obstacles": (
+            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "movers", "know",
+            "noise", "max-age", "hold", "give-up", "on-hit", "ticks",
+        ),
+        "Output": (
+            "picture", "layer", "colour-by", "chart", "film", "csv", "html", "tex", "out", "save-scenario", "explain",
+            "json", "no-timing", "force",
+        ),
+    }
+)  # fmt: skip
+"""Panel to its options, without the dashes. An option that is not here stands under "Options"."""
+
+REST = "Options"
+_PANEL = {option: panel for panel, options in PANELS.items() for option in options}
+
+
+def panel_of(parameter: Any) -> str:
+    """The panel of an option of click.
+
+    Parameters
+    ----------
+    parameter : a ``click.Option`` (typer may have a click of its own).
+    """
+    name = max(parameter.opts, key=len).removeprefix("--")
+    return _PANEL.get(name, REST)
+
+
+def write_panels(ctx: Any, formatter: Any, parameters: list[Any]) -> None:
+    """Write help in plain text: arguments, then options panel by panel.
+
+    Parameters
+    ----------
+    ctx : click's context.
+    formatter : click's formatter.
+    parameters : of the verb, in their order.
+    """
+    sections: dict[str, list[tuple[str, str]]] = {
+        "Arguments": [],
+        **{panel: [] for panel in PANELS},
+        REST: [],
+    }
+    for parameter in parameters:
+        record = parameter.get_help_record(ctx)
+        if record is not None:
+            option = parameter.param_type_name == "option"
+            sections[panel_of(parameter) if option else "Arguments"].append(record)
+    for panel, records in sections.items():
+        if records:
+            with formatter.section(panel):
+                formatter.write_dl(records)
