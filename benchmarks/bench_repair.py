@@ -52,7 +52,7 @@ coming and solves anew; D* Lite, which does not, then takes longer than A* would
 
 The rivals are our own, but for one: python-motion-planning 1.1.1 has a D* Lite in plain Python (later
 releases have none), by our rules. It stands on a small map alone, for it looks through its whole list of open
-cells for each that it takes; it is told of a cell as its own handler of mouse clicks does it, and wrong paths
+cells for each that it takes; it is given a cell as its own handler of mouse clicks does it, and wrong paths
 of it are counted, not mended. Its picture of the map is not drawn, nor counted."""
 
 OTHER = 1024

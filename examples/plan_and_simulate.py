@@ -8,7 +8,7 @@ plan = lampyris.plan(scene, planner="ad-gso")
 speeds = lampyris.profile(plan, scene)
 print(f"{plan.status}: {plan.cost:.2f} cells in {plan.iterations} jumps, {plan.gap:.1%} above the best")
 print(
-    f"{speeds.duration:.1f} s; fastest {speeds.v.max():.2f} m/s; the third node is held by {speeds.cause[2]}"
+    f"{speeds.duration:.1f} s; fastest {speeds.v.max():.2f} m/s; the third node is limited by {speeds.cause[2]}"
 )
 
 run = lampyris.simulate(scene, planner="ad-gso", traffic=lampyris.RandomWalk(count=20), seed=7)

@@ -29,6 +29,6 @@ seconds: dict[str, float] = {}
 for cause, period in zip(run.cause, np.diff(run.t), strict=False):
     seconds[cause] = seconds.get(cause, 0.0) + period
 print(
-    "held by",
+    "limited by",
     ", ".join(f"{cause} {seconds[cause]:.1f} s" for cause in sorted(seconds, key=lambda c: -seconds[c])),
 )

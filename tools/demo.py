@@ -110,7 +110,7 @@ def told(record: dict) -> str:  # type: ignore[type-arg]
         return f"{record['way']['length_m']:.4g} m: {times}"
     if "curves" in record:
         held = ", ".join(f"{h['cause']} {h['time']:.0%}" for h in record["held"][:3])
-        return f"{record['outcome']} after {record['duration']:.4g} s; held by {held}"
+        return f"{record['outcome']} after {record['duration']:.4g} s; limited by {held}"
     if "outcome" in record:
         return (
             f"{record['outcome']} after {record['ticks']} ticks, cost {record['cost']:.6g}, "

@@ -88,7 +88,7 @@ def test_saved_and_run_again_it_is_the_same_to_the_byte() -> None:
 def test_figures_films_and_tables_are_written() -> None:
     done = run(*CALL, "--film", "a.webp", "--chart", "a.png", "--csv", "a.csv")
     assert done.exit == 0, done.err
-    assert "held by" in done.out
+    assert "limited by" in done.out
     assert all(f"wrote a.{kind}" in done.out for kind in ("webp", "png", "csv"))
     r = told(*CALL)
     with open("a.csv") as file:

@@ -97,5 +97,5 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert (done.exit, done.out) == (130, "")
     last = done.err.splitlines()[-1]
     assert last == (
-        "interrupted: what was run is kept in here/runs; go on with: lampyris reproduce --out here --quick"
+        "interrupted: what was run is kept in here/runs; continue with: lampyris reproduce --out here --quick"
     )

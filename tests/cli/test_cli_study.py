@@ -233,7 +233,7 @@ def test_ctrl_c_keeps_what_was_done_and_says_how_to_go_on(tmp_path: Path) -> Non
     assert out == ""
     last = err.splitlines()[-1]
     assert last.startswith("interrupted: ")
-    assert "go on with: lampyris study slow.yaml --workers 1" in last
+    assert "continue with: lampyris study slow.yaml --workers 1" in last
     assert err.count("interrupted") == 1
     assert "Traceback" not in err
     there = int(last.split()[1].replace(",", ""))

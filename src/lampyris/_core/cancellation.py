@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Cancelled(BaseException):
-    """The call was stopped. Raised by :func:`checkpoint` and by kernels; whoever opened the watch catches it.
+    """The call was stopped. Raised by :func:`checkpoint` and by kernels; the code that opened the scope catches it.
 
     Not an ``Exception``: a guest's planner that makes an answer of whatever goes wrong inside it would make
     one of this, too, and its call would never end as stopped.
@@ -100,7 +100,7 @@ class _Interrupt(CancelToken):
     def __init__(self) -> None:
         super().__init__()
         self.is_left = False
-        """Whether the next Ctrl-C is somebody else's; whoever reads of it says that it was the one."""
+        """Whether the next Ctrl-C is handled elsewhere; the code that reads it reports it."""
 
 
 class CancelScope:
@@ -154,7 +154,7 @@ class CancelScope:
 
     def tell(self) -> None:
         """The call is to stop."""
-        # In this order, and the other way round in word: whoever comes second sets it.
+        # In this order, and the other way round in word: the second of the two sets it.
         self._is_told = True
         if self._word is not None:
             self._word[0] = 1

@@ -56,7 +56,7 @@ class Exclusive:
         return self.__dict__
 
     def _take_state(self, state: dict[str, Any]) -> None:
-        """Become what :meth:`_own_state` told of."""
+        """Take the state that :meth:`_own_state` returned."""
         self.__dict__.update(state)
 
     def __copy__(self) -> Self:

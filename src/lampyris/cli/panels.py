@@ -23,7 +23,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "noise", "max-age", "hold", "give-up", "on-hit", "ticks",
         ),
         "Output": (
-            "picture", "layer", "colour-by", "chart", "film", "csv", "html", "tex", "out", "save-scenario", "explain",
+            "picture", "layer", "colour-by", "chart", "film", "csv", "out", "save-scenario", "explain",
             "json", "no-timing", "force",
         ),
     }

@@ -101,7 +101,7 @@ def on_compile(ear: Callable[[bool], None]) -> None:
     """Have something called with True when machine code is about to be made that no run before has left on
     disk, and with False when it is there.
 
-    It takes a second or more for each kernel, once for a machine; whoever waits may want to know. Numba is
+    It takes a second or more for each kernel, once for a machine; a user who waits may want to know. Numba is
     not imported for this.
     """
     _ears.append(ear)

@@ -46,7 +46,7 @@ _SENTENCES = {
     Outcome.START_OCCUPIED: "The start is not a free cell for this robot.",
     Outcome.GOAL_OCCUPIED: "The goal is not a free cell for this robot.",
     Outcome.COLLISION: "The robot drove into a moving obstacle.",
-    Outcome.STOPPED: "The robot stopped: what it was told of the obstacles could not be trusted.",
+    Outcome.STOPPED: "The robot stopped: its data on obstacles could not be trusted.",
 }
 
 

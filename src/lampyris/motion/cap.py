@@ -34,7 +34,7 @@ class Around:
     Parameters
     ----------
     cells : int64 (m, 2): cells that bodies of the tick model cover.
-    movers : discs in continuous time; None: there are none to be told of.
+    movers : discs in continuous time; None: there are none.
     """
 
     cells: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))

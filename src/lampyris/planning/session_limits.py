@@ -77,7 +77,7 @@ def stopped_plan(name: str, own: CancelScope, seconds: float | None) -> Plan:
 
 
 def within(budget: Budget | None, name: str, answer: Callable[[], Plan]) -> Plan:
-    """An answer within the seconds and the stop of a budget, whoever gives it."""
+    """An answer within the seconds and the stop of a budget."""
     if budget is None:
         return answer()
     with cancellation.watching(budget.seconds, budget.stop) as own:

@@ -24,7 +24,7 @@ DUST = 1e-12
 """What a value near 0 may be off by: metres, m/s."""
 
 NEAR = 1e-6
-"""Metres within which a contact that is told of must be."""
+"""Metres within which a contact that is reported must be."""
 
 _MET = ("hit", "contact")
 
@@ -100,7 +100,7 @@ def _moves_at_the_end(drive: Drive) -> bool:
 
 
 def _told(drive: Drive, motion: RobotMotion) -> Violation | None:
-    """What is told of as a contact is one, within a micrometre."""
+    """What is reported as a contact is one, within a micrometre."""
     radius, resolution = drive.scene.robot.radius, drive.scene.grid.resolution
     for k, m in enumerate(drive.moments):
         if m.word not in _MET:

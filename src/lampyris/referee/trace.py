@@ -20,7 +20,7 @@ _NEVER_DROVE = (Outcome.NO_PATH, Outcome.START_OCCUPIED, Outcome.GOAL_OCCUPIED)
 
 
 def check_trace(trace: Trace) -> Violation | None:
-    """Whether a simulation broke a rule: walls, steps, any two bodies at any tick, or the story told of it.
+    """Whether a simulation broke a rule: walls, steps, any two bodies at any tick, or what the trace reports.
 
     Rules, in this order: ``lengths``; ``edits`` (cells that turned otherwise than by the rule of
     :mod:`lampyris.referee.edits`); of the robot ``start``, ``outside``, ``wall``, ``step``, ``corner``,
@@ -278,7 +278,7 @@ def _way(trace: Trace, eras: list[Era]) -> Violation | None:
         )
     told = sum(event.word in ("replan", "gate") for event in trace.events)
     if trace.replans != told:
-        return Violation("replans", "trace", f"claims {trace.replans} replans; {told} are told of")
+        return Violation("replans", "trace", f"claims {trace.replans} replans; {told} are reported")
     if min(trace.iterations, trace.expansions) < 0:
         return Violation("numbers", "trace", f"{trace.iterations} iterations, {trace.expansions} expansions")
     return None

@@ -1,4 +1,4 @@
-"""The feed: what the robot is told of the obstacles, faults put into it, and the watch that judges it.
+"""The sensor: what the robot knows of the obstacles, faults put into it, and the monitor that judges it.
 
 The robot has nothing but messages: a time stamp, and where each obstacle was then. In every period it
 expects at least one that is newer than the last it trusted. A message is *not* trusted if

@@ -1,6 +1,6 @@
 """Telling: what is said while a question is worked on, beside its answer: how far it is, what it waits for.
 
-Who works deep inside a drawing or a search has no frame to hand out; so whoever answers the question lends an
+Who works deep inside a drawing or a search has no frame to hand out; so the code that answers the question lends an
 ear here, and nobody has to pass one down. Without an ear nothing is said and nothing is made.
 """
 

@@ -2,7 +2,7 @@
 
 At most so many questions are answered at a time, one by each engine; some more wait, and others are refused.
 One engine more answers plans and layers alone, so that what follows the hand never waits for what takes long.
-An engine that dies (it used up its processor time, or crashed) is started anew, and whoever asked is told so.
+An engine that dies (it used up its processor time, or crashed) is restarted, and the client is told so.
 Nobody reads: nobody writes. What is not taken from an answer stays in the pipe, and the engine stands still.
 """
 

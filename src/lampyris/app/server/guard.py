@@ -3,7 +3,7 @@
 A web page in the same browser can send requests to this machine, and through a name of its own that points
 here (DNS rebinding) it can even read the answers. So the Host must be one of a few exact words, the Origin
 must be that of the same Host, and everything but the page itself needs a token that only the page knows.
-The road not taken: comparing Origin with Host alone; whoever rebinds chooses both.
+Rejected: comparing Origin with Host alone, as DNS rebinding controls both.
 
 Order of refusal: 431/414 too long, 421 Host, 403 Origin or Sec-Fetch-Site, 400 upgrade, 401 token, 404 no
 such path, 405 method, 400 query, 415 type, 413/408 body. No cookie, no CORS header, no WebSocket.
@@ -170,7 +170,7 @@ class Guard:
         except Left:
             return
         except Exception as fault:
-            # What it says may hold a path or a value: that is for whoever looks for it, not for the client.
+            # What it says may hold a path or a value: that is for the log, not for the client.
             log.error(
                 "a fault of lampyris: %s", type(fault).__name__, exc_info=log.isEnabledFor(logging.DEBUG)
             )

@@ -1,7 +1,7 @@
 """Asking: what a request says, read strictly, and plain data as an answer.
 
 A request has a form: its keys, and for each key what its value may be (:class:`ValueRule`). What is deeper (a
-scenario, who is compared) is checked by whoever reads it, which says the place.
+scenario, who is compared) is checked by the code that uses it, which says the place.
 """
 
 from __future__ import annotations

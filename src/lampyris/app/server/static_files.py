@@ -46,7 +46,7 @@ def static_files() -> dict[str, Shipped]:
 
 
 def shipped(request: Request, kind: str, plain: bytes, packed: bytes) -> Response:
-    """An answer in gzip for whoever takes it.
+    """An answer in gzip for clients that accept it.
 
     Only of what is the same for everybody, the files and what there is to choose from: what is compressed
     with a secret beside something that a stranger chose can leak the secret.

@@ -319,7 +319,7 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         ("corners", f"{turns['turns'] - turns['stops']} rounded, {turns['stops']} stops to turn"),
         ("met", hits),
         ("speed", f"{run.law} law, greatest {moving:.3g} m/s, a decision every {run.period:g} s"),
-        ("held by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
+        ("limited by", ", ".join(f"{c.cause} {c.time:.0%}" for c in worth_telling(drive_shares(run))) or "-"),
     ]
     if run.error > 0:
         rows.append(("off its way", f"at most {run.error:.3g} m from where it was commanded to be"))

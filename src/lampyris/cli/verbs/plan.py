@@ -215,7 +215,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
             rounded = corners["turns"] - corners["stops"]
             words = f"{rounded} rounded within half a step, {corners['stops']} stops to turn"
             rows.append(("corners", words))
-        rows.append(("held by", word_counts(profile.cause)))
+        rows.append(("limited by", word_counts(profile.cause)))
     seconds = found.timing.get("total_s")
     if seconds is not None:
         loaded = found.timing.get("loading_s", 0.0)
@@ -236,13 +236,13 @@ def _explain(found: Plan, profile: Profile | None) -> None:
         text.table("", COLUMNS, jump.rows, right=right, bold=jump.chosen, boxed=True)
         text.line(jump.note)
     if profile is not None and found.path is not None:
-        columns = ("node", "cell", "s", f"v ({profile.units})", "t", "held by")
+        columns = ("node", "cell", "s", f"v ({profile.units})", "t", "limited by")
         numbers = (profile.s, profile.v, profile.t)
         rows = [
             (str(k), f"({x}, {y})", *(f"{of[k]:.4g}" for of in numbers), profile.cause[k])
             for k, (x, y) in enumerate(found.path.cells)
         ]
-        right = [name for name in columns if name not in ("cell", "held by")]
+        right = [name for name in columns if name not in ("cell", "limited by")]
         text.table("speed at each node", columns, rows, right=right, boxed=True)
 
 

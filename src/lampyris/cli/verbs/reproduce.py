@@ -89,7 +89,7 @@ def _check(out: Path, force: bool) -> None:
 def _interrupted(out: Path) -> NoReturn:
     """Print what is kept and how to continue."""
     again = shlex.join(["lampyris", *sys.argv[1:]])
-    print(f"interrupted: what was run is kept in {out / RUNS}; go on with: {again}", file=sys.stderr)
+    print(f"interrupted: what was run is kept in {out / RUNS}; continue with: {again}", file=sys.stderr)
     raise Interrupted(INTERRUPTED)
 
 

@@ -188,7 +188,7 @@ def print_trace(run: Trace, *, name: str = "") -> None:
         ("cost", f"{run.cost:.6g} cells driven; {counts}"),
         ("iterations", f"{run.iterations}; {run.expansions} expansions"),
         ("speed", f"mean {mean} {run.units} while moving ({run.law} law)"),
-        ("held by", word_counts(run.cause)),
+        ("limited by", word_counts(run.cause)),
     ]
     if run.edits:
         walls, freed = (sum(len(getattr(e, what)) for e in run.edits) for what in ("blocked", "freed"))

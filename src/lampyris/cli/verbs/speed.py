@@ -297,7 +297,7 @@ def _print_reasons(profile: Profile, all_nodes: bool) -> None:
     """Print a row for each stretch that one cause limits, or for each node."""
     from lampyris.cli.verbs.speed_laws import runs
 
-    columns = ("node", "s (m)", "v (m/s)", "t (s)", "held by")
+    columns = ("node", "s (m)", "v (m/s)", "t (s)", "limited by")
     rows = []
     for a, b in runs(profile, all_nodes):
         node = str(a) if a == b else f"{a}-{b}"

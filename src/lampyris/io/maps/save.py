@@ -18,7 +18,7 @@ ending     written                                   left out
 As costmap values (:mod:`lampyris.io.maps.formats.costmap`) .png, .pgm, .npy and .csv hold terrain: 8-bit grey, uint8, or
 numbers after a line that marks them. Start, goal and moving obstacles are then left out of a .png too. A
 .yaml holds them as occupancies 1 to 98, as Nav2 publishes a costmap, which rounds them by 2 at most. A .csv
-is written so by itself when the map has terrain; the others must be asked, for whoever reads them must be
+is written so by itself when the map has terrain; the others must be asked, because the reader must be
 told as well.
 
 Resolution and origin are in ``.yaml`` alone. Reading the file again gives the same blocked cells in every

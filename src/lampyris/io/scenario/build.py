@@ -1,4 +1,4 @@
-"""From a checked scenario file to nouns, piece by piece: every mistake is told of at once, at its place."""
+"""From a checked scenario file to nouns, piece by piece: every mistake is reported at once, with its place."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class DriveTable(Table):
     know: Annotated[
         Literal["positions", "velocities", "tracks"],
         Rule("DRIVE_SETTING", "positions, velocities or tracks"),
-    ] = Field("positions", description="What the law is told of the obstacles.")
+    ] = Field("positions", description="What the law knows of the obstacles.")
     tracking: Annotated[
         Literal["perfect", "velocity", "position"], Rule("DRIVE_SETTING", "perfect, velocity or position")
     ] = Field("perfect", description="How the robot follows what it is told to do.")

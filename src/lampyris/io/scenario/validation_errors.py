@@ -19,7 +19,7 @@ from lampyris.io.text.strict_json import JsonDocument, pointer
 from lampyris.io.text.strict_yaml import Where, shown
 
 MOST = 20
-"""Mistakes told of at once; the rest is counted."""
+"""Mistakes reported at once; the rest are counted."""
 _TYPES = {
     "int_type": "is not a whole number",
     "int_from_float": "is not a whole number",

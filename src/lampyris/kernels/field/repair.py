@@ -163,7 +163,7 @@ def _doubt(
     for i in range(last):
         u = u64(seen[i])
         if cost[u] > 0:
-            # Is the way by its parent still there, and no dearer?
+            # Is the way by its parent still there, and no costlier?
             k = step[u]
             v = u + u64(jump[k])
             held = free[v] != 0 and free[u + u64(side[k])] != 0 and free[u + u64(other[k])] != 0

@@ -16,7 +16,7 @@ a stack: along equal f the newest cell is the deepest, and the search dives to t
 
 Layout: row after row, padded on each side by as many blocked cells as the longest step is long, so no step
 needs a test for the edge of the map. Nothing is cleared between two searches: each counts from a base that
-lies ``SPAN`` lower than the last, so that everything older looks dearer than anything new, and one
+lies ``SPAN`` lower than the last, so that everything older looks costlier than anything new, and one
 comparison asks for both.
 
 A step is not tried where the cell before offered one at least as good: after a step east, for example,

@@ -188,7 +188,7 @@ def share(length, slant, least, want, tangent):
     Both get their wish if there is room; else who wishes for less than half the line gets that and the
     other the rest, and two who want more get half each. What a corner cannot use, for want of room on its
     other line, goes back to its neighbours, in their order. Where that leaves a corner less than the
-    smallest radius needs, the one that lacks most among its neighbours gives up, and it begins anew.
+    smallest radius needs, the one that lacks most among its neighbours gives up, and the pass is repeated.
     """
     n = len(want)
     for _ in range(n):

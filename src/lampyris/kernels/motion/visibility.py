@@ -100,12 +100,12 @@ def cells_in_sight(opaque, width, height, ax, ay, reach, seen):
 
 
 @kernel()
-def behind(opaque, dark, roomy, width, height, vx, vy, dx, dy, pinhole, steps):
+def behind(opaque, dark, spacious, width, height, vx, vy, dx, dy, pinhole, steps):
     """What is at the edge of the shadow that corner (vx, vy) throws for an eye that looks along (dx, dy).
 
     Parameters
     ----------
-    opaque, dark, roomy : bool (height * width,): cells that hide; those of them that may hold a mover
+    opaque, dark, spacious : bool (height * width,): cells that hide; those of them that may hold a mover
         themselves; cells in which a mover's centre may be.
     vx, vy : the corner, shared by the cells vx - 1, vx and vy - 1, vy. The cell before it is known to be
         free.
@@ -136,7 +136,7 @@ def behind(opaque, dark, roomy, width, height, vx, vy, dx, dy, pinhole, steps):
         place = gy * width + gx
         if opaque[u64(place)]:
             return place if dark[u64(place)] else -1
-        if roomy[u64(place)]:
+        if spacious[u64(place)]:
             return -2
         first = nx * wy
         second = ny * wx
@@ -215,14 +215,14 @@ def dark_around(dark, width, height, vx, vy, x, y, px, py):
 
 @kernel(out=("before", "after"))
 def nearest_hiding(
-    opaque, dark, roomy, width, height, first, columns, xs, ys, eyes_x, eyes_y, last, limit, rho, lead, steps,
+    opaque, dark, spacious, width, height, first, columns, xs, ys, eyes_x, eyes_y, last, limit, rho, lead, steps,
     before, after,
 ):  # fmt: skip
     """How near, along a course, the nearest place is from which something hidden may come.
 
     Parameters
     ----------
-    opaque, dark, roomy, width, height, steps : as for :func:`behind`.
+    opaque, dark, spacious, width, height, steps : as for :func:`behind`.
     first, columns : int64; the corners that may hide something: those of row j have the columns
         ``columns[first[j] : first[j + 1]]``, rising.
     xs, ys : float64 (n,), nodes, cells, cell (i, j) being the square from (i, j) to (i + 1, j + 1).
@@ -302,7 +302,7 @@ def nearest_hiding(
                 dy = row * UNIT - ay
                 if not sees(opaque, width, ax, ay, column * UNIT, row * UNIT):
                     continue
-                what = behind(opaque, dark, roomy, width, height, column, row, dx, dy, pinhole, steps)
+                what = behind(opaque, dark, spacious, width, height, column, row, dx, dy, pinhole, steps)
                 if what == -1:
                     db = 1e18
                     da = 1e18

@@ -89,7 +89,7 @@ class PhysicalLaw:
         within a hundredth of the distance it needs from top speed (5 mm for the default robot).
     curvature, clearance, zones : whether the rule is on.
     approach, uncertainty, blind, three_speed, cloud : settings of the rule; None: it is off.
-    moving : how moving obstacles are minded, where the law is told of any.
+    moving : how moving obstacles are minded, where the law is given any.
     name : of the law these are the settings of; what the profile says.
 
     Raises

@@ -152,7 +152,7 @@ class _Land(NamedTuple):
 
     opaque: NDArray[np.bool_]
     dark: NDArray[np.bool_]
-    roomy: NDArray[np.bool_]
+    spacious: NDArray[np.bool_]
     width: int
     height: int
     first: NDArray[np.int64]
@@ -177,11 +177,11 @@ def _land(course: SampledPath, grid: Grid, settings: BlindArea, limit: float) ->
     rows, columns = np.nonzero(_corners(opaque, dark, rho == 0.0))
     columns = np.ascontiguousarray(columns)
     first = np.searchsorted(rows, np.arange(height + 2))
-    roomy = ~_within(opaque & ~dark, math.ceil(rho / math.sqrt(2.0)) - 1)
+    spacious = ~_within(opaque & ~dark, math.ceil(rho / math.sqrt(2.0)) - 1)
     places = course.xy - low + 0.5
     eyes = _eyes(places, opaque)
     return _Land(
-        frozen(opaque.ravel()), frozen(dark.ravel()), roomy.ravel(), width, height, first, columns,
+        frozen(opaque.ravel()), frozen(dark.ravel()), spacious.ravel(), width, height, first, columns,
         places[:, 0].copy(), places[:, 1].copy(), eyes[:, 0].copy(), eyes[:, 1].copy(),
     )  # fmt: skip
 

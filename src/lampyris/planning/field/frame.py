@@ -68,7 +68,7 @@ class BorderedMap:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than exact costs have room for.
+    LimitError : more cells, or costlier steps, than exact costs have room for.
     """
 
     def __init__(self, free: BoolGrid, moves: Moves, *, terrain: bool = False, wide: bool = False) -> None:

@@ -193,7 +193,7 @@ class Wave:
 
     def _check(self, costs: Sequence[int]) -> None:
         """The spread is bounded by the lists of :func:`lampyris.kernels.field.wavefront.ripple`; elsewhere it might
-        be greater, but whoever walks on the field counts on it.
+        be greater, but a walk on the field relies on it.
         """
         least = min(costs)
         if not 0 < least <= max(costs) < 3 * least:

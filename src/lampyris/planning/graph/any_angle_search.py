@@ -29,7 +29,7 @@ class AnyAngleSearch:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than exact costs have room for.
+    LimitError : more cells, or costlier steps, than exact costs have room for.
     """
 
     def __init__(

@@ -27,7 +27,7 @@ class TwoSearches:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than exact costs have room for.
+    LimitError : more cells, or costlier steps, than exact costs have room for.
     """
 
     def __init__(self, free: BoolGrid, moves: Moves) -> None:

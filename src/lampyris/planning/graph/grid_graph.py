@@ -107,7 +107,7 @@ def following_of(moves: Moves) -> list[list[int]]:
 
     Two steps that come back to where they began, or that one step replaces at no more cost touching nothing
     that the two do not touch, are never needed: the cell before has already offered that one. Over terrain
-    the one step pays for the last cell only, and must not be dearer even where the cell between is plain
+    the one step pays for the last cell only, and must not cost more even where the cell between is plain
     ground and the last the heaviest.
     """
     lightest = 1 if moves.scale == 1 else HEAVIEST
@@ -188,7 +188,7 @@ def check_limits(free: BoolGrid, moves: Moves) -> None:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than that.
+    LimitError : more cells, or costlier steps, than that.
     """
     dearest = max(moves.costs) // moves.scale
     if free.size > MAX_CELLS or dearest > PELL_P:
@@ -293,7 +293,7 @@ class GridSearch:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than exact costs have room for.
+    LimitError : more cells, or costlier steps, than exact costs have room for.
     """
 
     def __init__(self, free: BoolGrid, moves: Moves, *, informed: bool) -> None:

@@ -45,7 +45,7 @@ class TerrainSearch:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than exact costs have room for.
+    LimitError : more cells, or costlier steps, than exact costs have room for.
     """
 
     def __init__(self, free: BoolGrid, terrain: ByteGrid, moves: Moves, *, informed: bool) -> None:

@@ -62,7 +62,7 @@ class LazyThetaStar:
     Parameters
     ----------
     put_back : what becomes of a cell whose line proves blocked. False, as published: it is expanded at once,
-        dearer than thought, though others may be nearer by then; so its lines may be longer than the shortest
+        costlier than expected, though others may be nearer by then; so its lines may be longer than the shortest
         walk by single steps. True (ours): it waits again at the cost that it has then, and the guarantees of
         :class:`ThetaStar` hold. On MovingAI maps that took no longer, and what it found was no longer either.
 

@@ -41,7 +41,7 @@ class SearchMap:
 
     Raises
     ------
-    LimitError : more cells, or dearer steps, than exact costs have room for.
+    LimitError : more cells, or costlier steps, than exact costs have room for.
     SettingError : a step without its opposite.
     """
 

@@ -86,7 +86,7 @@ class TimedSession(SessionBase):
 
     Parameters
     ----------
-    scene : what to plan in. Its recorded obstacles are known to a call that is not told of any.
+    scene : what to plan in. Its recorded obstacles are known to a call that is given none.
     name : the planner's name.
     settings : see :class:`Timed`.
     by_ticks : whether cells and ticks are searched one by one; else safe intervals.
@@ -175,7 +175,7 @@ class TimedSession(SessionBase):
         route = self._chosen(table, route, change.tick)
         assert route.cells is not None
         self._way = route
-        # Where all is known there is nothing to ask again for; who is told of nobody may yet meet some.
+        # Where all is known there is nothing to ask again for; a call that is given no obstacles may yet meet some.
         known = all(s.period is not None for s in bodies)
         settled = known and (change.bodies is None or bool(bodies))
         return Plan(

@@ -41,7 +41,7 @@ class MmasDstar(SwarmPlanner):
     rho : evaporation, > 0 to 1.
     beta : weight of the heuristic, 0 to 20.
     spread : tau_max / tau_min, 1 to 1e6.
-    patience : rounds without a better way after which pheromone begins anew, 1 to 100,000.
+    patience : rounds without a better way after which pheromone is reset, 1 to 100,000.
     guide : ``rise`` or ``cost``.
     """
 

@@ -3,7 +3,7 @@
 A measure that is not defined for a run is None, never a number in its place. What a run did not reach has no
 length and no time: ``length``, ``cost``, ``gap``, ``cost_to_go``, ``ticks``, ``time_s``, turns and clearance
 are those of a whole way, and None where there is none. What was counted on the way (collisions, hits, near
-misses, replans, waits, flips, iterations, expansions) is told of every run.
+misses, replans, waits, flips, iterations, expansions) is reported for every run.
 
 Distances between bodies are between discs. In a simulation in ticks a body, or the robot, that is smaller
 than its cell counts as the disc that fills the cell: its radius is half a cell. In a drive discs have the
@@ -54,8 +54,8 @@ METRICS = (
   plans only: what may be set beside the least cost, below which it can be. ``cost``: by the prices of the
   moves, cells; of an any-angle plan that of its walk by cells along the lines, never below the least, and so
   are its gap, time, ticks, clearance and cost-to-go: tables must say so. A simulation in ticks goes from cell
-  to cell whoever plans: an any-angle planner is driven by that walk, and all is told of it.
-* ``optimal``: the least cost on the map as it is, cells, told of every run; None: no way. ``gap``: cost /
+  to cell with every planner: an any-angle planner is driven along that walk, and all measures are of it.
+* ``optimal``: the least cost on the map as it is, cells, reported for every run; None: no way. ``gap``: cost /
   optimal - 1. A drive leaves the cells: it has no cost and no gap.
 * ``cost_to_go``: the cost to the goal summed up over the cells of the way, both ends, cells: what the
   dissertation prints as the baselines' path cost. Not of drives.

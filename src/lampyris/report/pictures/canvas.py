@@ -191,7 +191,7 @@ def draw_bars(figure: Figure, frame: FigureLayout, bars: Sequence[tuple[Any, flo
 def draw_words(
     figure: Figure, frame: FigureLayout, title: str, told: str, foot: str, items: list[Any]
 ) -> None:
-    """Title and what is told of it above; legend, and a line at the foot, below."""
+    """Title and subtitle above; legend, and a line at the foot, below."""
     from matplotlib.legend_handler import HandlerTuple
 
     top = frame.height - 0.16

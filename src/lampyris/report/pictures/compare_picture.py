@@ -47,7 +47,7 @@ class DrawnPath:
     Parameters
     ----------
     name : who found it.
-    told : what is told of it in the legend, in a few words.
+    told : its text in the legend, in a few words.
     xy : float64 (n, 2), cells; empty: no way was found.
     """
 
@@ -63,7 +63,7 @@ class Speeds:
     Parameters
     ----------
     name : what the line is of.
-    told : what is told of it, in a few words.
+    told : its text, in a few words.
     s, v : distance and speed, (n,).
     units : of the speed.
     way : number of the way whose colour it has; None: it is of a law, and has the law's colour.

@@ -41,8 +41,8 @@ def best_nt(found: Results) -> claims.Said:
     """Is nt = 10 best? Against every other value, cost and iterations apart."""
     fewer = [d.a for d in found.nt_differences if d.what == "iterations" and d.sure and d.mean.value < 0]
     cheaper = [d.a for d in found.nt_differences if d.what == "cost" and d.sure and d.mean.value < 0]
-    dearer = {d.a for d in found.nt_differences if d.what == "cost" and d.sure and d.mean.value > 0}
-    both = [a for a in fewer if a not in dearer]
+    costlier = {d.a for d in found.nt_differences if d.what == "cost" and d.sure and d.mean.value > 0}
+    both = [a for a in fewer if a not in costlier]
     n = method(found.nt, USUAL).means["cost"].n
     ours = f"beaten by {_listed(both)}" if both else "not surely beaten"
     parts = [f"on {n} queries of our maps, against nt = 10 (signed-rank tests, Holm)"]

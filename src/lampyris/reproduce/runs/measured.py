@@ -107,7 +107,7 @@ def _plan(name: str, scene: Scene) -> tuple[Any, Plan]:
 
 
 def _kept(name: str, scenes: list[Scene]) -> MemoryUse:
-    """Memory of one planner; the garbage of whoever went before is gone when it begins."""
+    """Memory of one planner; garbage of the planner before is collected first."""
     kept, peak = [], []
     for scene in scenes:
         gc.collect()

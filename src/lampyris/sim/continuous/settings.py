@@ -117,7 +117,7 @@ class Settings:
 
     @property
     def decision_period(self) -> float:
-        """Seconds between two decisions, whoever follows them."""
+        """Seconds between two decisions."""
         return float(getattr(self, self._decided_by))
 
     @property

@@ -68,7 +68,7 @@ def sense(world: Occupancy, *, tick: int = 0, bodies: tuple[ObstacleTrack, ...] 
 
     To the closed cells come those neighbours which nobody covers but which the robot could not enter in
     this tick without swapping places or crossing (an obstacle has just come from there). A planner that is
-    told of them once chooses another step at once; one that is not would choose the same step again and
+    informed of them once chooses another step at once; one that is not would choose the same step again and
     wait, or be hit.
     """
     cells = closed_cells(world)

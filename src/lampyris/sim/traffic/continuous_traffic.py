@@ -13,7 +13,7 @@ nobody stands in its way only because it stands there too. Those that do not yie
 robot.
 
 No two obstacles meet between ticks either (:mod:`lampyris.sim.traffic.separation`): a step is made only if the whole of
-it is clear of what the others do in the same tick, and whoever would meet one that has halted halts, too.
+it is clear of what the others do in the same tick, and an obstacle that would meet one that has halted halts, too.
 Recorded obstacles wait for nobody; all others keep off everything that their discs ever pass over. Only two
 recorded ones may come nearer to each other than their radii: their tracks are given, cell by cell.
 """

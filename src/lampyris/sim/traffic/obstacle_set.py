@@ -32,7 +32,7 @@ class ObstacleSet:
     ----------
     roster : each with its corners.
     crowd : the scene's own traffic.
-    touching : those that overlap the standing robot and have been told of.
+    touching : those that overlap the standing robot and have been reported.
     """
 
     def __init__(self, scene: Scene, seed: int, obstacle_speed: float | None, noise: float) -> None:
@@ -100,7 +100,7 @@ class ObstacleSet:
         self._velocity[bodies] = legs[:, 5:7] * self.scene.grid.resolution
 
     def contact(self, going: Trajectory) -> tuple[float, int] | None:
-        """The first contact within the last move that has not been told of: when, and with whom."""
+        """The first contact within the last move that has not been reported: when, and with which obstacle."""
         legs, route = self._legs, going.route
         if not len(legs):
             return None

@@ -1,7 +1,7 @@
 """Apart: discs that move in straight lines through one tick and never come nearer than their radii allow.
 
 Everybody stands until it has chosen its step. A step is allowed if it keeps clear of the steps chosen before
-and of those who still stand. So whoever has not chosen may always stay, and no two discs ever meet, at any
+and of those who still stand. So an obstacle that has not chosen may always stay, and no two discs ever meet, at any
 moment of the tick.
 """
 

@@ -19,7 +19,7 @@ None but recorded ones ever covers a cell that the robot covers at its start or 
 making can park on the goal; and none but they enters a cell that a recorded track ever covers, so that a
 replay cannot run into anybody.
 
-Every obstacle has draws of its own, whatever happens and whoever else is there, so two planners meet the same
+Every obstacle has draws of its own, whatever else happens, so two planners meet the same
 obstacles as far as their own deeds allow, and a cell that is painted or an obstacle that is added moves only
 those whose place or way it takes. Shortest ways come from the field.
 """

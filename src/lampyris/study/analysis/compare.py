@@ -273,7 +273,7 @@ def friedman(values: ArrayLike, more_is_better: bool = False) -> Ranking:
 
     Parameters
     ----------
-    values : (blocks, planners); NaN failed and is last, tied with whoever failed too. Infinities likewise.
+    values : (blocks, planners); NaN failed and is last, tied with others that failed. Infinities likewise.
 
     Source: Demsar, JMLR 7, 2006, 1-30, for the use on algorithms and the critical difference.
     """

@@ -1,4 +1,4 @@
-"""Result table: the rows of a study side by side, in the order of its jobs, whoever ran them and whenever."""
+"""Result table: the rows of a study side by side, in the order of its jobs, independent of the worker and the time."""
 
 from __future__ import annotations
 

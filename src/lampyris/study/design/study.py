@@ -201,7 +201,7 @@ class Job:
 
 
 def world_seed(root: int, world: World, crowd: StudyTraffic, number: int) -> int:
-    """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for whoever plans in it.
+    """The seed of everything that is drawn in a world, 0 to 2^63 - 1: the same for every planner.
 
     Live and replayed crowds are drawn alike: they begin in the same places.
     """

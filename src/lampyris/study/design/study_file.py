@@ -1,4 +1,4 @@
-"""Study files: read, checked, and unfolded into a study, every mistake told of at its place.
+"""Study files: read, checked, and unfolded into a study, every mistake reported with its place.
 
 YAML, or JSON where the name ends in ``.json``, read by the same machinery as scenario files.
 """

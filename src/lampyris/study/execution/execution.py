@@ -1,4 +1,4 @@
-"""Execution: where a study runs, and what is told of it while it does. None of it decides a row."""
+"""Execution: where a study runs, and how its progress is reported. None of it decides a row."""
 
 from __future__ import annotations
 

@@ -94,8 +94,8 @@ class Replay:
 
 
 def _by_kernel(crowd: Traffic) -> Callable[[int, int], NDArray[np.int64]]:
-    strollers = RandomWalkers(crowd)
-    return lambda first, end: strollers.go(end - first)
+    walkers = RandomWalkers(crowd)
+    return lambda first, end: walkers.go(end - first)
 
 
 def _one_by_one(crowd: Traffic) -> Callable[[int, int], NDArray[np.int64]]:

@@ -110,7 +110,7 @@ class Place:
 
     @cached_property
     def last_tick(self) -> int:
-        """The last tick of a simulation that was not told one: the same for whoever plans.
+        """The last tick of a simulation that has no limit of its own: the same for every planner.
 
         Ten times (height + width), and four times the cost of the best way on top, in cells. The loop's own
         takes the planner's first way instead, and would give one who starts badly more time.

@@ -178,7 +178,7 @@ def _plan(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published:
 def _settles(plain: Mapping[str, Any]) -> bool:
     """Whether a ``no-path`` of this planner must be true: it is optimal on every map.
 
-    One that sees traffic may find every way closed by the tracks it was told of.
+    One that sees traffic may find every way closed by the tracks it was given.
     """
     traits = registry.planner_class(plain["planner"]["name"]).traits
     return traits.optimal and not traits.sees_traffic

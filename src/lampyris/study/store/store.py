@@ -90,7 +90,7 @@ class Store(Exclusive):
         check_folder(place)
         hold = StoreLock(place)
         try:
-            if place.exists():  # made by whoever held the lock until now
+            if place.exists():  # made by the previous holder of the lock
                 raise FileError("STORE_EXISTS", "the file exists", where=str(place))
             maps = {
                 key: canonical(pack(ground.grid)).decode("ascii") for key, ground in study.grounds.items()

@@ -134,7 +134,7 @@ def run(
     json_: Json = False,
     force: Force = False,
 ) -> None:
-    """Run a study, or go on with it; the word `run` may be left out."""
+    """Run a study, or continue it; the word `run` may be left out."""
     from lampyris.cli.verbs.study.files import StudyOutputs
     from lampyris.cli.verbs.study.running import StudyRequest, run_study
 

@@ -177,7 +177,7 @@ def _interrupted(study: Study, store: Store, path: Path) -> NoReturn:
     """Print what is kept and how to continue."""
     words = ["lampyris", *(word for word in sys.argv[1:] if word != "--fresh")]
     there = f"{len(store.keys()):,} of {len(study):,} runs are kept in {path}"
-    print(f"interrupted: {there}; go on with: {shlex.join(words)}", file=sys.stderr)
+    print(f"interrupted: {there}; continue with: {shlex.join(words)}", file=sys.stderr)
     raise Interrupted(INTERRUPTED)
 
 

@@ -93,7 +93,7 @@ def grid_for(document: MapDocument, start: Cell) -> Grid:
     """The grid in which a query that begins at ``start`` may move.
 
     By the published rules ground and swamp are one country and water is another: water is traversable, but
-    not from ground, so whoever begins in water stays in it. For such a start this is a new grid with all but
+    not from ground, so a robot that starts in water stays in it. For such a start this is a new grid with all but
     water blocked; for any other it is ``document.grid`` itself, and so the same for all of them.
     """
     surface = document.surface
@@ -259,7 +259,7 @@ def check_query(query: ScenQuery, document: MapDocument, name: str) -> None:
         raise FileError("SCEN_MAP", repr(query.map[:60]), where=where, allowed=allowed)
     for what, cell in (("start", query.start), ("goal", query.goal)):
         letter = letter_at(document, cell)
-        # Water is no mistake of the line: whoever begins there stays there, and whoever does not cannot come
+        # Water is no mistake of the line: a robot that starts there stays there, and one that does not cannot come
         # there, which is an answer.
         if document.grid.blocked[cell[1], cell[0]] and letter != "W":
             at = f"{what} ({cell[0]},{cell[1]}) is {letter!r}"

@@ -1,4 +1,4 @@
-"""Hills: rolling ground that is dearer the higher it lies, with lakes, rocks and roads.
+"""Hills: rolling ground that is costlier the higher it lies, with lakes, rocks and roads.
 
 All in whole numbers, so that no machine's rounding can move a cell.
 """

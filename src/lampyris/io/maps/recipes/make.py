@@ -122,7 +122,7 @@ RECIPES: Mapping[str, Recipe] = MappingProxyType(
             ),
             Recipe(
                 "hills",
-                "rolling ground, dearer the higher it lies, with lakes, rocks and roads",
+                "rolling ground, costlier the higher it lies, with lakes, rocks and roads",
                 hills.hills,
                 hills.SETTINGS,
             ),
