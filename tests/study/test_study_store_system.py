@@ -259,13 +259,13 @@ Listening(str(folder), turns)
 for stays in (False, True):
     for n in range(1000):
         path = folder / f"{stays}-{n}"
-        turns.plan = Plan({"fail": n, "errno": errno.EIO, "stays": stays})
+        turns.plan = SittingPlan({"fail": n, "errno": errno.EIO, "stays": stays})
         try:
             with open_for(path, study()) as store:
                 store.add(rows(study())[:3])
         except LampyrisError as error:
             told[error.code] = told.get(error.code, 0) + 1
-        ended, turns.plan = turns.plan.calls <= n, Plan({})
+        ended, turns.plan = turns.plan.calls <= n, SittingPlan({})
         with open_for(path, study()) as store:
             store.add(rows(study()))
             assert store.rows() == {row.key: row for row in rows(study())}
