@@ -46,12 +46,18 @@ NEEDS = {
 HUGE, LONGER = "9" * 400, "9" * 5000
 
 
+def verbs() -> list[tuple[str, Any]]:
+    """Every verb and its command, those of other packages included."""
+    context: Any = type(TREE).make_context(TREE, "lampyris", ["planners"], resilient_parsing=True)
+    return [(name, TREE.get_command(context, name)) for name in TREE.list_commands(context)]
+
+
 def numeric() -> list[tuple[str, str, str]]:
     """Every option that takes a number: verb, option, and a value that is out of range everywhere."""
     bad = {"float": "nan", "int": "-1", "integer": "-1"}
     return [
         (verb, parameter.opts[0], bad[kind])
-        for verb, command in TREE.commands.items()
+        for verb, command in verbs()
         for parameter in command.params
         if (kind := parameter.type.name.partition(" ")[0]) in bad
     ]

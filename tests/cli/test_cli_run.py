@@ -427,7 +427,7 @@ def test_an_interrupt_where_python_cannot_raise_it_is_heard_at_the_next_look() -
         "def wrong():\n    raise ValueError('said as ever')\n"
         "def slow(name, as_json):\n"
         "    wrong()\n    called()\n    print('went on', flush=True)\n"
-        "    while True:\n        halting.look()\n"
+        "    while True:\n        halting.checkpoint()\n"
         f"verb.show_planners = slow\n{MAIN}"
     )
     done = subprocess.run(
