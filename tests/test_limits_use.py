@@ -137,10 +137,10 @@ class Unasked:
 @pytest.mark.parametrize(
     ("verb", "limit", "given", "says"),
     [
-        (lampyris.plan, "PATH", {}, "PATH_LENGTH.*a straight path needs 400 cells"),
-        (lampyris.simulate, "TICKS", {}, "TICKS.*a straight path needs 399 ticks"),
-        (lampyris.drive, "NODES", {"spacing": 0.5}, "NODES.*a straight path needs 798 nodes"),
-        (lampyris.drive, "DECISIONS", {}, "DECISIONS.*a straight drive needs 3,990 decisions"),
+        (lampyris.plan, "PATH", {}, "PATH_LENGTH.*a straight path needs at least 400 cells"),
+        (lampyris.simulate, "TICKS", {}, "TICKS.*a straight path needs at least 399 ticks"),
+        (lampyris.drive, "NODES", {"spacing": 0.5}, "NODES.*a straight path needs at least 798 nodes"),
+        (lampyris.drive, "DECISIONS", {}, "DECISIONS.*a straight drive needs at least 3,990 decisions"),
     ],
 )
 def test_what_even_a_straight_path_makes_too_much_is_refused_before_the_search(
@@ -177,3 +177,19 @@ def test_the_command_line_ends_with_exit_code_5(tmp_path: Path, monkeypatch: pyt
     done = CliRunner().invoke(app, ["plan", str(tmp_path / "street.txt"), "--start", "0,0", "--goal", "59,0"])
     assert isinstance(done.exception, LimitError)
     assert done.exception.exit_code == 5
+
+
+@pytest.mark.parametrize("verb", [lampyris.plan, lampyris.simulate, lampyris.drive])
+@pytest.mark.parametrize("radius", [0.0, 5.0])
+def test_where_there_is_no_path_that_is_the_answer_whatever_the_limits(
+    monkeypatch: pytest.MonkeyPatch, verb: Callable[..., Any], radius: float
+) -> None:
+    blocked = np.zeros((2, 21), dtype=np.bool_)
+    blocked[:, 10] = radius == 0.0
+    blocked[1, 3] = radius > 0.0
+    scene = Scene(Grid(blocked), (0, 0), (20, 0), robot=Robot(radius=radius))
+    for limit in ("PATH", "TICKS", "NODES", "DECISIONS"):
+        monkeypatch.setenv(f"LAMPYRIS_MAX_{limit}", "10")
+    found = verb(scene)
+    status = found.status if isinstance(found, lampyris.Plan) else found.outcome
+    assert str(status.value) in ("no-path", "start-occupied", "start-blocked"), status

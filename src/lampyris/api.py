@@ -42,7 +42,7 @@ from lampyris.motion.timing.scheduled import scheduled_profile
 from lampyris.planning.assess import assess
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import free_space
-from lampyris.planning.least_steps import least_steps
+from lampyris.planning.least_steps import demand_at_least, least_steps
 from lampyris.planning.selection import chosen_planner
 from lampyris.planning.session_limits import within
 from lampyris.referee.caps import check_caps
@@ -132,7 +132,7 @@ def plan(
     _small_enough(scene, chosen, "planning")
     of_kind("budget", budget, Budget, none=True)
     of_kind("record", record, bool)
-    PATH.demand(least_steps(scene) + 1, "even a straight path")
+    demand_at_least(PATH, scene, least_steps(scene) + 1, "even a straight path")
     rng = np.random.Generator(np.random.PCG64(_seed(seed)))
     began, loaded = loading.wall(), loading.seconds()
     answers: list[tuple[Plan, float]] = []
@@ -420,7 +420,8 @@ def simulate(
     of_kind("budget", budget, Budget, none=True)
     callable_or_none("progress", progress)
     if ticks is None:
-        TICKS.demand(least_steps(scene), "even a straight path", instead="say how many ticks there are")
+        instead = "say how many ticks there are"
+        demand_at_least(TICKS, scene, least_steps(scene), "even a straight path", instead=instead)
     trace = loop.run(
         scene, chosen, seed=_seed(seed), ticks=ticks, law=law, patience=patience, budget=budget,
         progress=progress,

@@ -102,6 +102,16 @@ def test_every_verb_with_numbers_is_tried() -> None:
         (("maps", "make", "maze", "-o", "m.txt", "--seed", "-1"), "error[SEED]: --seed: -1"),
         (("compare", "guide", "--planners", "gso:swarm=0"), "error[SWARM]: --planners: gso:swarm=0: "),
         (("plan", "guide", "--start-m", "99,99"), "error[START_OUTSIDE]: --start-m: "),
+        (("plan", "guide", "--start-m", "nan,1"), "error[TYPE]: --start-m: 'nan,1'; allowed: two finite"),
+        (("plan", "guide", "--robot", ""), "error[FILE]: --robot: ''; allowed: "),
+        (
+            ("compare", "guide", "--planners", "astar,ad-gso:nt=x"),
+            "error[TYPE]: --planners: ad-gso:nt=x: 'x'",
+        ),
+        (
+            ("simulate", "guide", "--planner", "mmas-dstar", "--set", "patience=0", "--patience", "4"),
+            "error[PATIENCE]: --set patience: 0; allowed: ",
+        ),
         (("plan", "guide", "--start", "99,99"), "error[START_OUTSIDE]: --start: (99, 99) is outside"),
         (("plan", "guide", "--values", "costmap"), "error[VALUES]: --values: a bundled map says itself"),
         (("plan", "guide", "--planner", "astra"), "error[PLANNER]: --planner: no planner is called 'astra'"),

@@ -52,7 +52,9 @@ class Limit:
             raise SettingError("LIMIT_VARIABLE", repr(given), where=self.variable, allowed=allowed)
         return int(digits)
 
-    def demand(self, needed: int, what: str, *, where: str = "", instead: str = "") -> None:
+    def demand(
+        self, needed: int, what: str, *, where: str = "", instead: str = "", least: bool = False
+    ) -> None:
         """Refuse what needs more.
 
         Parameters
@@ -61,16 +63,17 @@ class Limit:
         what : what needs so much, such as ``the path``.
         where : file or option that it comes from.
         instead : what else helps, such as another option.
+        least : whether ``needed`` is a lower bound.
 
         Raises
         ------
         LimitError : it is more than is allowed.
         """
         if needed > self.allowed:
-            more = f"{self.variable}={needed}"
+            more = f"{self.variable}={needed}" + (" or more" if least else "")
             raise LimitError(
                 self.code,
-                f"{what} needs {needed:,} {self.unit}",
+                f"{what} needs {'at least ' if least else ''}{needed:,} {self.unit}",
                 where=where,
                 allowed=f"{self.allowed:,} {self.unit}",
                 todo=f"{instead}, or allow it: {more}" if instead else f"allow it: {more}",

@@ -114,7 +114,7 @@ def as_typed(error: LampyrisError, ctx: Any) -> LampyrisError:
 
 
 def _options_given(ctx: Any) -> dict[str, str]:
-    """Setting -> option as typed, of all that the command line gave a value; ``--set`` by its keys."""
+    """Setting -> option as typed, of all that the command line gave a value; ``--set`` by ``=`` and its keys."""
     given: dict[str, str] = {}
     for parameter in ctx.command.params:
         source = ctx.get_parameter_source(parameter.name)
@@ -127,7 +127,7 @@ def _options_given(ctx: Any) -> dict[str, str]:
         if parameter.metavar == "KEY=VALUE" and isinstance(value, list | tuple):
             for word in value:
                 key = str(word).partition("=")[0].strip().replace("-", "_")
-                given[key] = f"{shown} {key}"
+                given[f"={key}"] = f"{shown} {key}"
                 given.setdefault("", shown)
             continue
         for name in (parameter.name, *parameter.opts):
@@ -148,16 +148,20 @@ def _option_of(error: LampyrisError, given: Mapping[str, str]) -> tuple[str, str
     """The option that an error is about, and what is wrong with its value."""
     setting = error.setting.replace("-", "_")
     if isinstance(error, UnknownSettingError):
-        option = given.get(setting, given.get(""))
+        option = given.get(f"={setting}", given.get(""))
         return None if option is None else (option.partition(" ")[0], error.what)
     # A planner's name or a law's is no place: "ad-gso: nt 0" is about --set nt.
     is_place = error.where != error.setting and ("/" in error.where or "." in error.where)
     name = OPTIONS.get(setting, setting)
+    # A setting of a planner or a law is by --set, even where the verb has an option of the same name.
+    owned = bool(error.where) and not is_place and error.where != error.setting
     while name:
-        if name in given:
+        keys = (f"={name}", name) if owned else (name, f"={name}")
+        name_given = next((key for key in keys if key in given), None)
+        if name_given is not None:
             # The value of --size is both sides: which of them is wrong has to be said.
             what = error.what if setting in ("width", "height") else error.value or error.what
-            return f"{given[name]}: {error.where}" if is_place else given[name], what
+            return f"{given[name_given]}: {error.where}" if is_place else given[name_given], what
         name = name.partition(".")[2]
     return None
 

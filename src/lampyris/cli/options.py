@@ -8,11 +8,14 @@ from typing import Annotated
 import typer
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris.errors import UsageError
 
 
-def _read_robot_file(ctx: typer.Context, path: Path | None) -> Path | None:
+def _read_robot_file(ctx: typer.Context, path: str | None) -> str | None:
     """Take the values of a robot file as defaults of the robot's options."""
     if path is not None and not ctx.resilient_parsing:
+        if not path:
+            raise UsageError("FILE", "''", where="--robot", allowed="the name of a file")
         from lampyris.io.scenario.robot_file import read_robot
 
         ctx.default_map = {**(ctx.default_map or {}), **read_robot(path)}
@@ -60,7 +63,7 @@ Resolution = Annotated[
     typer.Option("--resolution", metavar="M", help="Metres a cell, for maps that do not say (default 1)."),
 ]
 RobotFile = Annotated[
-    Path | None,
+    str | None,
     typer.Option(
         "--robot",
         metavar="FILE",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import types
 import typing
 from collections.abc import Mapping, Sequence
@@ -217,9 +218,12 @@ def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:
     try:
         if len(parts) != 2:
             raise ValueError
-        return kind(parts[0]), kind(parts[1])
-    except ValueError:
-        allowed = "two whole numbers X,Y" if kind is int else "two numbers X,Y"
+        x, y = kind(parts[0]), kind(parts[1])
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError
+        return x, y
+    except (ValueError, OverflowError):
+        allowed = "two whole numbers X,Y" if kind is int else "two finite numbers X,Y"
         raise UsageError("TYPE", f"{text!r}", where=where, allowed=allowed) from None
 
 
@@ -321,7 +325,8 @@ def _value(planner: str, key: str, text: str, hints: Mapping[str, Any]) -> Any:
                 continue
     if str in options:
         return text
-    allowed = " or ".join(k.__name__ for k in options if k is not type(None))
+    words = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
+    allowed = " or ".join(words.get(k, k.__name__) for k in sorted(options, key=str) if k is not type(None))
     raise UsageError("TYPE", f"{text!r}", where=f"--set {key}", allowed=allowed)
 
 

@@ -1,13 +1,17 @@
-"""What any way of a scene takes at the least, known before one is searched for.
+"""Lower bounds on every path of a scene, known before a path is searched for.
 
-Limits of use are asked with it first: a search whose every answer would be refused is not begun.
+Limits of use are compared with them first, so that a search whose every path would be refused is not begun.
+Where there is no path at all, that is the answer, whatever the limits.
 """
 
 from __future__ import annotations
 
 import math
 
+from lampyris._core.limits import Limit
 from lampyris.model.scene import Scene
+from lampyris.planning.field.layers import free_space, moves_for
+from lampyris.planning.field.solve import solve
 
 
 def least_steps(scene: Scene) -> int:
@@ -16,8 +20,35 @@ def least_steps(scene: Scene) -> int:
     return -(-max(dx, dy) // scene.moves.reach)
 
 
+def demand_at_least(limit: Limit, scene: Scene, needed: float, what: str, *, instead: str = "") -> None:
+    """Refuse a scene each of whose paths needs more than a limit allows.
+
+    Parameters
+    ----------
+    limit : what is asked.
+    scene : with its ends.
+    needed : a lower bound for every path, in the limit's unit.
+    what, instead : as for :meth:`lampyris._core.limits.Limit.demand`.
+
+    Raises
+    ------
+    LimitError : it is more than is allowed, and there is a path.
+    """
+    if needed > limit.allowed and _connected(scene):
+        limit.demand(int(min(needed, 1e15)), what, instead=instead, least=True)
+
+
+def _connected(scene: Scene) -> bool:
+    """Whether walls leave a path from start to goal for this robot; obstacles are not asked."""
+    free = free_space(scene)
+    (x0, y0), goal = scene.start, scene.goal
+    if not (free[y0, x0] and free[goal[1], goal[0]]):
+        return False
+    return bool(solve(free, moves_for(scene), goal).exact[y0, x0] >= 0)
+
+
 def least_metres(scene: Scene) -> float:
-    """Metres that every way from start to goal has; 0 where an end is blocked."""
+    """Metres that every path from start to goal has; 0 where an end is blocked."""
     dx, dy = _between(scene)
     return math.sqrt(dx * dx + dy * dy) * scene.grid.resolution
 

@@ -210,7 +210,11 @@ def _driven(drive: Drive) -> Violation | None:
         return found
     dt = np.diff(drive.t)
     to = s[:-1] + dt * (v[:-1] + 0.5 * a[:-1] * dt)
-    give = ROUNDING * np.maximum(np.abs(to - s[:-1]), np.abs(s[1:])) + DUST + np.abs(v[:-1]) * _clock(drive)
+    give = (
+        ROUNDING * np.maximum(np.abs(to - s[:-1]), np.abs(s[1:]))
+        + DUST
+        + np.maximum(v[:-1], v[1:]) * _clock(drive)
+    )
     same = leg[1:] == leg[:-1]
     found = _at("distance", same & ~(np.abs(s[1:] - to) <= give), "ends at {} m, not {}", to, s[1:])
     if found is not None:

@@ -33,7 +33,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Outcome
 from lampyris.motion.laws.registry import SpeedLaw
 from lampyris.planning.base import Budget, Planner
-from lampyris.planning.least_steps import least_metres
+from lampyris.planning.least_steps import demand_at_least, least_metres
 from lampyris.sim.continuous.control import Decision, State, node_at
 from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import Leg, covered_cells
@@ -207,12 +207,13 @@ class DriveSimulation(Exclusive):
         """
         one, metres = self.settings, least_metres(self.scene)
         nodes = metres / spacing_of(one.spacing, self.scene)
-        NODES.demand(int(min(nodes, 1e15)), "even a straight path", instead="choose a larger spacing")
+        instead = "choose a larger spacing"
+        demand_at_least(NODES, self.scene, nodes, "even a straight path", instead=instead)
         seconds = metres / self.scene.robot.v_max
         if one.time_limit is not None:
             seconds = min(seconds, one.time_limit)
         needed = seconds / one.decision_period
-        DECISIONS.demand(int(min(needed, 1e15)), "even a straight drive", instead=_LONGER)
+        demand_at_least(DECISIONS, self.scene, needed, "even a straight drive", instead=_LONGER)
 
     def _within_decisions(self, limit: float) -> float:
         """A time limit, at most that of the decisions that are allowed.

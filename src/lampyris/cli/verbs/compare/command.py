@@ -252,7 +252,8 @@ def _entries(option: str, text: str, make: Callable[[str, list[str]], Config]) -
         try:
             one = make(name, settings)
         except (UsageError, SettingError) as fault:
-            what = f"{word}: {fault.what}" if isinstance(fault, SettingError) else fault.what
+            named = isinstance(fault, SettingError) or fault.code == "TYPE"
+            what = f"{word}: {fault.what}" if named else fault.what
             raise UsageError(fault.code, what, where=option, allowed=fault.allowed, todo=fault.todo) from None
         if any(one.name == other.name and one.settings == other.settings for other in made):
             raise UsageError("OPTIONS", f"{word} twice", where=option, allowed="each once")
