@@ -112,7 +112,7 @@ def test_no_path_and_blocked_ends_are_answers_with_exit_4(tmp_path: Path) -> Non
         (("plan", "guide", "--planner", "astra"), 2, "astar"),
         (("plan", "guide", "--moves", "octil"), 2, "did you mean octile"),
         (("plan", "guide", "--preset", "x"), 2, "robot, dissertation"),
-        (("plan", "guide", "--set", "nt=ten"), 2, "int"),
+        (("plan", "guide", "--set", "nt=ten"), 2, "a whole number"),
         (("plan", "guide", "--set", "nq=3"), 2, "did you mean"),
         (("plan", "guide", "--set", "choice=best"), 2, "--set choice: 'best'; allowed: greedy"),
         (("plan", "guide", "--radius", "-1"), 2, "--radius: -1.0"),
