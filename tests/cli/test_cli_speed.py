@@ -201,7 +201,7 @@ def test_known_tracks_are_let_pass_or_passed_first() -> None:
 def test_the_reasons_are_told_by_stretches_or_by_nodes() -> None:
     n = told(*MAP, *ENDS)["way"]["nodes"]
     folded = run("speed", *MAP, *ENDS, "--explain").out
-    assert "what holds physical" in folded
+    assert "what limits physical" in folded
     nodes = [
         k
         for a, b in re.findall(r"^(\d+)(?:-(\d+))?\t\d", folded, re.MULTILINE)

@@ -33,7 +33,7 @@ StartM = Annotated[
 GoalM = Annotated[
     str | None, typer.Option("--goal-m", metavar="X,Y", help="Goal in metres of the map frame.")
 ]
-Planner = Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")]
+Planner = Annotated[str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")]
 Preset = Annotated[
     str,
     typer.Option(

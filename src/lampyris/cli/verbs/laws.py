@@ -17,7 +17,7 @@ from lampyris.cli.text import print_json
 
 def laws(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Say all there is of this one.")
+        str | None, typer.Argument(metavar="[NAME]", help="Describe this law and all its settings.")
     ] = None,
     json_: Json = False,
 ) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def planners(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Say all there is of this one.")
+        str | None, typer.Argument(metavar="[NAME]", help="Describe this planner and all its settings.")
     ] = None,
     json_: Json = False,
 ) -> None:

@@ -39,7 +39,9 @@ def scen(
         str | None,
         typer.Option("--map", metavar="FILE", help="The map (default: the one beside the queries)."),
     ] = None,
-    planner: Annotated[str, typer.Option("--planner", help="Who plans: see `lampyris planners`.")] = "astar",
+    planner: Annotated[
+        str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")
+    ] = "astar",
     moves: Annotated[
         str,
         typer.Option(

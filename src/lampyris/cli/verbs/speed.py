@@ -87,7 +87,7 @@ def speed(
         ),
     ] = DEFAULT,
     law: Annotated[
-        str, typer.Option("--law", help="The law that is looked at: what holds it where, and its file.")
+        str, typer.Option("--law", help="The law whose limits and files are reported in detail.")
     ] = "physical",
     set_law: SetLaw = None,
     v0: Annotated[float, typer.Option("--v0", metavar="M/S", help="Speed at the start.")] = 0.0,
@@ -137,7 +137,7 @@ def speed(
     allow_outside: AllowOutside = False,
     max_cells: MaxCells = None,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what holds the speed where: stretches of one cause.")
+        bool, typer.Option("--explain", help="Print what limits the speed where: stretches of one cause.")
     ] = False,
     all_: Annotated[bool, typer.Option("--all", help="With --explain: a row for every node.")] = False,
     json_: Json = False,
@@ -279,7 +279,7 @@ def print_comparison(comparison: SpeedComparison, *, explain: bool, all_nodes: b
         text.line(f"{law} does not let the robot drive: {why}", style="red")
     columns = ("cause", "of the way", "of the time")
     shares = [(share.cause, f"{share.way:.1%}", f"{share.time:.1%}") for share in cause_shares(profile)]
-    text.table(f"what holds {comparison.entry.law}", columns, shares, right=columns[1:])
+    text.table(f"what limits {comparison.entry.law}", columns, shares, right=columns[1:])
     if explain:
         _print_reasons(profile, all_nodes)
 

@@ -111,7 +111,7 @@ class StepPlanner:
     rounds : iterations of that swarm. 1 to 1000.
     obstacles : weight of blocked neighbours, in cells, 0 to 100.
     gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``:
-        one that is met is closed (D* raises its cost) and the costs are mended. Where every way leads through
+        one that is met is closed (D* raises its cost) and the costs are repaired. Where every way leads through
         gates they are passed, and the plan says so.
     """
 

@@ -54,7 +54,7 @@ def draw_comparison(profiles: Sequence[tuple[str, Profile]], chosen: int, out: s
     lines = [_draw_law(axes, name, p, k == chosen) for k, (name, p) in enumerate(profiles)]
     _dress(axes, band, profile, top)
     _draw_band(band, profile)
-    title = f"Speed along the way, {profile.s[-1]:.4g} m"
+    title = f"Speed along the path, {profile.s[-1]:.4g} m"
     figure.text(0.02, 0.975, title, fontsize=12, fontweight="bold", color=style.INK, va="top")
     text: dict[str, Any] = {"frameon": False, "labelcolor": style.INK, "borderaxespad": 0}
     text |= {"alignment": "left", "title_fontproperties": {"weight": "bold", "size": 8.5}, "fontsize": 8.5}
@@ -105,7 +105,7 @@ def _dress(axes: Axes, band: Axes, profile: Profile, top: float) -> None:
     axes.set_axisbelow(True)
     band.set_yticks([])
     band.set_ylim(0, 1)
-    band.set_xlabel("distance along the way (m)", fontsize=9, color=style.INK)
+    band.set_xlabel("distance along the path (m)", fontsize=9, color=style.INK)
     for one in (axes, band):
         one.tick_params(labelsize=8, colors=style.INK, length=3, width=0.6)
         for side in ("top", "right"):
@@ -132,7 +132,7 @@ def _draw_causes(figure: Any, profile: Profile, law: str, foot: float) -> None:
     ]
     where = {"loc": "upper left", "bbox_to_anchor": (0.02, foot - 0.035)}
     figure.text(
-        0.02, foot - 0.03, f"what holds {law}, share of the time", fontsize=8.5, fontweight="bold",
+        0.02, foot - 0.03, f"what limits {law}, share of the time", fontsize=8.5, fontweight="bold",
         color=style.INK, va="bottom",
     )  # fmt: skip
     figure.legend(
