@@ -29,12 +29,10 @@ proven. Times lost, beside bounds: docs/speed/profile.md.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from lampyris._core.elementary import log
-from lampyris.kernels.motion.banded_system import solve_banded
+from lampyris.kernels.motion.jerk_barrier import NOISE, ROWS, descend, measure
 from lampyris.kernels.motion.speed_passes import sweep
 from lampyris.typing import Floats
 
@@ -43,12 +41,6 @@ _GAP = 1e-5
 
 _STEPS = 1500
 """Newton steps for a stretch between two stops; 60 are usual, 600 with nodes 1e-9 beside 10 m apart."""
-
-_NOISE = 1.0 / 2**52
-"""Share of v^2 over an edge's length that its acceleration cannot be told from 0 by."""
-
-_SHIFTS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
-"""Shares of the diagonal added until rounding leaves the system positive definite."""
 
 
 def jerks(ds: Floats, v: Floats) -> Floats:
@@ -67,7 +59,7 @@ def jerks(ds: Floats, v: Floats) -> Floats:
     dt = 2.0 * ds / np.where(moving, pace, 1.0)
     a = (v[1:] - v[:-1]) / dt
     rest = v == 0.0
-    noise = _NOISE * np.square(np.maximum(v[1:], v[:-1])) / ds
+    noise = NOISE * np.square(np.maximum(v[1:], v[:-1])) / ds
     alone = np.where(moving, 2.0 * (np.abs(a) - noise) / dt, 0.0)
     out[:-1] = np.where(rest[:-1], alone, 0.0)
     out[1:] = np.maximum(out[1:], np.where(rest[1:], alone, 0.0))
@@ -142,22 +134,11 @@ def cube_root(x: float) -> float:
     return math.ldexp(root, third)
 
 
-class _State(NamedTuple):
-    """What squares of speed mean on a stretch of m edges, and how far each limit is."""
-
-    x: Floats
-    pace: Floats
-    dt: Floats
-    a: Floats
-    slack: Floats
-    """(6 m - 2,): x above 0, below its top; a under a_max, over -d_max; jerk under, over; the two ends."""
-
-
 class _Stretch:
     """From a start, at rest or not, to a stop: squares of speed at the inner nodes are the unknowns y."""
 
     def __init__(self, ds: Floats, top: Floats, a_max: float, d_max: float, jerk_max: float) -> None:
-        self.ds, self.top, self.per = ds, top, 0.5 / ds
+        self.ds, self.top = ds, top
         self.a_max, self.d_max, self.jerk_max = a_max, d_max, jerk_max
         self.rest = bool(top[0] == 0.0)
         self.steps = 0
@@ -198,7 +179,7 @@ class _Stretch:
             low, high = (low, share) if self._under(share) is None else (share, high)
         y = self._under(0.5 * low)
         asked, self.jerk_max = self.jerk_max, math.inf
-        if y is None or not float(self._state(y).slack.min()) > 0.0:
+        if y is None or self._seconds(y) == math.inf:
             return None
         worst = self._worst(y)
         for _ in range(200):
@@ -219,124 +200,27 @@ class _Stretch:
 
     def _fastest(self, y: Floats) -> Floats:
         """Down the barrier from a profile within every limit."""
-        now = self._state(y)
-        time = math.fsum(now.dt)
-        mu = time / len(now.slack)
+        limits = 6 * len(self.ds) - 2
+        mu = self._seconds(y) / limits
         while self.steps < _STEPS:
             y = self._descend(y, mu, 1.0, 50)
-            time = math.fsum(self._state(y).dt)
-            if mu * len(now.slack) <= _GAP * time:
+            if mu * limits <= _GAP * self._seconds(y):
                 break
             mu *= 0.2
         return y
 
-    def _state(self, y: Floats) -> _State:
-        x = self._whole(y)
-        v = np.sqrt(x)
-        pace = v[:-1] + v[1:]
-        dt = 2.0 * self.ds / pace
-        a = (x[1:] - x[:-1]) * self.per
-        half = 0.5 * self.jerk_max * dt + _NOISE * np.maximum(x[1:], x[:-1]) / self.ds
-        room = half[:-1] + half[1:]
-        change = a[1:] - a[:-1]
-        ends = (half[0] - a[0] if self.rest else 1.0, half[-1] + a[-1])
-        slack = (y, self.top[1:-1] - y, self.a_max - a, self.d_max + a, room - change, room + change, ends)
-        return _State(x, pace, dt, a, np.concatenate(slack))
+    def _limits(self) -> Floats:
+        return np.array([self.a_max, self.d_max, self.jerk_max])
 
-    def _merit(self, now: _State, mu: float, weight: float) -> float:
-        return weight * math.fsum(now.dt) - mu * math.fsum(log(now.slack))
+    def _seconds(self, y: Floats) -> float:
+        """Total time; infinite if a limit is not kept strictly."""
+        sums = np.empty(2)
+        kept = measure(self._whole(y), self.ds, self.top, self._limits(), self.rest, sums)
+        return float(sums[0]) if kept else math.inf
 
     def _descend(self, y: Floats, mu: float, weight: float, most: int) -> Floats:
         """Newton's method on ``weight * time - mu * sum log slack``, never leaving the inside."""
-        now = self._state(y)
-        merit = self._merit(now, mu, weight)
-        for _ in range(most):
-            # Limits that are all but reached push with forces whose squares overflow: their node then stays.
-            with np.errstate(over="ignore", invalid="ignore"):
-                gradient, step = self._newton(now, mu, weight)
-            fall = -math.fsum(gradient * step)
-            if not fall > 0.1 * mu:
-                break
-            share = 1.0
-            while share > 1e-12:
-                ahead = y + share * step
-                if float(ahead.min()) > 0.0:
-                    then = self._state(ahead)
-                    if float(then.slack.min()) > 0.0:
-                        reached = self._merit(then, mu, weight)
-                        if reached <= merit - 1e-4 * share * fall:
-                            break
-                share *= 0.5
-            else:
-                break
-            self.steps += 1
-            y, now, merit = ahead, then, reached
-        return y
-
-    def _newton(self, now: _State, mu: float, weight: float) -> tuple[Floats, Floats]:
-        """Gradient and Newton's step at the inner nodes."""
-        m, per, jerk = len(self.ds), self.per, 0.5 * self.jerk_max
-        forces = np.split(mu / now.slack, np.cumsum((m - 1, m - 1, m, m, m - 1, m - 1)))
-        above, below, under, over, low, high, ends = forces
-        if not self.rest:
-            ends[0] = 0.0
-        # Derivatives of the durations to the x at their left and right; none at the two fixed ends.
-        inverse = np.zeros(m + 1)
-        inverse[1:-1] = 1.0 / np.sqrt(now.x[1:-1])
-        rate = self.ds / (now.pace * now.pace)
-        to_left, to_right = -rate * inverse[:-1], -rate * inverse[1:]
-        # How much a longer duration of each edge is worth: the time itself, less the room it gives to jerk;
-        # and a higher acceleration.
-        pull, push = np.zeros(m), under - over
-        pull[:-1] += low + high
-        pull[1:] += low + high
-        push[1:] += low - high
-        push[:-1] -= low - high
-        pull[0], pull[-1] = pull[0] + ends[0], pull[-1] + ends[1]
-        push[0], push[-1] = push[0] + ends[0], push[-1] - ends[1]
-        worth = weight - jerk * pull
-        gradient = np.zeros(m + 1)
-        gradient[:-1] += worth * to_left - push * per
-        gradient[1:] += worth * to_right + push * per
-        gradient[1:-1] += below - above
-        diagonal, first, second = self._jerk_matrix(to_left, to_right, low, high, ends, mu)
-        curve, bend = np.maximum(worth, 0.0), rate / now.pace
-        left, right = inverse[:-1], inverse[1:]
-        stiff = (under * under + over * over) * (per * per / mu)
-        diagonal[:-1] += curve * left * left * (bend + 0.5 * rate * left) + stiff
-        diagonal[1:] += curve * right * right * (bend + 0.5 * rate * right) + stiff
-        first[1:] += curve * bend * left * right - stiff
-        diagonal[1:-1] += (above * above + below * below) / mu
-        return gradient[1:-1], _step(diagonal[1:-1], first[1:-1], second[1:-1], gradient[1:-1])
-
-    def _jerk_matrix(
-        self, to_left: Floats, to_right: Floats, low: Floats, high: Floats, ends: Floats, mu: float
-    ) -> tuple[Floats, Floats, Floats]:
-        """Sum of squared gradients of the jerks' slacks: the diagonal, and one and two to its left."""
-        n, per, jerk = len(self.ds) + 1, self.per, 0.5 * self.jerk_max
-        diagonal, first, second = np.zeros(n), np.zeros(n), np.zeros(n)
-        for sign, force in ((1.0, low), (-1.0, high)):
-            hold = force * force / mu
-            one = jerk * to_left[:-1] - sign * per[:-1]
-            two = jerk * (to_right[:-1] + to_left[1:]) + sign * (per[:-1] + per[1:])
-            three = jerk * to_right[1:] - sign * per[1:]
-            diagonal[:-2] += hold * one * one
-            diagonal[1:-1] += hold * two * two
-            diagonal[2:] += hold * three * three
-            first[1:-1] += hold * one * two
-            first[2:] += hold * two * three
-            second[2:] += hold * one * three
-        diagonal[1] += np.square((jerk * to_right[0] - per[0]) * ends[0]) / mu
-        diagonal[-2] += np.square((jerk * to_left[-1] - per[-1]) * ends[1]) / mu
-        return diagonal, first, second
-
-
-def _step(diagonal: Floats, first: Floats, second: Floats, gradient: Floats) -> Floats:
-    """Newton's step; where rounding spoils the matrix, of one with a slightly greater diagonal."""
-    for shift in _SHIFTS:
-        step = -gradient
-        if solve_banded(diagonal * (1.0 + shift), first.copy(), second.copy(), step):
-            break
-    else:
-        return -gradient / diagonal
-    return step
+        x = self._whole(y)
+        scratch = (x.copy(), np.empty(ROWS * len(x)), *np.empty((8, len(y))), np.empty(2))
+        self.steps += descend(x, self.ds, self.top, self._limits(), self.rest, mu, weight, most, *scratch)
+        return x[1:-1]
