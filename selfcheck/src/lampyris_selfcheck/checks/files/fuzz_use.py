@@ -56,7 +56,7 @@ MEMORY = 2**30
 SPACE = 3 * 2**30
 """Bytes of address space that a case may ask for beyond what the process has."""
 
-LIMITS = {"MEMORY": 1024, "NODES": 50_000, "TICKS": 500, "DECISIONS": 2_500}
+LIMITS = {"MEMORY": 1024, "NODES": 50_000, "TICKS": 2_000, "DECISIONS": 10_000}
 """Limits of use (:mod:`lampyris._core.limits`) that keep a case within its time; see docs/performance.md."""
 
 KINDS: Mapping[str, str] = {
