@@ -23,6 +23,9 @@ from lampyris.typing import BoolGrid, Cell, Cells
 Step: TypeAlias = tuple[int, int, int]
 """One step: the cell number it ends in, dx, dy."""
 
+Entry: TypeAlias = tuple[Step, tuple[int, ...], tuple[int, ...]]
+"""One step, the cells covered after it, and those of them that were not covered before."""
+
 EIGHT: tuple[Cell, ...] = ((-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1))
 """Steps of an obstacle, row by row. The order decides which option a draw means, so it must never change."""
 
@@ -111,6 +114,7 @@ class Shape:
         self.open: BoolGrid = free if self._barred is None else free & ~self._barred
         self._opened, self._freed = _bordered(self.open), _bordered(self.free)
         self._steps: dict[int, tuple[Step, ...]] = {}
+        self._entries: dict[int, tuple[Entry, ...]] = {}
 
     def is_open(self, number: int) -> bool:
         """Whether the body may stand on a cell, by its number."""
@@ -141,6 +145,17 @@ class Shape:
                     found.append((to, dx, dy))
             steps = self._steps[number] = tuple(found)
         return steps
+
+    def entries(self, number: int) -> tuple[Entry, ...]:
+        """The steps from this cell with what they cover, in the same order."""
+        entries = self._entries.get(number)
+        if entries is None:
+            before = set(self.cover(number))
+            covers = [(step, self.cover(step[0])) for step in self.steps(number)]
+            entries = self._entries[number] = tuple(
+                (step, cover, tuple(c for c in cover if c not in before)) for step, cover in covers
+            )
+        return entries
 
     def _clear(self, number: int, dx: int, dy: int) -> bool:
         stride, freed = self.space.stride, self._opened if self._bars_are_walls else self._freed

@@ -87,10 +87,18 @@ class Occupancy:
         """Every step a yielding obstacle may make now, staying left out."""
         at = self.where[body]
         shape = self.shapes[body]
+        # As may_step says, without the calls: this is the inner loop of a crowd.
+        taken, robot, cover = self.taken, self.robot_cover, shape.cover(at)
         if not shape.small:
-            return [s for s in shape.steps(at) if self.may_step(body, s, True)]
-        # The same for a body of one cell, without the calls: this is the inner loop of a crowd.
-        taken, robot, cover = self.taken, self.robot_cover, (at,)
+            # What the body covers now is its own, so only the cells that it enters are looked up.
+            nobody_on = taken.keys().isdisjoint
+            return [
+                s
+                for s, covered, entered in shape.entries(at)
+                if nobody_on(entered)
+                and robot.isdisjoint(covered)
+                and not (s[1] and s[2] and self.left and self._crosses(cover, s[1], s[2]))
+            ]
         return [
             s
             for s in shape.steps(at)
