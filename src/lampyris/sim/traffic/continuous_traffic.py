@@ -31,7 +31,7 @@ from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Recorded
-from lampyris.sim.traffic.motion_sources import NO_LEGS, Roster
+from lampyris.sim.traffic.motion_sources import NO_LEGS, ROUNDING, Roster
 from lampyris.sim.traffic.separation import Motions, beside_lanes
 from lampyris.sim.traffic.traffic import Shuttle, Traffic, open_traffic
 from lampyris.sim.world.cell_index import CellIndex, Shape, Step, robot_shape
@@ -111,10 +111,12 @@ class RoadOccupancy(Occupancy):
         if body in self.late:
             return []
         found = super().options(body)
-        if not self.shapes[body].small:
-            return found  # a large one has been asked by may_step
-        clear, centre = self.motions.clear, self._centre
-        return [s for s in found if clear(body, centre(s[0])) and not self.meets(body, s)]
+        if self.motions.near(body):
+            clear, centre = self.motions.clear, self._centre
+            found = [s for s in found if clear(body, centre(s[0]))]
+        if self.soon:
+            found = [s for s in found if not self.meets(body, s)]
+        return found
 
     def room(self, shape: Shape) -> BoolGrid:
         """Where a body of that shape could be put now without meeting anybody, the robot on its road too."""
@@ -226,6 +228,11 @@ class RunningTraffic:
         self._reach = np.zeros(0)  # of both discs, cells
         self._yields = np.zeros(0, dtype=np.bool_)
         self._halted: set[int] = set()
+        self._to = self._at  # where each is when the tick is over, if nothing halts it
+        self._robot = (0.0, 0.0)  # where the robot is at the beginning of the period
+        self._nearest = self._halts = self._sees = 0.0  # see _begin_period and _to_robot
+        self._minds: list[tuple[float, bool]] = []  # both radii, and whether it yields
+        self._appears = any(w.spec.rate is not None for w in crowd.walkers)
         self._admit(0.0)
         for body, spec in [] if crowd.recording is None else crowd.recording.tracks:
             self.roster.whole[int(self._numbers[body])] = self._whole(spec)
@@ -233,6 +240,9 @@ class RunningTraffic:
     def _admit(self, t: float) -> None:
         """Take in the bodies that are new in the crowd."""
         known = len(self._numbers)
+        if known == len(self.crowd.bodies):
+            return
+        self._nearest = -math.inf
         for one, number in zip(self.crowd.bodies[known:], self.world.where[known:], strict=True):
             radius = max(one.radius, 0.5 * self.resolution)
             x, y = self.world.space.cell(number)
@@ -244,6 +254,7 @@ class RunningTraffic:
             reach = (radius + self.scene.robot.radius) / self.resolution
             self._reach = np.append(self._reach, reach)
             self._yields = np.append(self._yields, one.yields)
+            self._minds.append((reach, one.yields))
             if one.kind == "recorded":
                 self.world.motions.fixed.add(len(self._came) - 1)
 
@@ -258,13 +269,17 @@ class RunningTraffic:
             return NO_LEGS
         tables = []
         t = t0
+        self._begin_period(t1 - t0, going)
         while t < t1:
+            if self._nearest < self._sees:
+                self._nearest = self._to_robot()
             if self._now * self.tick <= t:
                 self._decide(self._now * self.tick, going)
             end = min(self._now * self.tick, t1)
             if end > t and len(self._numbers):
                 tables.append(self._walk(t, end, going))
             t = end
+            self._nearest -= 1.0 + 1e-9  # along an axis a body goes a cell a tick at most
         return tables[0] if len(tables) == 1 else np.concatenate(tables) if tables else NO_LEGS
 
     def _walk(self, t: float, end: float, going: Trajectory) -> Floats:
@@ -275,10 +290,11 @@ class RunningTraffic:
             halting = self._settle(halting, end - t)
             speed = speed.copy()
             speed[halting] = 0.0
-        for body in sorted(self._halted.symmetric_difference(halting)):
-            self.roster.go(int(self._numbers[body]), t, *self._at[body].tolist())
-        self._halted = set(halting)
-        self.world.late |= self._halted
+        if halting or self._halted:
+            for body in sorted(self._halted.symmetric_difference(halting)):
+                self.roster.go(int(self._numbers[body]), t, *self._at[body].tolist())
+            self._halted = set(halting)
+            self.world.late |= self._halted
         legs = np.empty((len(self._numbers), 7))
         legs[:, 0], legs[:, 1], legs[:, 2] = self._numbers, t, end
         legs[:, 3:5], legs[:, 5:7] = self._at, speed
@@ -298,15 +314,19 @@ class RunningTraffic:
 
     def _arrive(self, t: float) -> None:
         """The tick is over: who was not halted is in the middle of its cell."""
-        cell, late = self.world.space.cell, self.world.late
-        for body, number in enumerate(self.world.where):
-            if body not in late:
-                self._at[body] = cell(number)
+        at = self._to
+        if self.world.late:
+            late = sorted(self.world.late)
+            at = at.copy()
+            at[late] = self._at[late]
+        self._at = at
         for number, (x, y) in zip(self._numbers.tolist(), self._at.tolist(), strict=True):
             self.roster.go(number, t, x, y)
 
     def _halting(self, t: float, end: float, going: Trajectory) -> list[int]:
         """Bodies that yield and might come to touch the robot before ``end``, if they go on towards it."""
+        if self._nearest >= self._halts:
+            return []
         (s0, v0), (s1, v1) = going.at(t), going.at(end)
         q0 = np.array(going.route.at(s0))
         away = q0 - self._at
@@ -336,10 +356,10 @@ class RunningTraffic:
                 self._came[body] = number
         # One that appears is there from the beginning of the tick on: that is when its place was free.
         self._admit(t)
-        to = np.array(self.world.motions.to).reshape(-1, 2)
+        self._to = np.array(self.world.motions.to).reshape(-1, 2)
         for body in self.world.motions.fixed:  # bits: each sets its own row
-            to[body] = self.world.space.cell(where[body])
-        self._go = (to - self._at) / self.tick
+            self._to[body] = self.world.space.cell(where[body])
+        self._go = (self._to - self._at) / self.tick
 
     def _bring_back(self, t: float, going: Trajectory) -> set[int]:
         """Those that are late finish their step, or go back if that is towards a robot that is near.
@@ -347,6 +367,8 @@ class RunningTraffic:
         Whoever can do neither without meeting somebody stays where it is: these are returned.
         """
         world, cell = self.world, self.world.space.cell
+        if not world.late:
+            return set()
         qx, qy = going.route.at(going.at(t)[0])
         still: set[int] = set()
         for body in sorted(world.late):
@@ -376,17 +398,47 @@ class RunningTraffic:
                     driver.at = before if before >= 0 and driver.route[before] == came else driver.at + 1
         return still
 
+    def _begin_period(self, seconds: float, going: Trajectory) -> None:
+        """From which distances on (cells, beyond both radii) no body minds the robot within a period.
+
+        What :meth:`_see` and :meth:`_halting` look at is nearer than that to where the robot is at the
+        beginning of the period; :data:`ROUNDING` makes up for all rounding.
+        """
+        first, last, robot = going.stretches[0], going.stretches[-1], self.scene.robot
+        v = max(max(one.v, one.after(one.end)[1]) for one in going.stretches)
+        quick = min(v + robot.a_max * self.tick, robot.v_max)
+        seen = (quick * self.tick + 0.5 * quick * quick / robot.d_max) / self.resolution + 3.0
+        step = min(seconds, self.tick)
+        halts = (self.top_speed + v + robot.a_max * step) * step / self.resolution
+        driven = (last.after(last.end)[0] - first.s) / self.resolution + ROUNDING
+        self._halts, self._sees = driven + halts, driven + max(seen, halts)
+        self._robot = going.route.at(first.s)
+        self._nearest = -math.inf
+
+    def _to_robot(self) -> float:
+        """Distance along an axis from the nearest body that yields to the robot, beyond both radii."""
+        (qx, qy), nearest = self._robot, math.inf
+        for body, (x, y) in enumerate(self._at.tolist()):
+            reach, yields = self._minds[body]
+            if yields:
+                nearest = min(nearest, max(abs(x - qx), abs(y - qy)) - reach)
+                if nearest < self._halts:
+                    break
+        return nearest
+
     def _see(self, t: float, going: Trajectory) -> None:
         """Tell the world where the robot is and how far it can come; nothing if nobody near would yield."""
+        if self._nearest >= self._sees and not self._appears:
+            self.world.put_on_road([], 0, 0.0)
+            return
         s, v = going.at(t)
         robot, route = self.scene.robot, going.route
         quick = min(v + robot.a_max * self.tick, robot.v_max)
         ahead = min(quick * self.tick + 0.5 * quick * quick / robot.d_max, route.length - s)
         x, y = route.at(s)
         far = ahead / self.resolution + 3.0
-        appears = any(w.spec.rate is not None for w in self.crowd.walkers)
         d = np.abs(self._at - (x, y)).max(axis=1) - far
-        if not (appears or (self._yields & (d < self._reach)).any()):
+        if not (self._appears or (self._yields & (d < self._reach)).any()):
             self.world.put_on_road([], 0, 0.0)
             return
         steps = max(math.ceil(ahead / (0.25 * self.resolution)), 1)

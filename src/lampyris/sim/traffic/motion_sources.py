@@ -23,6 +23,9 @@ BODY, FROM, TO, X, Y, VX, VY = range(7)
 
 NO_LEGS: Floats = np.zeros((0, 7))
 
+ROUNDING = 0.01
+"""Cells: far above what rounding may come to, where distances are compared only to leave work out."""
+
 
 @dataclass
 class Roster:

@@ -13,12 +13,19 @@ from lampyris.model.scene import Scene
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.continuous_traffic import TrafficMotion
 from lampyris.sim.traffic.motion_sources import (
+    BODY,
     FROM,
     NO_LEGS,
+    ROUNDING,
+    TO,
+    VX,
+    VY,
     MotionSource,
     Opening,
     Roster,
     RunningSource,
+    X,
+    Y,
     stream,
 )
 from lampyris.sim.world.trajectory import CurveLookup, Trajectory
@@ -99,9 +106,22 @@ class ObstacleSet:
         self._xy[bodies] = legs[:, 3:5] + legs[:, 5:7] * d[:, None]
         self._velocity[bodies] = legs[:, 5:7] * self.scene.grid.resolution
 
+    def _in_reach(self, going: Trajectory) -> Floats:
+        """The legs of the last move that can come to touch the robot at all, wherever on its way it is."""
+        legs, resolution = self._legs, self.scene.grid.resolution
+        first, last = going.stretches[0], going.stretches[-1]
+        driven = (last.after(last.end)[0] - first.s) / resolution
+        x, y = going.route.at(first.s)
+        seconds = legs[:, TO] - legs[:, FROM]
+        reach = (self._radius + self.scene.robot.radius) / resolution + (driven + ROUNDING)
+        reach = reach[legs[:, BODY].astype(np.int64)]
+        near = np.abs(legs[:, X] - x) <= reach + np.abs(legs[:, VX]) * seconds
+        near &= np.abs(legs[:, Y] - y) <= reach + np.abs(legs[:, VY]) * seconds
+        return legs[near]
+
     def contact(self, going: Trajectory) -> tuple[float, int] | None:
         """The first contact within the last move that has not been reported: when, and with which obstacle."""
-        legs, route = self._legs, going.route
+        legs, route = self._in_reach(going), going.route
         if not len(legs):
             return None
         bodies = legs[:, 0].astype(np.int64)
