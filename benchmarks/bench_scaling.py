@@ -254,11 +254,15 @@ def of_obstacles() -> list[Series]:
 
     def simulated(side: int, number: int) -> Call:
         scene = scene_of(side)
-        return lambda: lampyris.simulate(scene, "ad-gso", RandomWalk(number), seed=3, ticks=30, patience=1000)
+        return lambda: lampyris.simulate(
+            scene, "ad-gso", traffic=RandomWalk(number), seed=3, ticks=30, patience=1000
+        )
 
     def waited(side: int) -> Call:
         scene = scene_of(side)
-        return lambda: lampyris.simulate(scene, "sipp", RandomWalk(50), seed=3, ticks=30, patience=1000)
+        return lambda: lampyris.simulate(
+            scene, "sipp", traffic=RandomWalk(50), seed=3, ticks=30, patience=1000
+        )
 
     def checked(number: int) -> Call:
         trace = simulated(256, number)()
@@ -354,7 +358,7 @@ def of_ways() -> list[Series]:
 
     def to_the_end(length: int) -> Call:
         scene = way(length)[0]
-        return lambda: lampyris.simulate(scene, "sipp", RandomWalk(20), seed=3)
+        return lambda: lampyris.simulate(scene, "sipp", traffic=RandomWalk(20), seed=3)
 
     def series(name: str, call: Callable[[Scene, Any], Any], why: str = "") -> Series:
         def make(length: int) -> Call:
@@ -368,22 +372,22 @@ def of_ways() -> list[Series]:
     def course(length: int) -> Any:
         scene, plan = way(length)
         if length not in drawn:
-            drawn[length] = lampyris.course(plan, scene)
+            drawn[length] = lampyris.smooth(scene, plan)
         return drawn[length]
 
     def along(length: int) -> Call:
         scene, made = way(length)[0], course(length)
-        return lambda: lampyris.profile(made, scene)
+        return lambda: lampyris.speed_profile(scene, made)
 
     return [
         series("plan through a strip, ad-gso", lambda scene, plan: lampyris.plan(scene, "ad-gso")),
         series("referee of a plan", lambda scene, plan: referee.demand(referee.check_plan(plan, scene))),
-        series("speeds on a path", lambda scene, plan: lampyris.profile(plan, scene)),
+        series("speeds on a path", lambda scene, plan: lampyris.speed_profile(scene, plan)),
         series(
             "speeds by the dissertation's law",
-            lambda scene, plan: lampyris.profile(plan, scene, law="dissertation"),
+            lambda scene, plan: lampyris.speed_profile(scene, plan, law="dissertation"),
         ),
-        series("course, taut", lambda scene, plan: lampyris.course(plan, scene)),
+        series("course, taut", lambda scene, plan: lampyris.smooth(scene, plan)),
         Series("speeds on a course", "cells of the way", lengths, short, along, nodes),
         Series(
             "whole simulation of sipp among 20",

@@ -117,7 +117,7 @@ def simulation(size: int) -> Job:
     from lampyris.model.traffic import RandomWalk
 
     scene = _scene(size)
-    return lambda: lampyris.simulate(scene, "ad-gso", RandomWalk(min(100, size)), seed=1, ticks=40)
+    return lambda: lampyris.simulate(scene, "ad-gso", traffic=RandomWalk(min(100, size)), seed=1, ticks=40)
 
 
 def drive(size: int) -> Job:
@@ -126,7 +126,7 @@ def drive(size: int) -> Job:
     from lampyris.model.traffic import RandomWalk
 
     scene = _scene(size)
-    return lambda: lampyris.drive(scene, "ad-gso", RandomWalk(min(100, size)), seed=1, time_limit=4.0)
+    return lambda: lampyris.drive(scene, "ad-gso", traffic=RandomWalk(min(100, size)), seed=1, time_limit=4.0)
 
 
 def profile(size: int) -> Job:
@@ -135,7 +135,7 @@ def profile(size: int) -> Job:
 
     scene = _scene(size)
     found = lampyris.plan(scene, "jps")
-    return lambda: lampyris.profile(found, scene)
+    return lambda: lampyris.speed_profile(scene, found)
 
 
 STUDY = """

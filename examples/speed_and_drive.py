@@ -9,7 +9,7 @@ grid = lampyris.load_grid("env-3")
 robot = lampyris.Robot(radius=0.3, v_max=1.0, a_max=0.5, d_max=1.0)
 scene = lampyris.Scene(grid, start=(8, 0), goal=(48, 46), robot=robot)
 plan = lampyris.plan(scene, planner="astar")
-course = lampyris.course(plan, scene)
+course = lampyris.smooth(scene, plan)
 print(f"{course.s[-1]:.1f} m, {len(course)} nodes")
 
 for entry in compare(course, scene, ["constant", "rpp", "physical", "optimum"]):
@@ -17,13 +17,13 @@ for entry in compare(course, scene, ["constant", "rpp", "physical", "optimum"]):
     print(
         f"{entry.law:10} {entry.duration_s:6.1f} s, {entry.ratio:.2f} of the optimum; limits broken: {broken}"
     )
-speeds = lampyris.profile(course, scene, "physical")
+speeds = lampyris.speed_profile(scene, course, "physical")
 slowest = int(np.where(speeds.s > 2.0, speeds.v, 9.0)[:-9].argmin())
 print(
     f"slowest under way after {speeds.s[slowest]:.1f} m, {speeds.v[slowest]:.2f} m/s: {speeds.why(slowest)}"
 )
 
-run = lampyris.drive(scene, "astar", lampyris.RandomWalk(10), seed=7, law="physical")
+run = lampyris.drive(scene, "astar", traffic=lampyris.RandomWalk(10), seed=7, law="physical")
 print(f"{run.outcome} after {run.duration:.1f} s; the best without obstacles is {run.optimum:.1f} s")
 seconds: dict[str, float] = {}
 for cause, period in zip(run.cause, np.diff(run.t), strict=False):

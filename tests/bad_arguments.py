@@ -85,7 +85,7 @@ def samples() -> dict[str, dict[str, Any]]:
         lampyris.simulate(where, "astar"),
         lampyris.drive(where),
     )
-    field, speeds = lampyris.solve_field(where), lampyris.profile(plan, where)
+    field, speeds = lampyris.solve_field(where), lampyris.speed_profile(where, plan)
     made = {kind: {f.name: getattr(one, f.name) for f in dataclasses.fields(one) if f.init} for kind, one in (
         ("Path", path()), ("Plan", plan), ("Trace", trace), ("Drive", driven), ("Field", field),
         ("Profile", speeds), ("Curve", driven.curves[0]), ("Moves", where.moves),
@@ -106,7 +106,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "Box": {"low": [0.0], "high": [1.0]},
         "Cloud": {"ex": 0.5, "en": 0.1, "he": 0.01},
         "plan": {"scene": where}, "simulate": {"scene": where, "ticks": 3}, "drive": {"scene": where},
-        "course": {"way": plan, "scene": where}, "profile": {"way": plan, "scene": where},
+        "smooth": {"path": plan, "scene": where}, "speed_profile": {"path": plan, "scene": where},
         "solve_field": {"scene": where}, "solve_fields": {"scene": where, "goals": [(0, 0)]},
         "load_grid": {"path_or_name": "env-1"}, "load_scenario": {"path": "right.yaml"},
         "save_scenario": {"scenario": lampyris.Scenario(where), "path": "saved.yaml"},

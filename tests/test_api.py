@@ -148,7 +148,7 @@ def test_profile_of_a_plan_without_path_is_refused() -> None:
     blocked[:, 1] = True
     scene = lampyris.Scene(lampyris.Grid(blocked), (0, 0), (2, 0))
     with pytest.raises(SettingError, match="holds no path"):
-        lampyris.profile(lampyris.plan(scene), scene)
+        lampyris.speed_profile(scene, lampyris.plan(scene))
 
 
 def test_simulate_takes_traffic_by_itself_or_from_the_scene() -> None:
@@ -165,12 +165,12 @@ def test_a_robot_already_moving_may_ask_for_its_profile() -> None:
     grid = lampyris.Grid(np.zeros((3, 20), bool))
     scene = lampyris.Scene(grid, (0, 1), (19, 1))
     plan = lampyris.plan(scene)
-    moving = lampyris.profile(plan, scene, v0=0.5)
+    moving = lampyris.speed_profile(scene, plan, v0=0.5)
     assert moving.v[0] == 0.5
-    assert moving.duration < lampyris.profile(plan, scene).duration
-    assert lampyris.profile(plan, scene, "dissertation", v0=40.0).v[0] == 40.0
+    assert moving.duration < lampyris.speed_profile(scene, plan).duration
+    assert lampyris.speed_profile(scene, plan, "dissertation", v0=40.0).v[0] == 40.0
     with pytest.raises(SettingError, match=r"START_SPEED|PROFILE_INFEASIBLE"):
-        lampyris.profile(plan, scene, v0=5.0)
+        lampyris.speed_profile(scene, plan, v0=5.0)
 
 
 @pytest.mark.parametrize(

@@ -34,9 +34,9 @@ def case(name: str, resolution: float = 1.0, **robot: Any) -> tuple[Plan, Scene]
 @pytest.mark.parametrize("resolution", [1.0, 0.1])
 def test_every_law_passes_the_referee_on_a_curve(name: str, resolution: float) -> None:
     plan, scene = case(name, resolution, radius=0.3 * resolution)
-    course = api.course(plan, scene)
+    course = api.smooth(scene, plan)
     for law in laws.names():
-        made = api.profile(course, scene, law)
+        made = api.speed_profile(scene, course, law)
         assert (made.law, made.units) == (law, "m/s")
         assert made.duration > 0
 
@@ -44,20 +44,20 @@ def test_every_law_passes_the_referee_on_a_curve(name: str, resolution: float) -
 @pytest.mark.parametrize("law", laws.names())
 def test_every_law_passes_the_referee_on_a_path(law: str) -> None:
     plan, scene = case("guide")
-    made = api.profile(plan, scene, law)
+    made = api.speed_profile(scene, plan, law)
     assert made.law == law
     assert made.xy is None
 
 
 def test_a_smooth_profile_is_that_of_the_course() -> None:
     plan, scene = case("env-1", 0.25, radius=0.05, turn_radius=0.1)
-    course = api.course(plan, scene, spacing=0.05)
+    course = api.smooth(scene, plan, spacing=0.05)
     assert np.diff(course.s).max() <= 0.05 * (1 + 1e-12)
-    made = api.profile(plan, scene, smooth="taut", spacing=0.05)
-    assert made.v.tolist() == api.profile(course, scene).v.tolist()
-    lines = api.profile(plan, scene, smooth="none")
+    made = api.speed_profile(scene, plan, smooth="taut", spacing=0.05)
+    assert made.v.tolist() == api.speed_profile(scene, course).v.tolist()
+    lines = api.speed_profile(scene, plan, smooth="none")
     assert lines.xy is None
-    assert (api.profile(api.course(plan, scene, smooth="none"), scene).v[course.stop[:0]] == 0).all()
+    assert (api.speed_profile(scene, api.smooth(scene, plan, method="none")).v[course.stop[:0]] == 0).all()
 
 
 def test_a_polyline_from_elsewhere_is_a_way() -> None:
@@ -66,38 +66,38 @@ def test_a_polyline_from_elsewhere_is_a_way() -> None:
     points = plan.path.cells.astype(float)
     for smooth in ("taut", "arcs", "none"):
         assert (
-            api.course(points, scene, smooth=smooth).s.tolist()
-            == api.course(plan, scene, smooth=smooth).s.tolist()
+            api.smooth(scene, points, method=smooth).s.tolist()
+            == api.smooth(scene, plan, method=smooth).s.tolist()
         )
-    assert api.course(points, scene).s.tolist() == api.course(points, scene, smooth="arcs").s.tolist()
-    assert api.course(plan, scene).s[-1] < api.course(points, scene).s[-1]
+    assert api.smooth(scene, points).s.tolist() == api.smooth(scene, points, method="arcs").s.tolist()
+    assert api.smooth(scene, plan).s[-1] < api.smooth(scene, points).s[-1]
 
 
 def test_zones_and_rules_by_name_slow_down() -> None:
     plan, scene = case("env-1", radius=0.3)
-    course = api.course(plan, scene, smooth="arcs")
-    free = api.profile(course, scene).duration
+    course = api.smooth(scene, plan, method="arcs")
+    free = api.speed_profile(scene, course).duration
     zones = np.where(RNG.random(scene.grid.blocked.shape) < 0.2, 0.3, np.inf)
     slow = replace(scene, zones=zones)
-    assert api.profile(course, slow).duration > free
-    assert "zone" in api.profile(course, slow).cause
-    assert api.profile(course, slow, law_settings={"zones": False}).duration == free
-    assert api.profile(course, scene, law_settings={"clearance": False}).duration < free
-    assert api.profile(course, scene, law_settings={"creep": 0.5}).duration < free
-    assert api.profile(course, scene, law_settings={"uncertainty.k": 2.0}).duration > free
-    assert api.profile(plan, slow, law_settings={"approach": {"distance": 4.0}}).duration > free
+    assert api.speed_profile(slow, course).duration > free
+    assert "zone" in api.speed_profile(slow, course).cause
+    assert api.speed_profile(slow, course, law_settings={"zones": False}).duration == free
+    assert api.speed_profile(scene, course, law_settings={"clearance": False}).duration < free
+    assert api.speed_profile(scene, course, law_settings={"creep": 0.5}).duration < free
+    assert api.speed_profile(scene, course, law_settings={"uncertainty.k": 2.0}).duration > free
+    assert api.speed_profile(slow, plan, law_settings={"approach": {"distance": 4.0}}).duration > free
 
 
 def test_moving_obstacles_slow_down() -> None:
     plan, scene = case("env-1", radius=0.3)
-    course = api.course(plan, scene)
-    fast = int(api.profile(course, scene).v.argmax())
+    course = api.smooth(scene, plan)
+    fast = int(api.speed_profile(scene, course).v.argmax())
     places = course.xy[fast] + RNG.uniform(-1, 1, (2000, 2))
     away = np.sqrt(((places[:, None] - course.xy) ** 2).sum(axis=2).min(axis=1))
     beside = places[(away > 0.8) & (away < 0.9)][:1]
     movers = ObstacleStates(beside, np.array([0.2]), np.array([0.05]))
-    made = api.profile(course, scene, movers=movers)
-    assert made.duration > api.profile(course, scene).duration
+    made = api.speed_profile(scene, course, movers=movers)
+    assert made.duration > api.speed_profile(scene, course).duration
     assert "moving obstacle" in made.cause
 
 
@@ -118,24 +118,24 @@ def test_moving_obstacles_slow_down() -> None:
 def test_words_nobody_knows(how: dict[str, Any], code: str) -> None:
     plan, scene = case("guide")
     with pytest.raises(LampyrisError) as raised:
-        api.profile(plan, scene, **how)
+        api.speed_profile(scene, plan, **how)
     assert raised.value.code == code
 
 
 def test_a_way_that_is_none() -> None:
     plan, scene = case("guide")
     with pytest.raises(LampyrisError, match="PROFILE"):
-        api.profile(replace(plan, path=None, status=Status.NO_PATH), scene)
+        api.speed_profile(scene, replace(plan, path=None, status=Status.NO_PATH))
     with pytest.raises(LampyrisError, match="TYPE"):
-        api.profile("guide", scene)  # type: ignore[arg-type]
+        api.speed_profile(scene, "guide")  # type: ignore[arg-type]
     with pytest.raises(LampyrisError, match="PATH_OUTSIDE"):
-        api.course(np.array([[0.0, 0.0], [99.0, 0.0]]), scene)
+        api.smooth(scene, np.array([[0.0, 0.0], [99.0, 0.0]]))
 
 
 @pytest.mark.parametrize("fault", ["faster", "clock", "clearance", "curvature", "zones"])
 def test_the_referee_stands_at_the_door(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plan, scene = case("env-1", radius=0.3, lat_max=0.1)
-    course = api.course(plan, scene)
+    course = api.smooth(scene, plan)
     scene = replace(scene, zones=np.where(RNG.random(scene.grid.blocked.shape) < 0.2, 0.3, np.inf))
     true = laws.profile
 
@@ -147,15 +147,15 @@ def test_the_referee_stands_at_the_door(fault: str, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(laws, "profile", lying)
     with pytest.raises(InternalFault):
-        api.profile(course, scene)
+        api.speed_profile(scene, course)
 
 
 def test_room_at_the_nodes_alone_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     plan, scene = case("env-1", radius=0.3)
-    course = api.course(plan, scene)
+    course = api.smooth(scene, plan)
     monkeypatch.setattr(physical, "room", lambda course, distance, reach: distance)
     with pytest.raises(InternalFault, match="clearance"):
-        api.profile(course, scene)
+        api.speed_profile(scene, course)
 
 
 def test_a_law_that_cannot_be_followed_between_nodes_is_seen() -> None:
@@ -167,7 +167,7 @@ def test_a_law_that_cannot_be_followed_between_nodes_is_seen() -> None:
         np.array([[1.0, 1.0]]), np.array([[1.0, 0.0]]), np.array([6.0]), np.zeros(1), (7.0, 1.0), 1.0
     )
     free = replace(scene, grid=replace(scene.grid, blocked=np.zeros_like(scene.grid.blocked)), zones=zones)
-    made = api.profile(course_of(curve, 2.0), free)
+    made = api.speed_profile(free, course_of(curve, 2.0))
     assert made.v.max() <= 0.2
 
 
@@ -176,7 +176,7 @@ def test_dissertation_law_on_tiny_cells_at_a_great_speed_passes_the_referee() ->
     scene = Scene(
         Grid(np.zeros((3, 9), dtype=np.bool_), resolution=1e-6), (0, 1), (8, 1), robot=Robot(v_max=1e6)
     )
-    course = api.course(np.array([[0.0, 1.0], [8.0, 1.0]]), scene)
-    made = api.profile(course, scene, "dissertation")
+    course = api.smooth(scene, np.array([[0.0, 1.0], [8.0, 1.0]]))
+    made = api.speed_profile(scene, course, "dissertation")
     assert made.a.max() > 1e12
     assert made.v.max() > 1e4

@@ -29,12 +29,12 @@ def case(name: str, **robot: Any) -> Case:
 def driven(way: Any, scene: Scene, law: str, **how: Any) -> Profile:
     """A profile from a start that drives: as fast as asked for, or as fast as the refusal allows."""
     try:
-        return api.profile(way, scene, law, **how)
+        return api.speed_profile(scene, way, law, **how)
     except SettingError as fault:
         if fault.code != "PROFILE_INFEASIBLE":
             raise
         greatest = float(fault.allowed.removeprefix("at most ").removesuffix(" m/s"))
-        return api.profile(way, scene, law, **(how | {"v0": greatest}))
+        return api.speed_profile(scene, way, law, **(how | {"v0": greatest}))
 
 
 @pytest.mark.parametrize("jerk_max", [None, 5.0, 1.0, 0.1])
@@ -42,7 +42,7 @@ def driven(way: Any, scene: Scene, law: str, **how: Any) -> Profile:
 def test_every_law_passes_the_referee_whatever_the_limit_on_jerk(law: str, jerk_max: float | None) -> None:
     for name in ("guide", "env-1"):
         plan, scene = case(name, jerk_max=jerk_max)
-        course = api.course(plan, scene)
+        course = api.smooth(scene, plan)
         for v0 in (0.0, 0.04, 0.9):
             for way, how in ((course, {}), (plan, {}), (plan, {"smooth": "arcs"})):
                 made = driven(way, scene, law, v0=v0, **how)
@@ -59,13 +59,13 @@ def test_paths_of_one_and_two_cells_whatever_the_robot_can(law: str) -> None:
         free = np.argwhere(~scene.grid.blocked)
         y, x = next((int(y), int(x)) for y, x in free if not scene.grid.blocked[y, x + 1 : x + 2].any())
         for cells in ([[x, y]], [[x, y], [x + 1, y]]):
-            made = api.profile(path_of(np.array(cells), scene.moves), scene, law)
+            made = api.speed_profile(scene, path_of(np.array(cells), scene.moves), law)
             assert made.v[-1] == 0.0
 
 
 def test_rivals_that_break_the_limit_on_jerk_are_told_apart() -> None:
     plan, scene = case("env-1", jerk_max=0.3)
-    course = api.course(plan, scene)
+    course = api.smooth(scene, plan)
     chosen = [*laws.names(), laws.with_settings("rpp", {"desired": 1.0})]
     broken = {k: e.broken for k, e in enumerate(compare(course, scene, chosen))}
     names = dict(enumerate(laws.names()))
@@ -97,6 +97,6 @@ def test_ours_is_held_to_the_limit_on_jerk(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(laws, "profile", lambda way, scene, **how: true(way, free, **how))
     for law in ("physical", "optimum"):
         with pytest.raises(InternalFault, match=r"jerk: a changes by") as raised:
-            api.profile(plan, scene, law)
+            api.speed_profile(scene, plan, law)
         assert "np." not in str(raised.value)
-    assert api.profile(plan, scene, "rpp").law == "rpp"
+    assert api.speed_profile(scene, plan, "rpp").law == "rpp"

@@ -54,7 +54,7 @@ def test_a_plan_is_measured_against_the_optimum_over_terrain(planner: str, name:
         assert (told.optimal_exact, told.gap) == (plan.optimal_exact, plan.gap)
         assert told.sum_cost_to_go == pytest.approx(plan.sum_cost_to_go, rel=1e-12)
         for law in ("physical", "dissertation"):
-            assert len(lampyris.profile(plan, scene, law).v) == len(plan.path.cells)
+            assert len(lampyris.speed_profile(scene, plan, law).v) == len(plan.path.cells)
     assert found >= 4
     assert (gaps > 0) == (planner == "ad-gso")
 

@@ -76,7 +76,7 @@ def test_the_lists_are_whole(right: dict[str, dict[str, Any]]) -> None:
     for name in ("Robot", "Grid", "Scene", "Budget", "AdGso", "Settings", "PhysicalLaw", "GSO", "Adversary"):
         assert name in CLASSES
     assert len(list(public_classes())) == len(CLASSES) > 60, "two classes of one name"
-    assert {"plan", "simulate", "drive", "course", "profile", "run_study"} <= FUNCTIONS.keys()
+    assert {"plan", "simulate", "drive", "smooth", "speed_profile", "run_study"} <= FUNCTIONS.keys()
     for name, call in (CLASSES | FUNCTIONS).items():
         lacks = [p for p in required(call) if p not in right.get(name, {})]
         assert not lacks, f"say in samples() what {name} may be given for {lacks}"

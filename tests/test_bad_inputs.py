@@ -119,7 +119,7 @@ def test_row_89_a_start_too_fast_to_stop_from() -> None:
     with pytest.raises(
         LampyrisError, match=r"^error\[PROFILE_INFEASIBLE\]: v0: 9 m/s .* needs 40 m"
     ) as caught:
-        lampyris.profile(found, scene, v0=9.0)
+        lampyris.speed_profile(scene, found, v0=9.0)
     assert caught.value.exit_code == 3
 
 

@@ -73,18 +73,18 @@ def test_a_course_of_too_many_nodes_is_refused_before_it_is_drawn(monkeypatch: p
     scene = street(101)
     ends = np.array([[0.0, 0.0], [100.0, 0.0]])
     monkeypatch.setenv("LAMPYRIS_MAX_NODES", "401")
-    assert len(lampyris.course(ends, scene)) == 401
+    assert len(lampyris.smooth(scene, ends)) == 401
     monkeypatch.setenv("LAMPYRIS_MAX_NODES", "399")
     monkeypatch.setattr("lampyris.api.drawn", None)
     with pytest.raises(LimitError, match=r"400 nodes.*larger spacing.*LAMPYRIS_MAX_NODES=400"):
-        lampyris.course(ends, scene)
+        lampyris.smooth(scene, ends)
 
 
 def test_nodes_are_counted_on_the_curve_and_where_edges_are_halved(monkeypatch: pytest.MonkeyPatch) -> None:
     blocked = np.zeros((3, 101), dtype=np.bool_)
     blocked[0, 50] = True
     scene = Scene(Grid(blocked), (0, 1), (100, 1), robot=Robot(radius=0.3, v_max=2.0))
-    coarse = lampyris.course(np.array([[0.0, 1.0], [100.0, 1.0]]), scene, spacing=1.0)
+    coarse = lampyris.smooth(scene, np.array([[0.0, 1.0], [100.0, 1.0]]), spacing=1.0)
     assert coarse.curve is not None
     plain = course_of(coarse.curve, 1.0)
     assert len(coarse) > len(plain)

@@ -193,9 +193,9 @@ def test_a_job(job: str, peak: float, kept: float, tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text(STUDY, encoding="utf-8")
     study = lampyris.load_study(tmp_path / "study.yaml")
     calls: dict[str, Callable[[], Any]] = {
-        "simulation": lambda: lampyris.simulate(scene, "ad-gso", walkers, seed=1, ticks=40),
-        "drive": lambda: lampyris.drive(scene, "ad-gso", walkers, seed=1, time_limit=4.0),
-        "profile": lambda: lampyris.profile(plan, scene),
+        "simulation": lambda: lampyris.simulate(scene, "ad-gso", traffic=walkers, seed=1, ticks=40),
+        "drive": lambda: lampyris.drive(scene, "ad-gso", traffic=walkers, seed=1, time_limit=4.0),
+        "profile": lambda: lampyris.speed_profile(scene, plan),
         "study": lambda: lampyris.run_study(study),
         "frame": lambda: layer_frame("luciferin", values),
     }

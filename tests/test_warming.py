@@ -105,9 +105,9 @@ def speeds(seed: int) -> int:
     assert path is not None
     around = ObstacleStates(np.array([[8.0, 8.0]]), np.ones(1), np.ones(1), np.array([[0.1, 0.2]]))
     for law in laws.names():
-        api.profile(path, scene, law)
+        api.speed_profile(scene, path, law)
         with suppress(LampyrisError):
-            api.profile(path, scene, law, smooth="taut", movers=around)
+            api.speed_profile(scene, path, law, smooth="taut", movers=around)
         api.drive(scene, "ad-gso", law=law, time_limit=2.0)
     return len(laws.names())
 

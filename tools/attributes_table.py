@@ -38,7 +38,7 @@ def figures(plan: Plan, scene: Scene) -> tuple[float, float, float]:
     assert plan.path is not None
     cells = plan.path.cells
     near = clearance(scene.grid)[cells[:, 1], cells[:, 0]] / scene.grid.resolution
-    speed = api.profile(plan, scene, "dissertation").v
+    speed = api.speed_profile(scene, plan, "dissertation").v
     return float(plan.path.arc[-1]), float(np.minimum(near, 10.0).mean()), float(speed[speed > 0].mean())
 
 

@@ -40,7 +40,7 @@ def row(planner: str, settings: dict[str, Any], traffic: ObstacleSpec) -> str:
         for seed in SEEDS:
             query = document.queries[seed % len(document.queries)]
             scene = Scene(document.grid, query.start, query.goal)
-            trace = api.simulate(scene, planner, traffic, seed, **settings)
+            trace = api.simulate(scene, planner, traffic=traffic, seed=seed, **settings)
             runs += 1
             arrived += trace.arrived
             ticks, flips, waits = ticks + trace.ticks, flips + trace.flips, waits + trace.waits

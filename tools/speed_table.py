@@ -97,7 +97,7 @@ def main() -> None:
             plan = api.plan(scene, "astar")
             if plan.path is None or len(plan.path.cells) < 2:
                 continue
-            course = api.course(plan, scene)
+            course = api.smooth(scene, plan)
             found = compare(course, scene, list(COLUMNS.values()))
             ratios.append([e.ratio for e in found])
             for column, e in zip(COLUMNS, found, strict=True):

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 _HOME = {
-    "course": "lampyris.api",
+    "smooth": "lampyris.api",
     "drive": "lampyris.api",
     "list_planners": "lampyris.planning.registry",
     "load_grid": "lampyris.api",
     "plan": "lampyris.api",
-    "profile": "lampyris.api",
+    "speed_profile": "lampyris.api",
     "simulate": "lampyris.api",
     "load_scenario": "lampyris.scenarios",
     "run": "lampyris.scenarios",
@@ -59,12 +59,12 @@ __all__ = ["__version__", *_HOME]
 
 if TYPE_CHECKING:
     from lampyris._core.cancellation import CancelToken as CancelToken
-    from lampyris.api import course as course
     from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
     from lampyris.api import plan as plan
-    from lampyris.api import profile as profile
     from lampyris.api import simulate as simulate
+    from lampyris.api import smooth as smooth
+    from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
     from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change

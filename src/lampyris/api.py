@@ -1,6 +1,7 @@
-"""The front door: load_grid, plan, profile, simulate, drive.
+"""The public functions: load_grid, plan, smooth, speed_profile, simulate, drive.
 
-Nothing leaves through it that the referee has not re-checked.
+Each takes the scene first, then one planner or law (a name or an object), then keyword options. Nothing
+leaves through them that the referee has not re-checked.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lampyris import referee
 from lampyris._core.cancellation import uninterrupted
@@ -57,7 +59,7 @@ if TYPE_CHECKING:
 MAX_SEED = 2**63 - 1
 
 MIN_SPACING = 1e-3
-"""Least distance of two nodes of a course, in cells."""
+"""Least distance of two nodes of a sampled path, in cells."""
 
 
 def load_grid(
@@ -97,14 +99,14 @@ def load_grid(
 def plan(
     scene: Scene,
     planner: str | Planner = "ad-gso",
-    seed: int = 0,
     *,
+    seed: int = 0,
     budget: Budget | None = None,
     record: bool = True,
     planner_settings: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Plan:
-    """A way from the scene's start to its goal, re-checked and measured against the optimum.
+    """A path from the scene's start to its goal, re-checked and measured against the optimum.
 
     Parameters
     ----------
@@ -156,47 +158,40 @@ def plan(
     return replace(found, timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded})
 
 
-def course(
-    way: Plan | Path | Points, scene: Scene, *, smooth: Drawing | None = None, spacing: float | None = None
+def smooth(
+    scene: Scene,
+    path: Plan | Path | ArrayLike,
+    *,
+    method: Drawing | None = None,
+    spacing: float | None = None,
 ) -> SampledPath:
-    """A way made drivable, with nodes on it where speeds are decided; re-checked by the referee.
+    """A path made drivable, with nodes on it where speeds are decided; re-checked by the referee.
 
     Parameters
     ----------
-    way : a path, a plan that found one, or any polyline: float64 (n, 2), cells. The curve of a plan keeps the
-        clearance that its attributes asked for, and is not drawn straight where they shape it.
     scene : the map and the robot's radius and turning circle.
-    smooth : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the way's own
+    path : a path, a plan that found one, or any polyline: float64 (n, 2), cells. The curve of a plan keeps the
+        clearance that its attributes asked for, and is not drawn straight where they shape it.
+    method : ``taut``: drawn straight where there is room, then its corners rounded. ``arcs``: the path's own
         lines, their corners rounded; what was sampled from circles becomes circles again. ``none``: its own
         lines; each corner is rounded within half a step, or a stop where walls or the turning circle leave
         no room for an arc. None: ``taut`` for a plan or a path of cells, a curve that is good to drive
-        (:func:`profile`, which keeps the cells, has another default); ``arcs`` for points.
+        (:func:`speed_profile`, which keeps the cells, has another default); ``arcs`` for points.
     spacing : metres between two nodes, at most; None: a quarter of a cell
         (:data:`lampyris._core.defaults.COURSE_SPACING`). Where the room or a zone changes
         quickly they are closer together.
 
     Raises
     ------
-    SettingError : a plan without a path; a way through a blocked cell or off the map; ``SPACING``.
+    SettingError : a plan without a path; a path through a blocked cell or off the map; ``SPACING``.
     InternalFault : the referee refused the curve; a bug of ours.
     """
-    usual: Drawing = COURSE_SMOOTH if isinstance(way, Plan | Path) else POINTS_SMOOTH
-    drawing = usual if smooth is None else smooth
-    if not is_word(drawing, DRAWINGS):
-        raise SettingError("SMOOTH", shown(smooth), where="smooth", allowed=", ".join(DRAWINGS))
-    of_kind("scene", scene, Scene)
-    step = _spacing(scene, spacing)
-    points = polyline_of(_path(way)) if isinstance(way, Plan | Path) else _points(way)
-    few_nodes(points, scene, spacing)
-    wanted = wanted_of(way, scene.grid.resolution) if isinstance(way, Plan) else None
-    curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
-    referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
-    return refined(course_of(curve, step), scene)
+    return _smoothed(scene, path, method, spacing, "method")
 
 
-def profile(
-    way: Plan | Path | SampledPath,
+def speed_profile(
     scene: Scene,
+    path: Plan | Path | SampledPath,
     law: laws.SpeedLaw = "physical",
     *,
     v0: float = 0.0,
@@ -206,21 +201,21 @@ def profile(
     law_settings: Mapping[str, Any] | None = None,
     tick_seconds: float | None = None,
 ) -> Profile:
-    """A speed for every node of a way, each with its cause, re-checked by the referee.
+    """A speed for every node of a path, each with its cause, re-checked by the referee.
 
     Parameters
     ----------
-    way : a path, a plan that found one, or a course (see :func:`course`).
     scene : the map, its speed zones and the robot's limits.
-    law : a name, such as ``physical`` (SI units) or ``dissertation`` (velocity units; m/s on a course), or
+    path : a path, a plan that found one, or a sampled path (see :func:`smooth`).
+    law : a name, such as ``physical`` (SI units) or ``dissertation`` (velocity units; m/s on a sampled path), or
         settings of a law.
     v0 : speed at the start, in the profile's units.
     smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
         half a step of its node and driven as slowly as ``lat_max`` asks, or is a stop where the robot's
         ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``taut`` or
-        ``arcs``: the path is made a curve first, as :func:`course` does. The default is that of ``lampyris
+        ``arcs``: the path is made a curve first, as :func:`smooth` does. The default is that of ``lampyris
         plan`` and ``lampyris speed``, :data:`lampyris._core.defaults.PROFILE_SMOOTH`.
-    spacing : as for :func:`course`, with ``taut`` or ``arcs``.
+    spacing : as for :func:`smooth`, with ``taut`` or ``arcs``.
     movers : moving obstacles in continuous time, as sensed now.
     law_settings : settings of the law that is named, such as ``{"blind.reach": 4.0}``.
     tick_seconds : seconds of a tick of the scene's recorded obstacles: a plan's cells are driven among them,
@@ -245,15 +240,17 @@ def profile(
         law = laws.with_settings(law, law_settings)
     if tick_seconds is not None:
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
-        return _scheduled(way, scene, laws.settings_named(law), tick_seconds, plain)
-    along = way if isinstance(way, SampledPath) else _path(way)
+        return _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
+    along = path if isinstance(path, SampledPath) else _path(path)
     if isinstance(along, SampledPath) and (smooth != "none" or spacing is not None):
         given = "smooth" if smooth != "none" else "spacing"
-        raise UsageError("OPTIONS", "a course is drawn already", where=given, allowed="a plan or a path")
+        raise UsageError(
+            "OPTIONS", "a sampled path is drawn already", where=given, allowed="a plan or a path"
+        )
     if spacing is not None and smooth == "none":
         raise UsageError("OPTIONS", "the nodes are the path's cells", where="spacing", allowed="with smooth")
-    if smooth != "none" and not isinstance(way, SampledPath):
-        along = course(way, scene, smooth=smooth, spacing=spacing)
+    if smooth != "none" and not isinstance(path, SampledPath):
+        along = _smoothed(scene, path, smooth, spacing, "smooth")
     if isinstance(along, Path):
         made = laws.profile_on_cells(along, scene, law=law, movers=movers, v0=v0)
     else:
@@ -262,19 +259,37 @@ def profile(
     return made
 
 
+def _smoothed(
+    scene: Scene, path: object, method: Drawing | None, spacing: float | None, option: str
+) -> SampledPath:
+    """See :func:`smooth`; ``option`` is what the caller calls the method."""
+    usual: Drawing = COURSE_SMOOTH if isinstance(path, Plan | Path) else POINTS_SMOOTH
+    drawing = usual if method is None else method
+    if not is_word(drawing, DRAWINGS):
+        raise SettingError("SMOOTH", shown(method), where=option, allowed=", ".join(DRAWINGS))
+    of_kind("scene", scene, Scene)
+    step = _spacing(scene, spacing)
+    points = polyline_of(_path(path)) if isinstance(path, Plan | Path) else _points(path)
+    few_nodes(points, scene, spacing)
+    wanted = wanted_of(path, scene.grid.resolution) if isinstance(path, Plan) else None
+    curve, lines = drawn(points, scene.grid, scene.robot, drawing, wanted)
+    referee.demand(check_curve(curve, scene.grid, scene.robot, lines))
+    return refined(course_of(curve, step), scene)
+
+
 def _scheduled(
-    way: Plan | Path | SampledPath, scene: Scene, chosen: Any, tick_seconds: float, plain: bool
+    path: Plan | Path | SampledPath, scene: Scene, chosen: Any, tick_seconds: float, plain: bool
 ) -> Profile:
     """A plan's schedule driven with real accelerations, past the referee."""
-    if not (plain and isinstance(way, Plan) and isinstance(chosen, PhysicalLaw)):
+    if not (plain and isinstance(path, Plan) and isinstance(chosen, PhysicalLaw)):
         raise UsageError(
             "SCHEDULE",
             "tick_seconds beside something that a schedule does not go with",
             where="tick_seconds",
             allowed="a plan, the law physical or a variant, no smooth, spacing, movers or v0",
         )
-    _path(way)
-    made = scheduled_profile(way, scene, tick_seconds, law=chosen)
+    _path(path)
+    made = scheduled_profile(path, scene, tick_seconds, law=chosen)
     creep = chosen.creep if chosen.clearance else 1.0
     referee.demand(referee.check_profile(made, None, scene, v0=0.0, creep=creep, slowest=LEAST))
     return made
@@ -336,7 +351,7 @@ def few_nodes(points: Points, scene: Scene, spacing: float | None) -> None:
     ----------
     points : (n, 2), cells.
     scene : whose cells they are.
-    spacing : as for :func:`course`.
+    spacing : as for :func:`smooth`.
 
     Raises
     ------
@@ -358,27 +373,28 @@ def _small_enough(scene: Scene, planner: Planner, doing: str) -> None:
     demand_memory(grid.height, grid.width, border, what)
 
 
-def _points(way: object) -> Points:
+def _points(path: object) -> Points:
     """A polyline as an array, (n, 2)."""
-    points = numbers(way, (None, 2))
+    points = numbers(path, (None, 2))
     if points is None:
         raise SettingError(
-            "PATH_POINTS", shown(way), where="way", allowed="a plan, a path, or numbers (n, 2)"
+            "PATH_POINTS", shown(path), where="path", allowed="a plan, a path, or numbers (n, 2)"
         )
     return points
 
 
-def _path(way: Plan | Path) -> Path:
-    path = way.path if isinstance(way, Plan) else way
+def _path(given: object) -> Path:
+    path = given.path if isinstance(given, Plan) else given
     if path is None:
         raise SettingError("PROFILE", "this plan holds no path", allowed="a plan whose status is found")
-    of_kind("way", path, Path)
+    of_kind("path", path, Path)
+    assert isinstance(path, Path)
     return path
 
 
 def simulate(
-    scene: Scene, planner: str | Planner = "ad-gso",
-    traffic: ObstacleSpec | tuple[ObstacleSpec, ...] | list[ObstacleSpec] | None = None, seed: int = 0, *,
+    scene: Scene, planner: str | Planner = "ad-gso", *,
+    traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None, seed: int = 0,
     ticks: int | None = None, law: str = "physical", patience: int | None = None,
     budget: Budget | None = None, progress: Callable[[int], None] | None = None,
     planner_settings: Mapping[str, Any] | None = None, **settings: Any,
@@ -435,9 +451,9 @@ def simulate(
 def drive(
     scene: Scene,
     planner: str | Planner = "ad-gso",
-    traffic: ObstacleSpec | tuple[ObstacleSpec, ...] | list[ObstacleSpec] | None = None,
-    seed: int = 0,
     *,
+    traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None,
+    seed: int = 0,
     law: laws.SpeedLaw = "physical",
     sources: Sequence[MotionSource] = (),
     feed: Sensor | None = None,
@@ -495,12 +511,11 @@ def drive(
     return replace(made, detail=why(made, scene), timing=timing)
 
 
-def among(
-    scene: Scene, traffic: ObstacleSpec | tuple[ObstacleSpec, ...] | list[ObstacleSpec] | None
-) -> Scene:
+def among(scene: Scene, traffic: ObstacleSpec | Sequence[ObstacleSpec] | None) -> Scene:
     """The scene with this traffic, if any is given."""
     if traffic is not None:
-        scene = replace(scene, traffic=tuple(traffic) if isinstance(traffic, tuple | list) else (traffic,))
+        given: Any = traffic if isinstance(traffic, tuple | list) else (traffic,)
+        scene = replace(scene, traffic=tuple(given))
     free = free_space(scene)
     if scene.traffic and not (free[scene.start[1], scene.start[0]] and free[scene.goal[1], scene.goal[0]]):
         # A blocked end is the answer; whether the obstacles would have fitted is no longer the question.

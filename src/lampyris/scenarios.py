@@ -106,7 +106,7 @@ def run(
 
     Raises
     ------
-    LampyrisError : as :func:`lampyris.plan`, :func:`lampyris.profile` and :func:`lampyris.simulate`.
+    LampyrisError : as :func:`lampyris.plan`, :func:`lampyris.speed_profile` and :func:`lampyris.simulate`.
     """
     of_kind("scenario", scenario, Scenario)
     of_kind("record", record, bool)
@@ -133,8 +133,8 @@ def run(
                 budget=budget,
                 progress=progress,
             )
-        found = api.plan(scenario.scene, planner, scenario.seed, budget=budget, record=record)
-        return PlanWithSpeeds(found, api.profile(found, scenario.scene, law) if found else None)
+        found = api.plan(scenario.scene, planner, seed=scenario.seed, budget=budget, record=record)
+        return PlanWithSpeeds(found, api.speed_profile(scenario.scene, found, law) if found else None)
     except LampyrisError as fault:
         fault.where = fault.where or scenario.where
         raise

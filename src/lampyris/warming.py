@@ -254,11 +254,11 @@ def _speeds(law: str) -> None:
         around = ObstacleStates(np.array([[5.0, 5.0], [12.0, 4.0]]), np.full(2, 0.3), np.full(2, 0.5))
         with suppress(LampyrisError):
             laws.profile(path, scene, law=law, v0=0.9, on_infeasible="brake")
-            api.profile(path, scene, law)
-            api.profile(path, scene, law, movers=around)
+            api.speed_profile(scene, path, law)
+            api.speed_profile(scene, path, law, movers=around)
         for smooth in ("taut", "arcs"):
             with suppress(LampyrisError):
-                api.profile(path, scene, law, smooth=smooth, movers=around)
+                api.speed_profile(scene, path, law, smooth=smooth, movers=around)
 
 
 def _driven(law: str) -> None:
@@ -278,7 +278,7 @@ def _watched() -> None:
     scene = _scene()
     path = api.plan(scene, "astar").path
     assert path is not None
-    course = api.course(path, scene)
+    course = api.smooth(scene, path)
     cap = np.full(len(course), 1.0)
     cap[-1] = 0.0
     # It stands in the way for half a minute, and then clears off.
@@ -288,4 +288,4 @@ def _watched() -> None:
     waiting = _scene(traffic=(Patrol(((8, 3), (12, 3))), RandomWalk(2)))
     for planner in ("sipp", "space-time-astar"):
         plan = api.plan(waiting, planner)
-        api.profile(plan, waiting, tick_seconds=1.0)
+        api.speed_profile(waiting, plan, tick_seconds=1.0)

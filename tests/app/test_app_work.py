@@ -236,7 +236,7 @@ def test_a_plan_is_that_of_the_library(planner: str) -> None:
     found = lampyris.plan(scene, planner, record=False)
     assert found.cells is not None
     assert told["cells"] == found.cells.tolist()
-    assert told["speed"]["v"] == lampyris.profile(found, scene).v.tolist()
+    assert told["speed"]["v"] == lampyris.speed_profile(scene, found).v.tolist()
     assert len(told["speed"]["why"]) == len(told["cells"])
     assert {cap["cause"] for cap in told["speed"]["caps"]}
     assert told["jumps"] == []

@@ -20,7 +20,7 @@ CASES: tuple[Case, ...] = (
     *studies.CASES,
 )
 ELSEWHERE = {
-    89: "a speed at the start too fast to stop from: lampyris.profile is asked; and `speed --v0`, in row 99",
+    89: "a speed at the start too fast to stop from: lampyris.speed_profile is asked; and `speed --v0`, in row 99",
     96: "a store that another process writes to",
     98: "a worker's result that is not one: tests/study/test_study_run.py",
     100: "Ctrl-C and a reader that leaves: a process of its own",

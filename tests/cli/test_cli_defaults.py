@@ -50,7 +50,7 @@ def test_the_robot_of_a_scenario_is_the_robot_of_python() -> None:
 @pytest.mark.parametrize("verb", VERBS)
 def test_an_option_that_has_a_default_has_the_same_everywhere(verb: str) -> None:
     given, first = options(verb), options("plan")
-    python = {"plan": api.plan, "simulate": api.simulate, "drive": api.drive, "speed": api.profile}
+    python = {"plan": api.plan, "simulate": api.simulate, "drive": api.drive, "speed": api.speed_profile}
     signature = inspect.signature(python.get(verb, api.plan)).parameters
     for name in ("planner", "seed", "law", "v0"):
         if name in given and given[name].default is not None and name in signature:

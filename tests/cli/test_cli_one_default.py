@@ -1,4 +1,4 @@
-"""One default of smoothing: ``plan``, ``speed`` and ``lampyris.profile(plan)`` say one time of one scene."""
+"""One default of smoothing: ``plan``, ``speed`` and ``speed_profile`` say one time of one scene."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_plan_speed_and_profile_say_one_duration(
     grid = lampyris.Grid(document.grid.blocked, resolution=resolution)
     scene = lampyris.Scene(grid, document.start, document.goal, robot=robot)
     plan = lampyris.plan(scene, planner)
-    made = lampyris.profile(plan, scene)
+    made = lampyris.speed_profile(scene, plan)
     assert planned["speed"]["duration"] == driven["speed"]["duration"] == made.duration
     for key in ("s", "v", "a", "t", "cause"):
         assert planned["speed"][key] == driven["speed"][key], key
@@ -68,7 +68,7 @@ def test_plan_speed_and_profile_say_one_duration(
     corners, way = planned["corners"], driven["way"]
     assert (way["arcs"] + way["stops"], way["stops"]) == (corners["turns"], corners["stops"])
     for law in driven["laws"]:
-        assert law["duration_s"] == lampyris.profile(plan, scene, law["law"]).duration
+        assert law["duration_s"] == lampyris.speed_profile(scene, plan, law["law"]).duration
         assert law["peak_lateral"] <= robot.lat_max * (1 + 1e-9) or law["law"] == "rpp"
 
 
@@ -126,9 +126,9 @@ def test_a_course_still_draws_taut_and_files_keep_arcs() -> None:
     assert document.start is not None
     assert document.goal is not None
     scene = lampyris.Scene(document.grid, document.start, document.goal)
-    course = lampyris.course(lampyris.plan(scene), scene)
+    course = lampyris.smooth(scene, lampyris.plan(scene))
     assert not isinstance(course, SampledCellPath)
-    assert lampyris.profile(course, scene).duration == taut["speed"]["duration"]
+    assert lampyris.speed_profile(scene, course).duration == taut["speed"]["duration"]
     path = lampyris.plan(scene).path
     assert path is not None
     cells = course_with_corners(path, 1.0, scene.robot)

@@ -45,7 +45,7 @@ def test_the_csv_of_a_simulation_and_of_a_plan_is_a_track(tmp_path: Path) -> Non
 
     scene = lampyris.Scene(lampyris.load_grid("guide"), (0, 9), (7, 0))
     plan = lampyris.plan(scene)
-    write_plan_csv(tmp_path / "p.csv", plan, lampyris.profile(plan, scene), scene.grid)
+    write_plan_csv(tmp_path / "p.csv", plan, lampyris.speed_profile(scene, plan), scene.grid)
     assert plan.path is not None
     assert read_track(tmp_path / "p.csv") == tuple(map(tuple, plan.path.cells.tolist()))
     trace = lampyris.simulate(scene, traffic=lampyris.RandomWalk(5), seed=3)

@@ -124,7 +124,7 @@ def test_a_plan_of_ours_is_read_back_as_its_cells_and_only_on_its_own_map(tmp_pa
     scene = lampyris.Scene(grid, (0, 9), (7, 0), moves="dissertation")
     plan = lampyris.plan(scene)
     assert plan.cells is not None
-    profile = lampyris.profile(plan, scene)
+    profile = lampyris.speed_profile(scene, plan)
     (tmp_path / "p.json").write_text(json.dumps(plan_record(plan, scene, profile)))
     write_plan_csv(tmp_path / "p.csv", plan, profile, grid)
     for name in ("p.json", "p.csv"):

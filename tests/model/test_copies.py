@@ -43,7 +43,7 @@ def nouns() -> dict[type, Any]:
     still = dataclasses.replace(scene, edits=())
     plan = lampyris.plan(scene, "ad-gso")
     trace, driven = lampyris.simulate(scene, "astar"), lampyris.drive(still, "astar")
-    field, speeds = lampyris.solve_field(scene), lampyris.profile(plan, still)
+    field, speeds = lampyris.solve_field(scene), lampyris.speed_profile(still, plan)
     seen = ObstacleTrack(0, ((0, 0), (1, 0)))
     found = [
         grid, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0],

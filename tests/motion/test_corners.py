@@ -123,7 +123,7 @@ def test_a_lateral_limit_slows_a_plan_down(law: str) -> None:
     times = []
     for limit in (4.0, 1.0, 0.25, 0.01):
         there = replace(scene, robot=Robot(lat_max=limit))
-        made = api.profile(path, there, law)
+        made = api.speed_profile(there, path, law)
         for k, radius in ((5, 0.5), (10, 0.5 / math.tan(math.pi / 8))):
             # An arc begins half-way to the neighbouring nodes: the robot is no faster than at these.
             fastest = np.square(made.v[k - 1 : k + 2]).max()
@@ -139,17 +139,17 @@ def test_a_lateral_limit_slows_a_plan_down(law: str) -> None:
 def test_a_turning_circle_makes_tight_corners_stops(law: str) -> None:
     path, scene = bent()
     scene = replace(scene, robot=Robot(turn_radius=1.0))
-    made = api.profile(path, scene, law)
+    made = api.speed_profile(scene, path, law)
     assert np.flatnonzero(made.v == 0.0).tolist() == [0, 5, 20]
     assert made.cause[5] == "turn"
-    every = api.profile(path, replace(scene, robot=Robot(turn_radius=5.0)), law)
+    every = api.speed_profile(replace(scene, robot=Robot(turn_radius=5.0)), path, law)
     assert np.flatnonzero(every.v == 0.0).tolist() == [0, 5, 10, 15, 20]
 
 
 def test_corners_next_to_each_other_may_all_be_stops() -> None:
     stairs = [(k // 2 + k % 2, k // 2) for k in range(12)]
     scene = Scene(Grid(np.zeros((9, 9), bool)), (0, 0), (6, 5), robot=Robot(turn_radius=2.0))
-    made = api.profile(path_of(np.array(stairs), scene.moves), scene)
+    made = api.speed_profile(scene, path_of(np.array(stairs), scene.moves))
     assert (made.v == 0.0).all()
     assert made.cause.count("turn") == 10
     assert (np.diff(made.t) > 0).all()
@@ -157,7 +157,7 @@ def test_corners_next_to_each_other_may_all_be_stops() -> None:
 
 def test_a_law_may_leave_bends_aside_but_not_the_turning_circle() -> None:
     path, scene = bent(lat_max=0.01, turn_radius=1.0)
-    made = api.profile(path, scene, law_settings={"curvature": False})
+    made = api.speed_profile(scene, path, law_settings={"curvature": False})
     assert "curvature" not in made.cause
     assert made.cause[5] == "turn"
 
@@ -180,18 +180,20 @@ def test_the_referee_sees_corners_taken_too_fast() -> None:
 def test_what_has_no_effect_is_refused() -> None:
     path, scene = bent()
     with pytest.raises(UsageError, match="spacing"):
-        api.profile(path, scene, spacing=0.1)
-    course = api.course(path, scene)
+        api.speed_profile(scene, path, spacing=0.1)
+    course = api.smooth(scene, path)
     for given in ({"smooth": "taut"}, {"spacing": 0.1}):
         with pytest.raises(UsageError, match="OPTIONS"):
-            api.profile(course, scene, **given)  # type: ignore[arg-type]
+            api.speed_profile(scene, course, **given)  # type: ignore[arg-type]
     plan = lampyris.plan(Scene(scene.grid, (0, 0), (9, 3), robot=Robot(turn_radius=9.0)), "sipp")
     with pytest.raises(SettingError, match="TURN_RADIUS"):
-        api.profile(plan, replace(scene, robot=Robot(turn_radius=9.0)), tick_seconds=1.0)
+        api.speed_profile(replace(scene, robot=Robot(turn_radius=9.0)), plan, tick_seconds=1.0)
 
 
 def test_a_schedule_in_seconds_minds_the_lateral_limit() -> None:
     scene = Scene(Grid(np.zeros((12, 12), bool)), (0, 0), (9, 3))
     plan = lampyris.plan(scene, "sipp")
-    usual = api.profile(plan, scene, tick_seconds=1.0).duration
-    assert api.profile(plan, replace(scene, robot=Robot(lat_max=0.01)), tick_seconds=1.0).duration > usual
+    usual = api.speed_profile(scene, plan, tick_seconds=1.0).duration
+    assert (
+        api.speed_profile(replace(scene, robot=Robot(lat_max=0.01)), plan, tick_seconds=1.0).duration > usual
+    )

@@ -35,13 +35,13 @@ def test_a_loop_is_driven_all_around() -> None:
     square = np.array([[10.0, 10], [40, 10], [40, 40], [10, 40], [10, 10]])
     # Half a step is at most half a knight's: arcs of 0.28 m radius.
     tight = 0.125 * np.sqrt(5)
-    lines = api.course(square, scene(), smooth="none")
+    lines = api.smooth(scene(), square, method="none")
     assert lines.s[-1] == pytest.approx(30.0 - 3 * (2 - np.pi / 2) * tight, rel=1e-9)
-    course = api.course(square, scene())
+    course = api.smooth(scene(), square)
     # Three corners of 1 m radius: each is shorter by 2 r - pi r / 2.
     assert course.s[-1] == pytest.approx(30.0 - 3 * (2 - np.pi / 2), rel=1e-9)
     assert deviation(square, course.xy, 0.01) == pytest.approx(4 * (np.sqrt(2) - 1), rel=0.01)
-    assert api.course(square, scene(), smooth="taut").s[-1] == 0.0
+    assert api.smooth(scene(), square, method="taut").s[-1] == 0.0
 
 
 @pytest.mark.parametrize("even", [True, False])
@@ -51,14 +51,14 @@ def test_a_sampled_circle_has_its_radius(even: bool, turn_radius: float, lat_max
     inner = np.linspace(0, 2 * np.pi, 401)[1:-1] if even else np.sort(RNG.uniform(0, 2 * np.pi, 399))
     points = circle(np.concatenate(([0.0], inner, [0.0])))
     there = scene(lat_max=lat_max, turn_radius=turn_radius)
-    course = api.course(points, there)
+    course = api.smooth(there, points)
     assert course.s[-1] == pytest.approx(2 * np.pi * 3, rel=1e-9)
     assert not course.stop.any()
     assert course.curve is not None
     bent = course.curve.lengths * np.abs(course.curve.curvature)
     assert bent.sum() == pytest.approx(2 * np.pi, abs=0.2)
     assert np.abs(course.curvature - 1 / 3).max() < 0.02 / 3
-    made = api.profile(course, there)
+    made = api.speed_profile(there, course)
     assert made.v.max() == pytest.approx(min(1.0, np.sqrt(3 * lat_max)), rel=0.01)
     assert ("curvature" in made.cause) == (lat_max < 0.3)
 
@@ -66,7 +66,7 @@ def test_a_sampled_circle_has_its_radius(even: bool, turn_radius: float, lat_max
 def test_rounded_samples_keep_a_fair_radius() -> None:
     """To a hundredth of a cell they are on no circle; the corners of their lines are still wide."""
     points = np.round(circle(np.linspace(0, 3, 31)), 2)
-    course = api.course(points, scene(lat_max=0.05))
+    course = api.smooth(scene(lat_max=0.05), points)
     assert np.median(course.curvature[1:-1]) == pytest.approx(1 / 3, rel=0.05)
 
 
@@ -75,7 +75,7 @@ def test_lines_that_are_meant_stay_lines() -> None:
     assert circled(octagon)[0].tolist() == octagon.tolist()
     row = np.stack((np.arange(1.0, 30.0), np.full(29, 5.0)), axis=-1)
     assert circled(row)[0].tolist() == row.tolist()
-    course = api.course(row, scene())
+    course = api.smooth(scene(), row)
     assert course.curve is not None
     assert len(course.curve.lengths) == 1
     for _ in range(50):
@@ -97,14 +97,14 @@ def test_our_own_nodes_are_the_same_way_again(spacing: float | None) -> None:
     for k in range(20):
         grid = Grid(np.zeros((80, 80), dtype=bool), resolution=0.25)
         there = scene(grid, v_max=0.5 + 0.05 * k)
-        course = api.course(wander(k), there, spacing=spacing)
+        course = api.smooth(there, wander(k), spacing=spacing)
         # Of a bend in which the nodes turn by more than half a radian less is known.
         sharp = bool(
             (np.diff(course.s) * np.minimum(course.curvature[1:], course.curvature[:-1])).max() > 0.5
         )
-        again = api.course(course.xy, there, spacing=spacing)
+        again = api.smooth(there, course.xy, spacing=spacing)
         assert again.s[-1] == pytest.approx(course.s[-1], rel=1e-2 if sharp else 1e-6)
-        one, two = api.profile(course, there), api.profile(again, there)
+        one, two = api.speed_profile(there, course), api.speed_profile(there, again)
         assert two.duration == pytest.approx(one.duration, rel=0.05 if sharp else 0.01)
         assert (course.curvature > 0).any()
 
@@ -114,10 +114,10 @@ def test_planned_ways_come_back_from_their_nodes(name: str) -> None:
     document = load_map(name)
     query = document.queries[0]
     there = Scene(document.grid, query.start, query.goal, robot=Robot(radius=0.3))
-    course = api.course(api.plan(there, "astar"), there)
-    again = api.course(course.xy, there)
+    course = api.smooth(there, api.plan(there, "astar"))
+    again = api.smooth(there, course.xy)
     assert again.s[-1] == pytest.approx(course.s[-1], rel=1e-6)
-    one, two = api.profile(course, there), api.profile(again, there)
+    one, two = api.speed_profile(there, course), api.speed_profile(there, again)
     assert two.duration == pytest.approx(one.duration, rel=0.01)
 
 
@@ -137,14 +137,14 @@ def test_a_circle_beside_a_wall_comes_no_nearer_than_its_samples() -> None:
 
 def test_none_leaves_the_lines_by_half_a_step_at_most() -> None:
     points = RNG.uniform(5, 50, (30, 2))
-    course = api.course(points, scene(), smooth="none")
+    course = api.smooth(scene(), points, method="none")
     assert course.curve is not None
     assert np.count_nonzero(course.curve.curvature) == 28
     assert not course.stop.any()
     # An arc leaves its corner by less than its tangent.
     assert deviation(points, course.xy, 0.1) < 0.5 * np.sqrt(5)
     assert course.s[-1] > (length_of(points) - 28 * np.sqrt(5)) * 0.25
-    tight = api.course(points, scene(turn_radius=9.0), smooth="none")
+    tight = api.smooth(scene(turn_radius=9.0), points, method="none")
     assert tight.stop.sum() == 28
     assert tight.s[-1] == pytest.approx(length_of(points) * 0.25, rel=1e-12)
 

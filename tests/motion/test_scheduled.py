@@ -63,17 +63,17 @@ def test_the_front_door_knows_the_way_in() -> None:
     plan = api.plan(scene, planner="sipp")
     waits = 0
     for tick in (0.25, 0.4, 0.5, 0.75, 1.0):
-        made = api.profile(plan, scene, tick_seconds=tick)
+        made = api.speed_profile(scene, plan, tick_seconds=tick)
         assert made.t.tolist() == scheduled_profile(plan, scene, tick).t.tolist()
-        assert made.duration >= api.profile(plan, scene, "optimum").duration
+        assert made.duration >= api.speed_profile(scene, plan, "optimum").duration
         waits += sum(word in ("wait", "moving obstacle") for word in made.cause)
         # A node at least every quarter of a step, whatever the lattice of the search is.
         assert np.diff(made.s).max() <= 0.125 * (1 + 1e-9)
     assert waits > 0
     for bad in ({"law": "rpp"}, {"smooth": "arcs"}, {"v0": 0.1}, {"spacing": 0.1}):
         with pytest.raises(UsageError, match="SCHEDULE"):
-            api.profile(plan, scene, tick_seconds=0.5, **bad)  # type: ignore[arg-type]
+            api.speed_profile(scene, plan, tick_seconds=0.5, **bad)  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="SCHEDULE"):
-        api.profile(plan.path, scene, tick_seconds=0.5)  # type: ignore[arg-type]
+        api.speed_profile(scene, plan.path, tick_seconds=0.5)  # type: ignore[arg-type]
     with pytest.raises(SettingError, match="TICK"):
-        api.profile(plan, scene, tick_seconds=0.0)
+        api.speed_profile(scene, plan, tick_seconds=0.0)

@@ -273,7 +273,7 @@ def test_a_course_within_two_cells_is_driven() -> None:
 def test_discs_cover_the_cells_that_they_touch() -> None:
     one = ObstacleStates(np.array([[3.4, 3.0]]), np.array([0.05]), np.array([1.0]))
     scene = Scene(Grid(np.zeros((9, 9), dtype=np.bool_)), (0, 3), (8, 3))
-    course = api.course(np.array([[0.0, 3.0], [8.0, 3.0]]), scene)
+    course = api.smooth(scene, np.array([[0.0, 3.0], [8.0, 3.0]]))
 
     def of(some: ObstacleStates | None) -> list[list[int]]:
         return covered(some, course, (9, 9)).tolist()
@@ -294,7 +294,7 @@ def test_discs_cover_the_cells_that_they_touch() -> None:
 def test_a_disc_of_any_size_covers_no_more_than_the_rings_around_the_course_hold() -> None:
     """A radius of 1e9 m in a file of obstacles: each cell of the disc was looked at, for hours."""
     scene = Scene(Grid(np.zeros((50, 50), dtype=np.bool_), resolution=0.01), (0, 3), (8, 3))
-    course = api.course(np.array([[0.0, 3.0], [8.0, 3.0]]), scene)
+    course = api.smooth(scene, np.array([[0.0, 3.0], [8.0, 3.0]]))
     huge = ObstacleStates(np.array([[3.4, 3.0], [2e9, 1e9]]), np.array([1e9, 3.0]), np.array([1.0, 1.0]))
     found = covered(huge, course, (50, 50))
     assert 5 * 9 <= len(found) <= 15 * 15

@@ -59,7 +59,7 @@ def drawn_course(rng: np.random.Generator) -> tuple[SampledPath, Scene] | None:
         return None
     smooth = ("taut", "arcs", "none")[int(rng.integers(3))]
     spacing = None if rng.random() < 0.5 else size * float(rng.choice([0.5, 1.0, 4.0]))
-    return lampyris.course(found, scene, smooth=smooth, spacing=spacing), scene  # type: ignore[arg-type]
+    return lampyris.smooth(scene, found, method=smooth, spacing=spacing), scene  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -72,7 +72,7 @@ def test_optimum_is_the_optimum_whatever_the_turning_circle_and_the_cells(seed: 
             continue
         course, scene = drawn
         assert course.curve is not None
-        made = lampyris.profile(course, scene, "optimum")
+        made = lampyris.speed_profile(scene, course, "optimum")
         want = dense_optimum(course.curve, scene.robot)
         assert made.duration == pytest.approx(want, rel=2e-3)
         assert made.duration <= want * (1 + 1e-9)  # the reference is never quicker
@@ -86,8 +86,8 @@ def test_nodes_are_put_where_the_acceleration_changes() -> None:
     points = np.array([[0.0, 0.0], [2.0, 0.0]])
     for v_max, at in ((9.0, [4 / 3]), (0.5, [0.25, 2 - 0.125])):
         scene = Scene(Grid(np.zeros((1, 3), dtype=np.bool_)), (0, 0), (2, 0), robot=Robot(v_max=v_max))
-        course = lampyris.course(points, scene, spacing=1.0)
-        made = lampyris.profile(course, scene, "optimum")
+        course = lampyris.smooth(scene, points, spacing=1.0)
+        made = lampyris.speed_profile(scene, course, "optimum")
         assert sorted(set(made.s.tolist()) - set(course.s.tolist())) == pytest.approx(at)
         finer = with_switches(course, np.array([0.0, min(1.0, v_max), 0.0]), scene.robot)
         assert finer.s.tolist() == made.s.tolist()
@@ -95,10 +95,12 @@ def test_nodes_are_put_where_the_acceleration_changes() -> None:
         assert made.xy[:, 0].tolist() == pytest.approx(made.s.tolist())
     exact = math.sqrt(2 * 2.0 * 1.5 / (0.5 * 1.0))
     scene = Scene(Grid(np.zeros((1, 3), dtype=np.bool_)), (0, 0), (2, 0), robot=Robot(v_max=9.0))
-    assert lampyris.profile(lampyris.course(points, scene), scene, "optimum").duration == pytest.approx(exact)
+    assert lampyris.speed_profile(scene, lampyris.smooth(scene, points), "optimum").duration == pytest.approx(
+        exact
+    )
 
 
 def test_a_change_at_a_node_puts_no_second_one_beside_it() -> None:
     scene = Scene(Grid(np.zeros((1, 3), dtype=np.bool_)), (0, 0), (2, 0), robot=Robot(a_max=1.0, v_max=9.0))
-    course = lampyris.course(np.array([[0.0, 0.0], [2.0, 0.0]]), scene, spacing=1.0)
-    assert lampyris.profile(course, scene, "optimum").s.tolist() == [0.0, 1.0, 2.0]
+    course = lampyris.smooth(scene, np.array([[0.0, 0.0], [2.0, 0.0]]), spacing=1.0)
+    assert lampyris.speed_profile(scene, course, "optimum").s.tolist() == [0.0, 1.0, 2.0]

@@ -26,7 +26,7 @@ def curves(plan: Plan, scene: Scene) -> list[Points]:
     """What `speed` and `drive` drive of a plan."""
     assert plan.path is not None
     x, y = plan.path.cells[0].tolist()
-    made = [api.course(plan, scene, smooth=s).curve for s in ("taut", "arcs")]
+    made = [api.smooth(scene, plan, method=s).curve for s in ("taut", "arcs")]
     made.append(curve_from(plan, scene, (float(x), float(y)), None, "arcs"))
     return [c.at(np.linspace(0.0, c.length, 4001))[0] for c in made if c is not None]
 
@@ -39,7 +39,7 @@ def test_it_keeps_away_from_a_wall(cells: int) -> None:
     scene = Scene(grid, (5, 20), (35, 20), robot=Robot(radius=0.1))
     plan = api.plan(scene, choice="exact", keep_away=cells, max_extra=None)
     assert plan.attributes["keep_away"] == cells
-    bare = api.course(plan.path, scene).curve
+    bare = api.smooth(scene, plan.path).curve
     assert bare is not None
     # Without the plan's attributes it is drawn as near as one cell.
     usual = clearances(bare.at(np.linspace(0.0, bare.length, 4001))[0], grid).min()
@@ -61,6 +61,6 @@ def test_a_path_that_crowding_shaped_is_not_drawn_straight() -> None:
         assert driven.mean() >= 0.99 * planned.mean()
         assert driven.min() >= planned.min() - 1e-6
     # Drawn straight it loses what the longer way was for.
-    taut = api.course(plan.path, scene, smooth="taut").curve
+    taut = api.smooth(scene, plan.path, method="taut").curve
     assert taut is not None
     assert clearances(taut.at(np.linspace(0.0, taut.length, 4001))[0], grid).mean() < 0.95 * planned.mean()

@@ -135,7 +135,7 @@ def test_a_plan_with_a_schedule_says_the_tick_of_each_node(tmp_path: Path) -> No
         traffic=(Recorded(((2, 0), (2, 0), (2, 1), (2, 2))),),
     )
     plan = api.plan(scene, "sipp")
-    write_plan_csv(tmp_path / "p.csv", plan, api.profile(plan, scene), scene.grid)
+    write_plan_csv(tmp_path / "p.csv", plan, api.speed_profile(scene, plan), scene.grid)
     with (tmp_path / "p.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [int(r["tick"]) for r in rows] == [0, 1, 3, 4, 5]

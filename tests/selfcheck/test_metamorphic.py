@@ -121,26 +121,26 @@ def test_a_crowd_that_is_overlooked(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_robot_that_takes_fright_at_its_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = motion.api.profile
+    right = motion.api.speed_profile
 
-    def profile(plan: Any, scene: Scene, law: str) -> Any:
+    def profile(scene: Scene, plan: Any, law: str) -> Any:
         robot = scene.robot
-        made = right(plan, scene, law)  # type: ignore[arg-type]
+        made = right(scene, plan, law)  # type: ignore[arg-type]
         return SimpleNamespace(duration=made.duration * (robot.v_max + robot.a_max + robot.d_max))
 
-    monkeypatch.setattr(motion.api, "profile", profile)
+    monkeypatch.setattr(motion.api, "speed_profile", profile)
     assert ask("quicker").failed
 
 
 def test_a_robot_that_is_refused_only_when_it_is_quicker(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = motion.api.profile
+    right = motion.api.speed_profile
 
-    def profile(plan: Any, scene: Scene, law: str) -> Any:
+    def profile(scene: Scene, plan: Any, law: str) -> Any:
         if max(scene.robot.v_max, scene.robot.a_max, scene.robot.d_max) > 2.5:
             raise SettingError("ROBOT_LIMIT", "too quick", where="robot", allowed="less")
-        return right(plan, scene, law)  # type: ignore[arg-type]
+        return right(scene, plan, law)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(motion.api, "profile", profile)
+    monkeypatch.setattr(motion.api, "speed_profile", profile)
     seen = ask("quicker")
     assert "ROBOT_LIMIT with a greater" in seen.failures[0].what
 

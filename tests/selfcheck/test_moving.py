@@ -127,16 +127,16 @@ def test_who_does_not_mind_swaps_and_crossings_makes_them(kind: str, monkeypatch
 
 
 def test_a_drive_that_does_not_wait_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = api.profile
+    right = api.speed_profile
 
-    def hasty(way: Any, scene: Any, *, tick_seconds: float) -> Profile:
-        made = right(way, scene, tick_seconds=tick_seconds)
+    def hasty(scene: Any, path: Any, *, tick_seconds: float) -> Profile:
+        made = right(scene, path, tick_seconds=tick_seconds)
         return Profile(
             made.law, made.s, made.v * 4, made.a * 16, made.t / 4, made.cause, made.units, made.about
         )
 
     assert not ask("driven", 0, 20).failed
-    monkeypatch.setattr(api, "profile", hasty)
+    monkeypatch.setattr(api, "speed_profile", hasty)
     assert ask("driven", 0, 20).failed
 
 
@@ -155,7 +155,7 @@ def test_a_gap_is_that_of_the_motion() -> None:
     scene = Scene(Grid(np.zeros((7, 7), bool)), (0, 3), (6, 4), robot=Robot(radius=0.2), traffic=(down,))
     plan = api.plan(scene, "sipp")
     for tick in (0.5, 1.0, 2.0):
-        made = api.profile(plan, scene, tick_seconds=tick)
+        made = api.speed_profile(scene, plan, tick_seconds=tick)
         tracks = tracks_from_recorded(scene.traffic, tick, 1.0)
         assert plan.path is not None
         dense = sampled(made, divided(plan.path, 1.0, scene.robot), tracks, 0.2, dense=40_001)

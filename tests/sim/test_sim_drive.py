@@ -325,7 +325,7 @@ def test_appearing_obstacles_are_told_of():
 
 
 def test_the_front_door():
-    run = api.drive(Scene(ROOM, (0, 0), (15, 15)), "astar", RandomWalk(3), 1, patience=3.0)
+    run = api.drive(Scene(ROOM, (0, 0), (15, 15)), "astar", traffic=RandomWalk(3), seed=1, patience=3.0)
     assert run.outcome is Outcome.ARRIVED
     assert len(run.tracks) == 3
     assert {"total_s", "planning_s", "referee_s"} <= set(run.timing)

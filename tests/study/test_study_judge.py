@@ -65,7 +65,7 @@ def test_the_judges_noun_is_the_workers() -> None:
     (job,), (row,) = study.jobs(), rows_of(study)
     scene = Scene(ground_of(study).grid, (0, 0), (18, 15))
     plan = lampyris.plan(scene, "astar")
-    profile = lampyris.profile(plan, scene)
+    profile = lampyris.speed_profile(scene, plan)
     assert row.metrics["cost"] == plan.cost
     assert row.metrics["optimal"] == plan.optimal_cost
     assert row.metrics["cost_to_go"] == pytest.approx(plan.sum_cost_to_go)

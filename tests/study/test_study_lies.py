@@ -100,7 +100,7 @@ def test_a_way_through_walls_is_refused() -> None:
     free = lampyris.plan(scene, "astar")
     assert free.path is not None
     assert np.array_equal(free.path.cells, cells)
-    profile = lampyris.profile(free, scene)
+    profile = lampyris.speed_profile(scene, free)
     made = {**true, "evidence": {**evidence.plan_evidence(replace(free, optimal_exact=None), profile)}}
     refused(study, made, "wall")
     # Round the wall, but over a corner of it.

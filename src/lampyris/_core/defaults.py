@@ -12,11 +12,11 @@ COURSE_SPACING = 0.25
 """Cells between two nodes of a course, at most."""
 
 PROFILE_SMOOTH: Final = "none"
-"""How ``lampyris.profile(plan)``, ``lampyris plan`` and ``lampyris speed`` drive a planned path: along its
+"""How ``lampyris.speed_profile(scene, plan)``, ``lampyris plan`` and ``lampyris speed`` drive a planned path: along its
 cells, each corner rounded within half a step, or a stop."""
 
 COURSE_SMOOTH: Final = "taut"
-"""How ``lampyris.course(plan)`` draws a planned path, and a drive by its ``arcs``."""
+"""How ``lampyris.smooth(scene, plan)`` draws a planned path, and a drive by its ``arcs``."""
 
 POINTS_SMOOTH: Final = "arcs"
 """How points that somebody gave (an array, a file) are driven: along their own lines, corners rounded."""

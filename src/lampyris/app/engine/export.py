@@ -77,9 +77,9 @@ def _written(ending: str, write: Callable[[Path], object]) -> bytes:
 def planned(scenario: Scenario) -> tuple[Plan, Profile | None]:
     """The scenario's plan and its speeds."""
     planner = registry.make(scenario.planner, scenario.settings)
-    found = api.plan(scenario.scene, planner, scenario.seed)
+    found = api.plan(scenario.scene, planner, seed=scenario.seed)
     law: Any = speed_law(scenario.law, scenario.law_settings)
-    return found, api.profile(found, scenario.scene, law) if found else None
+    return found, api.speed_profile(scenario.scene, found, law) if found else None
 
 
 def simulated(scenario: Scenario, look: Look) -> Trace:

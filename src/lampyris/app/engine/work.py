@@ -46,9 +46,9 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
     began, loaded = loading.wall(), loading.seconds()
     scenario = said_scenario(question)
     planner = registry.make(scenario.planner, scenario.settings)
-    found = api.plan(scenario.scene, planner, scenario.seed, record=bool(question.get("record")))
+    found = api.plan(scenario.scene, planner, seed=scenario.seed, record=bool(question.get("record")))
     law: Any = speed_law(scenario.law, scenario.law_settings)
-    profile = api.profile(found, scenario.scene, law) if found else None
+    profile = api.speed_profile(scenario.scene, found, law) if found else None
     # A map of scattered cells has ten thousand gates: a megabyte and a half for each step of a drag.
     gates = "gates" in (question.get("layers") or ())
     record = plan_record(found, scenario.scene, profile, seed=scenario.seed, gates=gates)

@@ -200,7 +200,7 @@ def compare_laws(request: SpeedRequest, names: tuple[str, ...]) -> SpeedComparis
     path: Plan | Points | None = points
     if points is None:
         base = request.base
-        planned = api.plan(scene, _planner(base), base.seed, record=False)
+        planned = api.plan(scene, _planner(base), seed=base.seed, record=False)
         path, source = (None, planned.sentence) if planned.path is None else (planned, source)
         notes = (*notes, *planned.notes) if path is not None else notes
     print_notes(notes)
@@ -250,7 +250,7 @@ def _course(way: Plan | Points, scene: Scene, smooth: Any, spacing: float | None
     if isinstance(way, Plan) and smooth == "none":
         assert way.path is not None
         return course_with_corners(way.path, scene.grid.resolution, scene.robot)
-    return api.course(way, scene, smooth=smooth, spacing=spacing)
+    return api.smooth(scene, way, method=smooth, spacing=spacing)
 
 
 def _points(way: Plan | Points) -> Points:
@@ -339,9 +339,9 @@ def _profile(
     cells = isinstance(way, Plan) and isinstance(course, SampledCellPath)
     if cells and laws.named(laws.name_of(law)).units == "m/s":
         # The very call that `lampyris plan` makes.
-        made = api.profile(way, scene, law, v0=v0, movers=movers)  # type: ignore[arg-type]
+        made = api.speed_profile(scene, way, law, v0=v0, movers=movers)  # type: ignore[arg-type]
         return replace(made, xy=course.xy)
-    return api.profile(course, scene, law, v0=v0, movers=movers)
+    return api.speed_profile(scene, course, law, v0=v0, movers=movers)
 
 
 def _through(

@@ -223,7 +223,7 @@ def profile_on_cells(
 ) -> Profile:
     """A speed for every cell of a planned path; its corners are rounded, or stops.
 
-    What :func:`lampyris.profile` and ``lampyris plan`` do unless they are asked for a curve: see
+    What :func:`lampyris.speed_profile` and ``lampyris plan`` do unless they are asked for a curve: see
     :func:`lampyris.motion.geometry.sampled_path.corners_of_path`. Laws in velocity units have a rule for corners of their
     own, and know no limits of the robot.
 

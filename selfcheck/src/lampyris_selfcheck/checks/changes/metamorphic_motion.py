@@ -143,7 +143,7 @@ def quicker(rng: np.random.Generator, number: int) -> CaseResult:
     times, refused = [math.inf, math.inf], ["", ""]
     for k, one in enumerate((robot, better)):
         try:
-            times[k] = api.profile(plan, replace(scene, robot=one), law).duration
+            times[k] = api.speed_profile(replace(scene, robot=one), plan, law).duration
         except SettingError as error:
             refused[k] = error.code
     if any(refused):

@@ -204,8 +204,8 @@ def _robot(_: Path, rng: np.random.Generator) -> Go:
 
     def go() -> None:
         if verb < 0.5:
-            course = api.course(api.plan(scene, record=False), scene, spacing=_number(rng, None))
-            api.profile(course, scene, changed, v0=_number(rng, 0.0))
+            course = api.smooth(scene, api.plan(scene, record=False), spacing=_number(rng, None))
+            api.speed_profile(scene, course, changed, v0=_number(rng, 0.0))
         elif verb < 0.8:
             _told(api.simulate(scene, traffic=traffic, law=law), scene)
         else:
@@ -285,14 +285,14 @@ def _any_verb(scene: Scene, rng: np.random.Generator, traffic: tuple[ObstacleSpe
     verb = rng.random()
     if verb < 0.4:
         found = api.plan(scene, planner, record=False)
-        profile = api.profile(found, scene) if found.path is not None else None
+        profile = api.speed_profile(scene, found) if found.path is not None else None
         plan_record(found, scene, profile)
     elif verb < 0.6:
         _time(None, scene, rng)
     elif verb < 0.9:
-        _told(api.simulate(scene, planner, traffic), scene)
+        _told(api.simulate(scene, planner, traffic=traffic), scene)
     else:
-        api.drive(scene, planner, traffic)
+        api.drive(scene, planner, traffic=traffic)
 
 
 def _time(
@@ -309,14 +309,14 @@ def _time(
         if found.path is None:
             return
         points = found.path.cells.astype(np.float64)
-        course = api.course(found, scene, smooth=smooth)
+        course = api.smooth(scene, found, method=smooth)
     else:
-        course = api.course(points, scene, smooth=smooth)
+        course = api.smooth(scene, points, method=smooth)
     deviation(points, course.xy, 0.25)
     chosen = [name for name in laws.LAWS if rng.random() < 0.4] or ["physical"]
 
     def make(law: laws.SpeedLaw) -> Any:
-        return api.profile(course, scene, law, movers=movers)
+        return api.speed_profile(scene, course, law, movers=movers)
 
     refused: dict[str, str] = {}
     for entry in compare(course, scene, chosen, make=make, refused=refused):

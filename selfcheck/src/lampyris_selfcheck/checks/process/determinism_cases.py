@@ -142,7 +142,7 @@ def _plan(rng: np.random.Generator, turn: int) -> Work:
     seed = int(rng.integers(2**31))
 
     def work() -> Any:
-        found = api.plan(scene, planner, seed, **settings)
+        found = api.plan(scene, planner, seed=seed, **settings)
         if found.path is None:
             return found
         return found, found.path.arc, found.path.heading, scene.grid.to_metres(found.path.cells)
@@ -178,8 +178,8 @@ def _profile(rng: np.random.Generator, turn: int) -> Work:
         found = api.plan(scene, "astar")
         if found.path is None:
             return found
-        way = found.path if smooth == "none" else api.course(found, scene, smooth=smooth)  # type: ignore[arg-type]
-        return way, api.profile(way, scene, law, movers=movers)
+        way = found.path if smooth == "none" else api.smooth(scene, found, method=smooth)  # type: ignore[arg-type]
+        return way, api.speed_profile(scene, way, law, movers=movers)
 
     return f"{law} {smooth}", work
 

@@ -212,7 +212,7 @@ def judge_drive(tally: Tally, number: int, rng: np.random.Generator, planners: M
         raise AssertionError("fifty draws without a way among obstacles")
     tick_seconds = float(rng.choice([0.5, 1.0, 2.0, 4.0]))
     try:
-        made = api.profile(plan, asked.scene, tick_seconds=tick_seconds)
+        made = api.speed_profile(asked.scene, plan, tick_seconds=tick_seconds)
     except (SettingError, LimitError) as error:
         # The robot cannot be as quick as its schedule, or as slow as its course asks: it says so.
         tally.case(f"refused: {error.code}")
