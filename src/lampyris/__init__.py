@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib as _importlib
 from typing import TYPE_CHECKING
 
+from lampyris._core import presentation as _presentation
+
 __version__ = "0.1.0"
 
 _HOME = {
@@ -58,6 +60,9 @@ _HOME = {
 __all__ = ["__version__", *_HOME]
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
     from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
@@ -100,6 +105,19 @@ if TYPE_CHECKING:
     from lampyris.study.design.study import Study as Study
     from lampyris.study.design.study_file import load_study as load_study
     from lampyris.study.front import run_study as run_study
+
+
+def _from_report(module: str, name: str) -> Callable[..., Any]:
+    """A function of the report layer, loaded when it is first called; the model knows of none of them."""
+
+    def call(*given: Any, **named: Any) -> Any:
+        return getattr(_importlib.import_module(f"lampyris.report.{module}"), name)(*given, **named)
+
+    return call
+
+
+_presentation.html_of = _from_report("pictures.noun_view", "html_of")
+_presentation.frame_of = _from_report("data.frames", "frame_of")
 
 
 def __getattr__(name: str) -> object:

@@ -155,7 +155,11 @@ def plan(
     referee.demand(referee.check_plan(found, scene))
     ended, loaded = loading.wall(), loading.seconds() - loaded
     timing = {"plan_s": planned - began, "assess_s": assessed - planned, "referee_s": ended - assessed}
-    return replace(found, timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded})
+    return replace(
+        found,
+        frame=scene.grid.frame,
+        timing={**timing, "total_s": ended - began + loaded, "loading_s": loaded},
+    )
 
 
 def smooth(
@@ -240,7 +244,8 @@ def speed_profile(
         law = laws.with_settings(law, law_settings)
     if tick_seconds is not None:
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
-        return _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
+        made = _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
+        return replace(made, frame=scene.grid.frame)
     along = path if isinstance(path, SampledPath) else _path(path)
     if isinstance(along, SampledPath) and (smooth != "none" or spacing is not None):
         given = "smooth" if smooth != "none" else "spacing"
@@ -256,7 +261,7 @@ def speed_profile(
     else:
         made = laws.profile(along, scene, law=law, movers=movers, v0=v0)
     _judge(made, along, scene, laws.settings_named(law), v0)
-    return made
+    return replace(made, frame=scene.grid.frame)
 
 
 def _smoothed(

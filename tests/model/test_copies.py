@@ -46,7 +46,7 @@ def nouns() -> dict[type, Any]:
     field, speeds = lampyris.solve_field(scene), lampyris.speed_profile(still, plan)
     seen = ObstacleTrack(0, ((0, 0), (1, 0)))
     found = [
-        grid, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0],
+        grid, grid.frame, scene, plan, plan.path, *plan.jumps[:1], field, trace, driven, speeds, driven.curves[0],
         driven.tracks[0], driven.bodies[0], scene.moves, scene.robot, walks, scene.edits[0], seen,
         Change((0, 0), frozenset({(1, 1)}), bodies=(seen,)), lampyris.Patrol(((0, 0), (1, 1))),
         lampyris.Crossing(1), lampyris.Recorded(((0, 0), (1, 0))), lampyris.Gate((1, 1), "x", 0.5, False),

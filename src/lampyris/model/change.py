@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lampyris._core.values import Noun
 from lampyris.typing import Cell
 
 
-@dataclass(frozen=True, slots=True)
-class ObstacleTrack:
+@dataclass(frozen=True, slots=True, repr=False)
+class ObstacleTrack(Noun):
     """A moving obstacle with all that is known of where it was and will be.
 
     Parameters
@@ -28,8 +29,8 @@ class ObstacleTrack:
     footprint: tuple[Cell, ...] = ((0, 0),)
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+@dataclass(frozen=True, slots=True, repr=False)
+class Change(Noun):
     """What is new since the planner was last asked.
 
     Parameters

@@ -17,7 +17,7 @@ _STRAIGHT = 1e-9
 """Turn of a piece (radians) below which the series for sin x / x is exact in double precision."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Curve(Value):
     """Straight lines and circular arcs, end to end; the robot drives it from s = 0 to ``length``.
 
@@ -54,6 +54,9 @@ class Curve(Value):
         x, y = numbers_of("curve", "end", self.end, (2,)).tolist()
         object.__setattr__(self, "end", (x, y))
         object.__setattr__(self, "stops", whole_of("curve", "stops", self.stops, (None,)))
+
+    def _brief(self) -> str:
+        return f"<Curve of {len(self.lengths)} pieces, {self.length:.6g} m, {len(self.stops)} stops>"
 
     @property
     def begins(self) -> Floats:

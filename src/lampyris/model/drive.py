@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import items_of, numbers_of, whole_of
-from lampyris._core.values import Value
+from lampyris._core.values import Noun, Tabular, Value
 from lampyris.model.curve import Curve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason
@@ -18,13 +19,16 @@ from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Obstacle
 from lampyris.typing import Floats, Points
 
+if TYPE_CHECKING:
+    import pandas
+
 AT_GOAL = 1e-6
 """Cells along either axis within which a robot that stands is at its goal: so says the simulation, and so
 says the referee."""
 
 
-@dataclass(frozen=True, slots=True)
-class Moment:
+@dataclass(frozen=True, slots=True, repr=False)
+class Moment(Noun):
     """Something worth telling: ``appear replan wait hit contact fault stop arrive``.
 
     Parameters
@@ -43,8 +47,8 @@ class Moment:
     body: int = -1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drive(Value):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Drive(Value, Tabular):
     """A simulation in continuous time, whole.
 
     The robot's motion is a list of stretches: stretch k begins at ``t[k]`` on curve ``leg[k]`` at distance
@@ -112,6 +116,22 @@ class Drive(Value):
         ):
             checked = numbers_of if kind is float else whole_of
             object.__setattr__(self, name, checked("drive", name, getattr(self, name), (n,)))
+
+    def _brief(self) -> str:
+        seen = f"{len(self.tracks)} obstacles, {self.replans} replans"
+        return f"<Drive {self.outcome} by {self.planner}, {self.law}: {self.duration:.6g} s, {seen}>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The robot's drive as a table, a row for each segment and one for the end: metres, seconds, m/s.
+
+        Columns ``t_s``, ``x_m``, ``y_m``, ``yaw`` (map frame, y up), ``v`` at that time, ``a`` until the next row,
+        ``s`` along the curve number ``leg``, ``cause`` and ``why``.
+
+        Raises
+        ------
+        UsageError : ``PANDAS``: pandas is not installed.
+        """
+        return self._table()
 
     @property
     def duration(self) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from lampyris._core.predicates import cell_of, is_whole, items_of
+from lampyris._core.values import Noun
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
@@ -18,8 +19,8 @@ MAX_EDITED = 2**24
 """Cells in all edits of a scene together."""
 
 
-@dataclass(frozen=True, slots=True)
-class Edit:
+@dataclass(frozen=True, slots=True, repr=False)
+class Edit(Noun):
     """Cells that turn at the beginning of a tick; tick 0 is before the first plan.
 
     Parameters

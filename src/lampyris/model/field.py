@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lampyris._core.values import Value
+from lampyris._core.values import Noun, Value
 from lampyris.model.moves import Moves
 from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Field(Value):
     """What each cell knows of the way to the goal. Arrays are (height, width) and read-only.
 
@@ -40,6 +40,11 @@ class Field(Value):
     revision: int = 0
     expansions: int = field(default=0)
 
+    def _brief(self) -> str:
+        rows, columns = self.exact.shape
+        reached = int((self.exact >= 0).sum())
+        return f"<Field to {self.goal}: {columns} x {rows} cells, {reached} reached, {self.moves.name} moves>"
+
     @property
     def cost(self) -> FloatGrid:
         """Cost to the goal in cells, infinity where there is none. Computed at each call."""
@@ -54,8 +59,8 @@ class Field(Value):
         return np.where(self.step < 0, np.int64(-1), flat)
 
 
-@dataclass(frozen=True, slots=True)
-class Gate:
+@dataclass(frozen=True, slots=True, repr=False)
+class Gate(Noun):
     """An opening between two walls that face each other, too narrow for the robot (method.md, "Gates").
 
     Parameters

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from lampyris._core import elementary
 from lampyris._core.predicates import array_of, in_range, numbers
-from lampyris._core.values import Value
+from lampyris._core.values import Noun, Value
 from lampyris.errors import SettingError, shown
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
@@ -26,7 +26,43 @@ def frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, repr=False)
+class MapFrame(Noun):
+    """Where the cells of a grid lie in metres: x to the right, y up, as ROS has it.
+
+    Parameters
+    ----------
+    resolution : metres a cell.
+    origin : x, y (metres) and yaw (radians) of the lower-left corner of the lower-left cell.
+    height : rows of the grid; cells count y down from the top.
+    """
+
+    resolution: float
+    origin: tuple[float, float, float]
+    height: int
+
+    def to_metres(self, cells: ArrayLike) -> Floats:
+        """Centres of cells, shape (n, 2) or (2,), in metres of the map frame; same shape."""
+        c = np.asarray(cells, dtype=np.float64)
+        x0, y0, yaw = self.origin
+        local_x = (c[..., 0] + 0.5) * self.resolution
+        local_y = (self.height - c[..., 1] - 0.5) * self.resolution
+        cos, sin = elementary.direction(yaw)
+        return np.stack((x0 + cos * local_x - sin * local_y, y0 + sin * local_x + cos * local_y), axis=-1)
+
+    def to_points(self, x_m: ArrayLike, y_m: ArrayLike) -> Floats:
+        """Points of the map frame, metres, as points of the grid, cells; (n, 2), or (2,) of two numbers.
+
+        The inverse of :meth:`to_metres`, to the last digits: the centre of cell (x, y) is at (x, y).
+        """
+        x0, y0, yaw = self.origin
+        dx, dy = np.asarray(x_m, dtype=np.float64) - x0, np.asarray(y_m, dtype=np.float64) - y0
+        cos, sin = elementary.direction(yaw)
+        right, up = (cos * dx + sin * dy) / self.resolution, (cos * dy - sin * dx) / self.resolution
+        return np.stack((right - 0.5, self.height - up - 0.5), axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Grid(Value):
     """An occupancy grid.
 
@@ -92,29 +128,26 @@ class Grid(Value):
         """Columns."""
         return int(self.blocked.shape[1])
 
+    def _brief(self) -> str:
+        cells = f"{self.width} x {self.height} cells of {self.resolution:g} m"
+        return f"<Grid {self.name[:40] or 'without a name'}: {cells}, {self.blocked.mean():.1%} blocked>"
+
     def contains(self, cell: Cell) -> bool:
         """Whether the cell (x, y) is on the map."""
         return 0 <= cell[0] < self.width and 0 <= cell[1] < self.height
 
+    @property
+    def frame(self) -> MapFrame:
+        """Where the cells lie in the map frame."""
+        return MapFrame(self.resolution, self.origin, self.height)
+
     def to_metres(self, cells: ArrayLike) -> Floats:
         """Centres of cells, shape (n, 2) or (2,), in metres of the map frame; same shape."""
-        c = np.asarray(cells, dtype=np.float64)
-        x0, y0, yaw = self.origin
-        local_x = (c[..., 0] + 0.5) * self.resolution
-        local_y = (self.height - c[..., 1] - 0.5) * self.resolution
-        cos, sin = elementary.direction(yaw)
-        return np.stack((x0 + cos * local_x - sin * local_y, y0 + sin * local_x + cos * local_y), axis=-1)
+        return self.frame.to_metres(cells)
 
     def to_points(self, x_m: ArrayLike, y_m: ArrayLike) -> Floats:
-        """Points of the map frame, metres, as points of the grid, cells; (n, 2), or (2,) of two numbers.
-
-        The inverse of :meth:`to_metres`, to the last digits: the centre of cell (x, y) is at (x, y).
-        """
-        x0, y0, yaw = self.origin
-        dx, dy = np.asarray(x_m, dtype=np.float64) - x0, np.asarray(y_m, dtype=np.float64) - y0
-        cos, sin = elementary.direction(yaw)
-        right, up = (cos * dx + sin * dy) / self.resolution, (cos * dy - sin * dx) / self.resolution
-        return np.stack((right - 0.5, self.height - up - 0.5), axis=-1)
+        """Points of the map frame, metres, as points of the grid, cells; see :meth:`MapFrame.to_points`."""
+        return self.frame.to_points(x_m, y_m)
 
     def to_cell(self, x_m: float, y_m: float) -> Cell:
         """The cell that holds a point of the map frame; it may lie outside the map.

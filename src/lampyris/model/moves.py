@@ -23,6 +23,7 @@ from types import MappingProxyType
 import numpy as np
 
 from lampyris._core.predicates import cell_of, is_whole
+from lampyris._core.values import Noun
 from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.typing import FloatGrid, IntGrid
@@ -38,8 +39,8 @@ _FOUR = _EIGHT[4:]
 _KNIGHT = ((-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2))
 
 
-@dataclass(frozen=True, slots=True)
-class Moves:
+@dataclass(frozen=True, slots=True, repr=False)
+class Moves(Noun):
     """A step set and its exact integer costs.
 
     Parameters
@@ -77,6 +78,9 @@ class Moves:
         for (dx, dy), cost in zip(self.offsets, self.costs, strict=False):
             steps.setdefault(abs(dx * dy), cost)
         object.__setattr__(self, "_dear", (steps.get(1, 0), steps.get(2, 0)))
+
+    def _brief(self) -> str:
+        return f"<Moves {self.name}{'' if self.scale == 1 else ' on terrain'}>"
 
     def weighed(self) -> Moves:
         """The same steps with costs in 63rds, for maps with terrain. Those that are already: themselves."""

@@ -14,7 +14,7 @@ from lampyris.model.grid import frozen
 from lampyris.typing import Floats, Points
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ObstacleStates(Value):
     """What is known now of the moving obstacles: discs that may go anywhere at up to their top speed.
 
@@ -56,7 +56,7 @@ class ObstacleStates(Value):
         return len(self.xy)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track(Value):
     """Where one moving obstacle is over time: straight and uniform between the points told.
 

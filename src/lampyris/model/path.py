@@ -16,7 +16,7 @@ from lampyris.model.moves import Moves
 from lampyris.typing import ByteGrid, Cells, Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Path(Value):
     """A walk from cell to cell by single steps of ``moves``.
 
@@ -37,6 +37,12 @@ class Path(Value):
         object.__setattr__(self, "cells", cells_of("path", "cells", self.cells))
         if not isinstance(self.moves, Moves):
             raise SettingError("TYPE", shown(self.moves), where="path.moves", allowed="Moves")
+
+    def _brief(self) -> str:
+        ends = (
+            [(x, y) for x, y in self.cells[[0, -1]].tolist()] if len(self.cells) else ["nowhere", "nowhere"]
+        )
+        return f"<Path of {len(self.cells)} cells from {ends[0]} to {ends[1]}, cost {self.cost:.6g}>"
 
     @property
     def exact(self) -> int:

@@ -6,15 +6,20 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lampyris._core.arrays import cells_of
-from lampyris._core.values import Value
+from lampyris._core.values import Noun, Tabular, Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate
+from lampyris.model.grid import Grid, MapFrame
 from lampyris.model.path import Path
 from lampyris.typing import Cell, Cells, Ticks
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Status(StrEnum):
@@ -50,8 +55,8 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
+@dataclass(frozen=True, slots=True, repr=False)
+class Candidate(Noun):
     """One accepted neighbour of an AD-GSO iteration; ``probability`` is its share of the difference."""
 
     cell: Cell
@@ -60,8 +65,8 @@ class Candidate:
     probability: float
 
 
-@dataclass(frozen=True, slots=True)
-class Jump:
+@dataclass(frozen=True, slots=True, repr=False)
+class Jump(Noun):
     """One AD-GSO iteration: the accepted set, the choice and the sub-path to it (both ends included).
 
     ``rings`` : how many rings around ``at`` were opened; the outer ones may hold no accepted cell.
@@ -76,8 +81,8 @@ class Jump:
     rings: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan(Value):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Plan(Value, Tabular):
     """A planner's answer.
 
     Parameters
@@ -102,6 +107,7 @@ class Plan(Value):
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
         where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
         where there is a schedule.
+    frame : where the map's cells lie in metres; None: not told (plans of a session).
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
         between their centres can be driven. ``path`` is a walk by single steps along these lines. Else None.
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
@@ -133,6 +139,7 @@ class Plan(Value):
     notes: tuple[str, ...] = ()
     waypoints: Cells | None = None
     schedule: Ticks | None = None
+    frame: MapFrame | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None
@@ -141,6 +148,30 @@ class Plan(Value):
             raise SettingError("PLAN", what, where="plan.path", allowed=allowed)
         if self.waypoints is not None:
             object.__setattr__(self, "waypoints", cells_of("plan", "waypoints", self.waypoints))
+
+    def _brief(self) -> str:
+        if self.path is None:
+            return f"<Plan {self.status} by {self.planner}>"
+        gap = "" if self.gap is None else f", gap {self.gap:.2%}"
+        return (
+            f"<Plan {self.status} by {self.planner}: {len(self.path.cells)} cells, cost {self.cost:.6g}{gap}>"
+        )
+
+    def to_pandas(self, grid: Grid | None = None) -> pandas.DataFrame:
+        """The path as a table, a row a cell: metres of the map frame (y up) and radians.
+
+        Columns ``x_m``, ``y_m``, ``yaw`` (of the step that leaves the cell), ``s`` (metres from the start), ``x``,
+        ``y`` (the cell) and, with a schedule, ``tick``.
+
+        Parameters
+        ----------
+        grid : the map of the plan; None: that of :attr:`frame`, which plans of :func:`lampyris.plan` have.
+
+        Raises
+        ------
+        UsageError : ``PANDAS``: pandas is not installed; the plan has no path; no frame is known.
+        """
+        return self._table(frame=self.frame if grid is None else grid.frame)
 
     @property
     def cells(self) -> Cells | None:

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import items_of, numbers_of, whole_of
 from lampyris._core.predicates import numbers
-from lampyris._core.values import Value
+from lampyris._core.values import Tabular, Value
 from lampyris.errors import SettingError, shown
-from lampyris.model.grid import frozen
+from lampyris.model.grid import Grid, MapFrame, frozen
 from lampyris.typing import Floats, Points
 
+if TYPE_CHECKING:
+    import pandas
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Profile(Value):
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Profile(Value, Tabular):
     """A speed for every node of a way, with the cause that binds it.
 
     A wait is two nodes at one distance, both with v = 0 and a = 0, the second later than the first.
@@ -36,6 +40,7 @@ class Profile(Value):
     caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap says nothing; what a
         chart draws as faint lines.
     xy : float64 (n, 2): where the nodes are, cells; None: at the cells of the path.
+    frame : where the map's cells lie in metres; None: not told.
     """
 
     law: str
@@ -48,6 +53,7 @@ class Profile(Value):
     about: NDArray[np.int64] = field(default=None)  # type: ignore[arg-type]
     caps: tuple[tuple[str, Floats], ...] = ()
     xy: Points | None = None
+    frame: MapFrame | None = None
 
     def __post_init__(self) -> None:
         n = len(items_of("profile", "cause", self.cause))
@@ -59,6 +65,28 @@ class Profile(Value):
         object.__setattr__(self, "caps", caps)
         if self.xy is not None:
             object.__setattr__(self, "xy", numbers_of("profile", "xy", self.xy, (n, 2)))
+
+    def _brief(self) -> str:
+        far, long = ("m", "s") if self.metric else ("cells", "transfers")
+        ends = f"{self.s[-1]:.6g} {far} in {self.duration:.6g} {long}" if len(self.s) else "empty"
+        return f"<Profile {self.law}: {len(self.s)} nodes, {ends}>"
+
+    def to_pandas(self, grid: Grid | None = None) -> pandas.DataFrame:
+        """The profile as a table, a row a node: metres, seconds, m/s.
+
+        Columns ``t_s``, ``s``, ``v``, ``a``, ``cause``, ``why``; before them ``x_m``, ``y_m`` (map frame, y up) where
+        the profile knows its places, as that of a sampled path does. Of a law in velocity units ``v`` and ``a`` are
+        in these, ``s`` is in cells, and ``t_transfers`` stands in place of ``t_s``.
+
+        Parameters
+        ----------
+        grid : the map; None: that of :attr:`frame`, which profiles of :func:`lampyris.speed_profile` have.
+
+        Raises
+        ------
+        UsageError : ``PANDAS``: pandas is not installed.
+        """
+        return self._table(frame=self.frame if grid is None else grid.frame)
 
     @property
     def metric(self) -> bool:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from lampyris._core.predicates import in_range
+from lampyris._core.values import Noun
 from lampyris.errors import SettingError, shown
 
 LEAST, GREATEST = 1e-6, 1e6
 """Range of every limit: what lies beyond is a wrong unit."""
 
 
-@dataclass(frozen=True, slots=True)
-class Robot:
+@dataclass(frozen=True, slots=True, repr=False)
+class Robot(Noun):
     """A disc that drives.
 
     Parameters

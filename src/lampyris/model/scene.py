@@ -21,7 +21,7 @@ MAX_RADIUS = 250
 """Greatest radius of a robot or an obstacle, in cells."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Scene(Value):
     """A grid, two ends, a robot with its moves, what moves around it, and how fast it may drive where.
 
@@ -78,6 +78,16 @@ class Scene(Value):
         if self.zones is not None:
             object.__setattr__(self, "zones", _zones(self.grid, self.zones))
         object.__setattr__(self, "edits", check_edits(self.grid, self.edits, first=1))
+
+    def _brief(self) -> str:
+        more = [
+            f"{len(given)} {name}{'s' if len(given) > 1 else ''}"
+            for given, name in ((self.traffic, "obstacle spec"), (self.edits, "edit"))
+            if given
+        ]
+        name = self.grid.name[:40] or f"{self.grid.width} x {self.grid.height} cells"
+        words = [f"<Scene {name}: {self.start} to {self.goal}", f"{self.moves.name} moves", *more]
+        return ", ".join([*words, "zones"] if self.zones is not None else words) + ">"
 
     def _end(self, what: str, given: Any) -> Cell:
         cell = cell_of(given)

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from lampyris._core.arrays import cells_of, items_of, numbers_of
-from lampyris._core.values import Value
+from lampyris._core.values import Noun, Tabular, Value
 from lampyris.model.edit import Edit
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene
 from lampyris.model.traffic import Obstacle
 from lampyris.typing import Cell, Cells, Floats
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Outcome(StrEnum):
@@ -50,8 +54,8 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+@dataclass(frozen=True, slots=True, repr=False)
+class Event(Noun):
     """Something worth telling at a tick: ``appear wall opened replan wait mend gate hit arrive``."""
 
     tick: int
@@ -60,8 +64,8 @@ class Event:
     sentence: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trace(Value):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Trace(Value, Tabular):
     """A simulation, whole.
 
     Parameters
@@ -120,6 +124,22 @@ class Trace(Value):
         object.__setattr__(self, "speed", numbers_of("trace", "speed", self.speed, (None,), finite=False))
         tracks = items_of("trace", "tracks", self.tracks)
         object.__setattr__(self, "tracks", tuple(cells_of("trace", "tracks", t) for t in tracks))
+
+    def _brief(self) -> str:
+        seen = f"{len(self.tracks)} obstacles, {self.replans} replans"
+        return f"<Trace {self.outcome} by {self.planner}: {self.ticks} ticks, {seen}>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The robot's run as a table, a row a tick: metres of the map frame (y up) and radians.
+
+        Columns ``x_m``, ``y_m``, ``yaw``, ``v`` (in :attr:`units`), ``tick``, ``cause``, ``x``, ``y`` (the cell) and
+        ``event``, the words of the tick's events joined by ``+``.
+
+        Raises
+        ------
+        UsageError : ``PANDAS``: pandas is not installed.
+        """
+        return self._table()
 
     @property
     def ticks(self) -> int:

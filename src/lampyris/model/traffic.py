@@ -14,14 +14,15 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lampyris._core.predicates import cell_of, in_range, is_real, items_of
+from lampyris._core.values import Noun
 from lampyris.errors import LimitError, SettingError, shown
 from lampyris.typing import Cell
 
 MAX_BODIES = 10_000
 
 
-@dataclass(frozen=True, slots=True)
-class RandomWalk:
+@dataclass(frozen=True, slots=True, repr=False)
+class RandomWalk(Noun):
     """Obstacles that step to a uniformly chosen free neighbour or stay (method.md, "Moving obstacles").
 
     Parameters
@@ -55,8 +56,8 @@ class RandomWalk:
             )
 
 
-@dataclass(frozen=True, slots=True)
-class Patrol:
+@dataclass(frozen=True, slots=True, repr=False)
+class Patrol(Noun):
     """One obstacle that drives along waypoints and back, for ever, by shortest ways; it waits where its way
     is taken.
 
@@ -76,8 +77,8 @@ class Patrol:
             raise SettingError("TRAFFIC_WAYPOINTS", "no waypoint", allowed="at least one cell")
 
 
-@dataclass(frozen=True, slots=True)
-class Crossing:
+@dataclass(frozen=True, slots=True, repr=False)
+class Crossing(Noun):
     """Obstacles that cross the map between two far sides and back, and do not wait for the robot.
 
     Parameters
@@ -94,8 +95,8 @@ class Crossing:
         object.__setattr__(self, "radius", _radius(self.radius))
 
 
-@dataclass(frozen=True, slots=True)
-class Recorded:
+@dataclass(frozen=True, slots=True, repr=False)
+class Recorded(Noun):
     """One obstacle that replays a track, whatever anybody does: one cell a tick, then it stays at the last.
 
     Parameters
@@ -122,8 +123,8 @@ class Recorded:
 ObstacleSpec: TypeAlias = RandomWalk | Patrol | Crossing | Recorded
 
 
-@dataclass(frozen=True, slots=True)
-class Obstacle:
+@dataclass(frozen=True, slots=True, repr=False)
+class Obstacle(Noun):
     """A moving obstacle as it was in a simulation.
 
     Parameters

@@ -18,7 +18,7 @@ _STRAIGHT = 1e-9
 """Sine of a turn below which two steps lie on one line."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SampledPath(Value):
     """Nodes along a way, from start to goal.
 
@@ -45,6 +45,10 @@ class SampledPath(Value):
     def __len__(self) -> int:
         return len(self.s)
 
+    def _brief(self) -> str:
+        stops = int(self.stop.sum())
+        return f"<{type(self).__name__} of {len(self.s)} nodes, {self.s[-1]:.6g} m, {stops} stops>"
+
 
 def course_of_path(path: Path, resolution: float) -> SampledPath:
     """A path of cells as it is: nodes at the cells, corners without curvature and without stops.
@@ -67,7 +71,7 @@ def course_of_path(path: Path, resolution: float) -> SampledPath:
     return SampledPath(s, xy, heading, np.zeros(n), np.zeros(n, dtype=np.bool_), resolution)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SampledCellPath(SampledPath):
     """A path of cells, its nodes the cells, with what its corners ask for.
 
@@ -81,7 +85,7 @@ class SampledCellPath(SampledPath):
     corners: Corners = field(kw_only=True)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Corners(Value):
     """How the corners of a path of cells are driven, see :func:`corners_of_path`.
 

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import csv
-import math
-from collections.abc import Iterable, Sequence
-from itertools import pairwise
-
-import numpy as np
+from collections.abc import Sequence
 
 from lampyris.errors import UsageError
 from lampyris.model.drive import Drive
@@ -15,6 +11,15 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.trace import Trace
+from lampyris.report.data.columns import (
+    Columns,
+    cells_columns,
+    drive_columns,
+    path_columns,
+    profile_columns,
+    trace_columns,
+    yaws,
+)
 from lampyris.report.style import OutFile, cannot_write
 from lampyris.typing import Points
 
@@ -47,28 +52,12 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
         raise UsageError(
             "CSV", f"a path of {nodes} nodes and {len(profile.v)} speeds", allowed="a path and its profile"
         )
-    xy = grid.to_metres(path.cells).tolist()
-    yaw = [_turned(h, grid.origin[2]) for h in path.heading.tolist()]
-    numbers = (profile.v, profile.t, profile.s, profile.a)
-    rows = (
-        (*map(repr, (x, y, turn, *more)), cause, cx, cy)
-        for (x, y), turn, more, cause, (cx, cy) in zip(
-            xy,
-            yaw,
-            zip(*(n.tolist() for n in numbers), strict=True),
-            profile.cause,
-            path.cells.tolist(),
-            strict=True,
-        )
-    )
-    why = [profile.why(k) for k in range(len(profile.v))]
-    columns = PLAN_COLUMNS if profile.metric else tuple(_TRANSFERS.get(c, c) for c in PLAN_COLUMNS)
-    if plan.schedule is None:
-        _write(out, columns, ((*row, w) for row, w in zip(rows, why, strict=True)))
-        return
-    ticks = plan.schedule.tolist()
-    columns = (*columns[:-1], "tick", columns[-1])
-    _write(out, columns, ((*row, t, w) for row, t, w in zip(rows, ticks, why, strict=True)))
+    columns = path_columns(path, grid.frame) | cells_columns(path) | profile_columns(profile, None)
+    names = PLAN_COLUMNS if profile.metric else tuple(_TRANSFERS.get(c, c) for c in PLAN_COLUMNS)
+    if plan.schedule is not None:
+        columns["tick"] = plan.schedule.tolist()
+        names = (*names[:-1], "tick", names[-1])
+    _write(out, names, columns)
 
 
 def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Grid) -> None:
@@ -89,20 +78,10 @@ def write_profile_csv(out: OutFile, profile: Profile, heading: Points, grid: Gri
     if profile.xy is None or len(heading) != len(profile.v):
         what = f"{len(heading)} headings for {len(profile.v)} nodes"
         raise UsageError("CSV", what, allowed="a profile of a course, and its headings")
-    numbers = (profile.v, profile.t, profile.s, profile.a)
-    rows = (
-        (*map(repr, (x, y, yaw, *more)), cause, profile.why(k))
-        for k, ((x, y), yaw, more, cause) in enumerate(
-            zip(
-                grid.to_metres(profile.xy).tolist(),
-                _yaws(heading, grid),
-                zip(*(n.tolist() for n in numbers), strict=True),
-                profile.cause,
-                strict=True,
-            )
-        )
-    )
-    _write(out, PROFILE_COLUMNS, rows)
+    columns = profile_columns(profile, grid.frame) | {"yaw": yaws(heading, grid.frame)}
+    if not profile.metric:
+        columns["t_s"] = columns.pop("t_transfers")
+    _write(out, PROFILE_COLUMNS, columns)
 
 
 def write_drive_csv(out: OutFile, drive: Drive) -> None:
@@ -116,33 +95,7 @@ def write_drive_csv(out: OutFile, drive: Drive) -> None:
     ------
     FileError : the system refuses to write.
     """
-    grid, n = drive.scene.grid, len(drive.t)
-    xy, heading = np.zeros((n, 2)), np.zeros((n, 2))
-    for leg in np.unique(drive.leg).tolist():
-        here = drive.leg == leg
-        xy[here], heading[here] = drive.curves[leg].at(drive.s[here])
-    rows = (
-        (*map(repr, (t, x, y, yaw, v, a, s)), leg, cause, drive.why(k))
-        for k, (t, (x, y), yaw, v, a, s, leg, cause) in enumerate(
-            zip(
-                drive.t.tolist(),
-                grid.to_metres(xy).tolist(),
-                _yaws(heading, grid),
-                drive.v.tolist(),
-                drive.a.tolist(),
-                drive.s.tolist(),
-                drive.leg.tolist(),
-                drive.cause,
-                strict=True,
-            )
-        )
-    )
-    _write(out, DRIVE_COLUMNS, rows)
-
-
-def _yaws(heading: Points, grid: Grid) -> list[float]:
-    """Headings as angles of the map frame."""
-    return [_turned(math.atan2(0.0 - hy, hx), grid.origin[2]) for hx, hy in heading.tolist()]
+    _write(out, DRIVE_COLUMNS, drive_columns(drive))
 
 
 def write_trace_csv(out: OutFile, trace: Trace) -> None:
@@ -156,43 +109,16 @@ def write_trace_csv(out: OutFile, trace: Trace) -> None:
     ------
     FileError : the system refuses to write.
     """
-    grid = trace.scene.grid
-    cells = trace.robot.tolist()
-    words: dict[int, list[str]] = {}
-    for event in trace.events:
-        words.setdefault(event.tick, []).append(event.word)
-    headings: list[float | None] = [None]
-    for (x0, y0), (x1, y1) in pairwise(cells):
-        moved = (x0, y0) != (x1, y1)
-        headings.append(math.atan2(y0 - y1, x1 - x0) if moved else headings[-1])
-    first = next((h for h in headings if h is not None), 0.0)
-    rows = (
-        (
-            *map(repr, (x_m, y_m, _turned(first if h is None else h, grid.origin[2]), v)),
-            tick,
-            cause,
-            *cells[tick],
-            "+".join(words.get(tick, ())),
-        )
-        for tick, ((x_m, y_m), h, v, cause) in enumerate(
-            zip(
-                grid.to_metres(trace.robot).tolist(), headings, trace.speed.tolist(), trace.cause, strict=True
-            )
-        )
-    )
-    _write(out, TRACE_COLUMNS, rows)
+    _write(out, TRACE_COLUMNS, trace_columns(trace))
 
 
-def _turned(heading: float, yaw: float) -> float:
-    """A heading turned by the map's yaw, within -pi .. pi."""
-    return heading if yaw == 0 else math.remainder(heading + yaw, 2 * math.pi)
-
-
-def _write(out: OutFile, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def _write(out: OutFile, names: Sequence[str], columns: Columns) -> None:
+    """These columns, in this order; floats are written with all their digits, as by ``repr``."""
+    rows = zip(*(columns[name] for name in names), strict=True)
     try:
         with open(out, "w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
+            writer.writerow(names)
             writer.writerows(rows)
     except OSError as error:
         raise cannot_write(out, error) from None

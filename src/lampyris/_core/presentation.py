@@ -1,0 +1,14 @@
+"""How nouns reach what shows them: functions that the package puts here, so that the model imports nothing above it.
+
+``lampyris/__init__.py`` fills both when the package is loaded, with functions that load the report layer when they
+are first called.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+html_of: Callable[[Any], str] | None = None
+"""A noun as HTML for a notebook."""
+
+frame_of: Callable[..., Any] | None = None
+"""A noun as a pandas DataFrame."""
