@@ -5,7 +5,8 @@ Grids are always ``(height, width)``, row 0 on top; lists of cells are ``(n, 2)`
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,3 +31,7 @@ Points: TypeAlias = NDArray[np.float64]
 """float64, (n, 2): x and y, cells unless said otherwise; the centre of cell (x, y) is at (x, y)."""
 Cell: TypeAlias = tuple[int, int]
 """One cell: x (column), y (row), origin top left."""
+CellLike: TypeAlias = Sequence[int] | NDArray[Any]
+"""What constructors take for a cell: two whole numbers."""
+CellsLike: TypeAlias = Sequence[CellLike] | NDArray[Any]
+"""What constructors take for several."""

@@ -104,7 +104,7 @@ class Request:
             document.grid,
             self._end("start", self.start, self.start_m, document),
             self._end("goal", self.goal, self.goal_m, document),
-            moves=moves,  # type: ignore[arg-type]
+            moves=moves,
             robot=robot,
             traffic=document.traffic(),
             zones=zones,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from lampyris._core.predicates import cell_of, is_whole, items_of
 from lampyris._core.values import Noun
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.grid import Grid
-from lampyris.typing import Cell
+from lampyris.typing import Cell, CellsLike
 
 MAX_EDITS = 10_000
 MAX_EDITED = 2**24
@@ -37,6 +37,15 @@ class Edit(Noun):
     tick: int
     blocked: tuple[Cell, ...] = ()
     freed: tuple[Cell, ...] = ()
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            tick: int,
+            blocked: CellsLike = ...,
+            freed: CellsLike = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         t: Any = self.tick

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -92,6 +94,18 @@ class Grid(Value):
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     name: str = field(default="")
     terrain: ByteGrid | None = None
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            blocked: ArrayLike,
+            unknown: ArrayLike | None = ...,
+            resolution: float = ...,
+            origin: Sequence[float] = ...,
+            name: str = ...,
+            terrain: ArrayLike | None = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "blocked", _bool_grid(self.blocked, "blocked"))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lampyris._core import elementary
 from lampyris._core.predicates import array_of, numbers
@@ -36,6 +38,17 @@ class ObstacleStates(Value):
     top_speed: Floats
     velocity: Points | None = None
     age: float = 0.0
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            xy: ArrayLike,
+            radius: ArrayLike,
+            top_speed: ArrayLike,
+            velocity: ArrayLike | None = ...,
+            age: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         given = array_of(self.xy)
@@ -74,6 +87,16 @@ class Track(Value):
     xy: Points
     radius: float
     top_speed: float
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            t: ArrayLike,
+            xy: ArrayLike,
+            radius: float,
+            top_speed: float,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         t = numbers(self.t, (None,))

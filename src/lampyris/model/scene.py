@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lampyris._core.predicates import array_of, cell_of
+from lampyris._core.predicates import array_of, cell_of, numbers
 from lampyris._core.values import Value
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.edit import Edit, check_edits
@@ -15,20 +17,21 @@ from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
 from lampyris.model.robot import LEAST, Robot
 from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk, Recorded
-from lampyris.typing import Cell, FloatGrid
+from lampyris.typing import Cell, CellLike, FloatGrid
 
 MAX_RADIUS = 250
 """Greatest radius of a robot or an obstacle, in cells."""
+_ROBOT = Robot()
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False, init=False)
 class Scene(Value):
     """A grid, two ends, a robot with its moves, what moves around it, and how fast it may drive where.
 
     Parameters
     ----------
     grid : the map.
-    start, goal : cells (x, y).
+    start, goal : cells (x, y); None: given in metres instead.
     moves : a :class:`Moves` or its name.
     robot : size and limits.
     traffic : specifications of moving obstacles; one alone is taken as a list of one.
@@ -36,12 +39,14 @@ class Scene(Value):
         holds while the robot's centre touches the cell. None: no limits.
     edits : walls that come and go while a simulation runs, from tick 1 on, in order of time. Nobody knows of
         them before; plans and profiles of the scene leave them aside, drives refuse them.
+    start_m, goal_m : in place of ``start`` and ``goal``: points of the map frame, metres (x to the right, y up); the
+        cells that hold them are the ends.
 
     Raises
     ------
     SceneError : an end, a waypoint or an edited cell outside the map. (A blocked end is an answer, not a
         mistake: see :class:`lampyris.model.plan.Status`.)
-    SettingError : an end that is not two whole numbers, unknown moves, something of the wrong type;
+    SettingError : an end that is not two numbers, or is given twice or not at all, unknown moves, something of the wrong type;
         ``ZONES``: not one number a cell, or a limit that is not positive; ``EDIT_TICK``: an edit before tick
         1, or not after the one before.
     LimitError : a radius of more than 250 cells; more than 10,000 edits.
@@ -50,24 +55,39 @@ class Scene(Value):
     grid: Grid
     start: Cell
     goal: Cell
-    moves: Moves = field(default="octile")  # type: ignore[assignment]
-    robot: Robot = field(default_factory=Robot)
-    traffic: tuple[ObstacleSpec, ...] = ()
-    zones: FloatGrid | None = None
-    edits: tuple[Edit, ...] = ()
+    moves: Moves
+    robot: Robot
+    traffic: tuple[ObstacleSpec, ...]
+    zones: FloatGrid | None
+    edits: tuple[Edit, ...]
 
-    def __post_init__(self) -> None:
-        for what, kind in (("grid", Grid), ("robot", Robot)):
-            if not isinstance(getattr(self, what), kind):
-                given = type(getattr(self, what)).__name__
+    def __init__(
+        self,
+        grid: Grid,
+        start: CellLike | None = None,
+        goal: CellLike | None = None,
+        moves: Moves | str = "octile",
+        robot: Robot = _ROBOT,
+        traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = (),
+        zones: ArrayLike | None = None,
+        edits: Edit | Sequence[Edit] | None = (),
+        *,
+        start_m: Sequence[float] | FloatGrid | None = None,
+        goal_m: Sequence[float] | FloatGrid | None = None,
+    ) -> None:
+        for what, part, kind in (("grid", grid, Grid), ("robot", robot, Robot)):
+            if not isinstance(part, kind):
+                given = type(part).__name__
                 raise SettingError("TYPE", f"a {given}", where=what, allowed=f"a {kind.__name__}")
-        object.__setattr__(self, "moves", moves_named(self.moves))
-        object.__setattr__(self, "start", self._end("start", self.start))
-        object.__setattr__(self, "goal", self._end("goal", self.goal))
-        traffic: Any = self.traffic
-        if not isinstance(traffic, tuple | list):
-            traffic = () if traffic is None else (traffic,)
-        object.__setattr__(self, "traffic", tuple(traffic))
+        object.__setattr__(self, "grid", grid)
+        object.__setattr__(self, "robot", robot)
+        object.__setattr__(self, "moves", moves_named(moves))
+        object.__setattr__(self, "start", self._end("start", start, start_m))
+        object.__setattr__(self, "goal", self._end("goal", goal, goal_m))
+        listed: Any = traffic
+        if not isinstance(listed, tuple | list):
+            listed = () if listed is None else (listed,)
+        object.__setattr__(self, "traffic", tuple(listed))
         _small_enough(self.grid, "robot", self.robot.radius, "robot.radius")
         for k, one in enumerate(self.traffic):
             body: object = one
@@ -75,9 +95,20 @@ class Scene(Value):
                 allowed = "RandomWalk, Patrol, Crossing or Recorded"
                 raise SettingError("TYPE", f"a {type(body).__name__}", where=f"traffic[{k}]", allowed=allowed)
             check_obstacle(self.grid, k, one)
-        if self.zones is not None:
-            object.__setattr__(self, "zones", _zones(self.grid, self.zones))
-        object.__setattr__(self, "edits", check_edits(self.grid, self.edits, first=1))
+        object.__setattr__(self, "zones", None if zones is None else _zones(grid, zones))
+        object.__setattr__(self, "edits", check_edits(grid, edits, first=1))
+
+    @property
+    def start_m(self) -> tuple[float, float]:
+        """Centre of the start cell, metres of the map frame."""
+        x, y = self.grid.to_metres(self.start).tolist()
+        return x, y
+
+    @property
+    def goal_m(self) -> tuple[float, float]:
+        """Centre of the goal cell, metres of the map frame."""
+        x, y = self.grid.to_metres(self.goal).tolist()
+        return x, y
 
     def _brief(self) -> str:
         more = [
@@ -89,7 +120,17 @@ class Scene(Value):
         words = [f"<Scene {name}: {self.start} to {self.goal}", f"{self.moves.name} moves", *more]
         return ", ".join([*words, "zones"] if self.zones is not None else words) + ">"
 
-    def _end(self, what: str, given: Any) -> Cell:
+    def _end(self, what: str, given: Any, metres: Any) -> Cell:
+        """An end as a cell of the map, from a cell or from metres."""
+        if (given is None) == (metres is None):
+            raise SettingError(
+                "ENDS",
+                f"{what} is given {'twice' if metres is not None else 'neither in cells nor in metres'}",
+                where=what,
+                allowed=f"{what} in cells or {what}_m in metres",
+            )
+        if metres is not None:
+            given = self._cell_at(f"{what}_m", metres)
         cell = cell_of(given)
         if cell is None:
             raise SettingError(
@@ -103,6 +144,13 @@ class Scene(Value):
                 allowed=f"x 0 to {self.grid.width - 1}, y 0 to {self.grid.height - 1}",
             )
         return cell
+
+    def _cell_at(self, what: str, metres: Any) -> Cell:
+        """The cell that holds a point of the map frame."""
+        point = numbers(metres, (2,))
+        if point is None or not np.isfinite(point).all():
+            raise SettingError("TYPE", shown(metres), where=what, allowed="two finite numbers x, y: metres")
+        return self.grid.to_cell(*point.tolist())
 
 
 def check_obstacle(grid: Grid, k: int, one: ObstacleSpec) -> None:

@@ -9,14 +9,14 @@ the robot's own making.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from lampyris._core.predicates import cell_of, in_range, is_real, items_of
 from lampyris._core.values import Noun
 from lampyris.errors import LimitError, SettingError, shown
-from lampyris.typing import Cell
+from lampyris.typing import Cell, CellsLike
 
 MAX_BODIES = 10_000
 
@@ -39,6 +39,16 @@ class RandomWalk(Noun):
     rate: float | None = None
     radius: float = 0.0
     starts: tuple[Cell, ...] = ()
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            count: int,
+            rate: float | None = ...,
+            radius: float = ...,
+            starts: CellsLike = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", _count(self.count))
@@ -69,6 +79,14 @@ class Patrol(Noun):
 
     waypoints: tuple[Cell, ...]
     radius: float = 0.0
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            waypoints: CellsLike,
+            radius: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", _radius(self.radius))
@@ -107,6 +125,14 @@ class Recorded(Noun):
 
     track: tuple[Cell, ...]
     radius: float = 0.0
+
+    if TYPE_CHECKING:  # what is accepted; what is held is declared above
+
+        def __init__(
+            self,
+            track: CellsLike,
+            radius: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", _radius(self.radius))

@@ -120,7 +120,7 @@ class Worlds:
 
     def _check(self, grid: Grid, free: BoolGrid, start: Cell, goal: Cell) -> Scene:
         """Whether a robot can stand on both ends."""
-        scene = Scene(grid, start, goal, self.moves, self.robot)  # type: ignore[arg-type]
+        scene = Scene(grid, start, goal, self.moves, self.robot)
         for what, (x, y) in (("start", scene.start), ("goal", scene.goal)):
             if not free[y, x]:
                 why = "is blocked" if grid.blocked[y, x] else "is too near to a wall for the robot"
