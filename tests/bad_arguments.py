@@ -88,7 +88,8 @@ def samples() -> dict[str, dict[str, Any]]:
     field, speeds = lampyris.solve_field(where), lampyris.speed_profile(where, plan)
     made = {kind: {f.name: getattr(one, f.name) for f in dataclasses.fields(one) if f.init} for kind, one in (
         ("Path", path()), ("Plan", plan), ("Trace", trace), ("Drive", driven), ("Field", field),
-        ("Profile", speeds), ("Curve", driven.curves[0]), ("Moves", where.moves),
+        ("Profile", speeds), ("Curve", driven.curves[0]),
+        ("SampledPath", lampyris.smooth(where, plan)), ("Moves", where.moves),
     )}  # fmt: skip
     return {
         **made,

@@ -31,6 +31,7 @@ _HOME = {
     "Budget": "lampyris.planning.base",
     "Change": "lampyris.model.change",
     "Crossing": "lampyris.model.traffic",
+    "Curve": "lampyris.model.curve",
     "Drive": "lampyris.model.drive",
     "Edit": "lampyris.model.edit",
     "Field": "lampyris.model.field",
@@ -48,8 +49,10 @@ _HOME = {
     "RandomWalk": "lampyris.model.traffic",
     "Recorded": "lampyris.model.traffic",
     "Robot": "lampyris.model.robot",
+    "SampledPath": "lampyris.motion.geometry.sampled_path",
     "Scenario": "lampyris.io.scenario.scenario",
     "Scene": "lampyris.model.scene",
+    "SettingError": "lampyris.errors",
     "Status": "lampyris.model.plan",
     "CancelToken": "lampyris._core.cancellation",
     "Study": "lampyris.study.design.study",
@@ -57,12 +60,15 @@ _HOME = {
     "Track": "lampyris.model.obstacles",
 }
 
-__all__ = ["__version__", *_HOME]
+_MODULES = ("plot",)
+
+__all__ = ["__version__", *_HOME, *_MODULES]
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
+    from lampyris import plot as plot
     from lampyris._core.cancellation import CancelToken as CancelToken
     from lampyris.api import drive as drive
     from lampyris.api import load_grid as load_grid
@@ -71,8 +77,10 @@ if TYPE_CHECKING:
     from lampyris.api import smooth as smooth
     from lampyris.api import speed_profile as speed_profile
     from lampyris.errors import LampyrisError as LampyrisError
+    from lampyris.errors import SettingError as SettingError
     from lampyris.io.scenario.scenario import Scenario as Scenario
     from lampyris.model.change import Change as Change
+    from lampyris.model.curve import Curve as Curve
     from lampyris.model.drive import Drive as Drive
     from lampyris.model.edit import Edit as Edit
     from lampyris.model.field import Field as Field
@@ -94,6 +102,7 @@ if TYPE_CHECKING:
     from lampyris.model.traffic import Patrol as Patrol
     from lampyris.model.traffic import RandomWalk as RandomWalk
     from lampyris.model.traffic import Recorded as Recorded
+    from lampyris.motion.geometry.sampled_path import SampledPath as SampledPath
     from lampyris.motion.laws.dissertation import dissertation_speeds as dissertation_speeds
     from lampyris.planning.base import Budget as Budget
     from lampyris.planning.field.many import solve_fields as solve_fields
@@ -121,11 +130,13 @@ _presentation.frame_of = _from_report("data.frames", "frame_of")
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME:
+    if name not in _HOME and name not in _MODULES:
         raise AttributeError(f"module 'lampyris' has no attribute {name!r}")
     from lampyris._core.cancellation import uninterrupted
 
     with uninterrupted():  # NumPy cannot be imported twice, nor taken as half an import left it
+        if name in _MODULES:
+            return _importlib.import_module(f"lampyris.{name}")
         value: object = getattr(_importlib.import_module(_HOME[name]), name)
     globals()[name] = value
     return value

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from lampyris.model.profile import Profile
 from lampyris.report import style
 from lampyris.typing import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DPI = 150
 
@@ -30,6 +35,20 @@ def draw_speed(profile: Profile, out: style.OutFile) -> None:
     suffix = style.suffix_of(out, (".png", ".svg"))
     figure = Figure(figsize=(8.0, 3.2), dpi=DPI, facecolor="white")
     axes = figure.add_axes((0.085, 0.27, 0.895, 0.6))
+    colours = draw_speed_on(axes, profile)
+    time = "s" if profile.metric else "transfers"
+    title = f"{profile.law} law:  mean {profile.mean:.4g} {profile.units}  ·  {profile.duration:.4g} {time}"
+    figure.text(0.02, 0.965, title, fontsize=10, fontweight="bold", color=style.INK, va="top")
+    handles = [Patch(facecolor=colour, alpha=0.8, label=cause) for cause, colour in colours.items()]
+    figure.legend(
+        handles=handles, loc="lower left", bbox_to_anchor=(0.02, 0.01), ncols=8, frameon=False, fontsize=8.5,
+        handlelength=1.2, columnspacing=1.2, borderaxespad=0, labelcolor=style.INK,
+    )  # fmt: skip
+    style.save(figure, out, suffix, DPI)
+
+
+def draw_speed_on(axes: Axes, profile: Profile) -> dict[str, str]:
+    """Draw speed over distance on axes, the area under it coloured by the binding cause; the colour of each."""
     colours = style.cause_colours(profile.cause)
     s, v = line_of(profile)
     border = np.concatenate(([profile.s[0]], (profile.s[1:] + profile.s[:-1]) / 2, [profile.s[-1]]))
@@ -51,15 +70,7 @@ def draw_speed(profile: Profile, out: style.OutFile) -> None:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    time = "s" if profile.metric else "transfers"
-    title = f"{profile.law} law:  mean {profile.mean:.4g} {profile.units}  ·  {profile.duration:.4g} {time}"
-    figure.text(0.02, 0.965, title, fontsize=10, fontweight="bold", color=style.INK, va="top")
-    handles = [Patch(facecolor=colour, alpha=0.8, label=cause) for cause, colour in colours.items()]
-    figure.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(0.02, 0.01), ncols=8, frameon=False, fontsize=8.5,
-        handlelength=1.2, columnspacing=1.2, borderaxespad=0, labelcolor=style.INK,
-    )  # fmt: skip
-    style.save(figure, out, suffix, DPI)
+    return colours
 
 
 def line_of(profile: Profile) -> tuple[Floats, Floats]:
