@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-LEFT_OUT = frozenset({"timing", "scene"})
-"""Fields that are no part of a result: how long it took, and what was asked."""
+LEFT_OUT = frozenset({"timing", "scene", "frame"})
+"""Fields that are no part of a result: how long it took, what was asked, and where the scene's map lies."""
 LABELS = {
     "Obstacle": "Body",
     "OptimiserResult": "Outcome",
