@@ -52,7 +52,7 @@ BEST_RANDOM, BEST_MAZE = 12.0, 8.0
 HUGE = {"best": 10.0, "scikit-image": 30.0}
 """The same on 4096 x 4096 at 10 %."""
 FLAT = 2.0
-KINDS = ("four", "dissertation", "octile", "sixteen")
+KINDS = ("four-connected", "dissertation", "octile", "sixteen-connected")
 SIZES = (50, 128, 256, 512, 1024, 2048, 4096)
 MOST_EDGES = 1024
 """The largest map that a graph is made of, but for the one that is claimed of: it takes gigabytes."""

@@ -40,7 +40,7 @@ other moves is solved, in the memory that the table states. At 2,147,483,648 cel
 
 LIMIT = 400e6
 """Bytes that a field of 4096 x 4096 cells shall stay under."""
-KINDS = ("four", "dissertation", "octile", "sixteen")
+KINDS = ("four-connected", "dissertation", "octile", "sixteen-connected")
 RIVALS = {"scikit-image": 4096, "tcod": 4096, "dijkstra3d": 4096, "scipy": 4096, "networkx": 512}
 """Whom, and up to which size."""
 HUGE = 16384

@@ -174,7 +174,7 @@ def everything() -> list[Series]:
 
 SIDES = (128, 256, 512, 1024, 2048)
 SHORT = (160, 320, 640)
-KINDS = ("dissertation", "octile", "sixteen")
+KINDS = ("dissertation", "octile", "sixteen-connected")
 SMALLEST = "the map of 128 x 128 fits the nearest caches; 1 from there on"
 SWARMS = ("pso", "gso", "mmas-dstar")
 

@@ -36,7 +36,7 @@ rivals too where they are there (at 10 %: one share of blocked cells is enough t
 MOST = 3.0
 """Times of what cells of one price take."""
 RIVALS = ("scikit-image", "tcod", "scipy")
-KINDS = ("four", "dissertation", "octile", "sixteen")
+KINDS = ("four-connected", "dissertation", "octile", "sixteen-connected")
 
 
 def bench(quick: bool) -> Section:

@@ -98,7 +98,7 @@ def test_of_a_large_field_the_whole_process_counts() -> None:
         return Figure(task, "MB", Spread.of([value]), *beside)
 
     rival = figure("field 512, octile", 10.0, "scipy", Spread.of([40.0]))
-    sizes = {"four": 399.0, "octile": 467.0}
+    sizes = {"four-connected": 399.0, "octile": 467.0}
     figures = [figure(f"field 4096, {kind}, whole process", mb) for kind, mb in sizes.items()]
     figures += [figure(f"field 4096, {kind}, its own", 300.0) for kind in sizes]
     first, *rest = _verdicts([*figures, rival])

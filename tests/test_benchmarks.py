@@ -363,7 +363,9 @@ def test_rivals_answers_are_compared() -> None:
         other = contestants_at_hand(small_maps()[0], "octile")
         with pytest.raises((AssertionError, ValueError, IndexError)):
             check(free, MOVES["octile"], (11, 8), {"lampyris": calls["lampyris"], name: other[name]})
-    assert "scipy" not in contestants(free, MOVES["sixteen"], (11, 8), without=("scipy", "pathfinding"))
+    assert "scipy" not in contestants(
+        free, MOVES["sixteen-connected"], (11, 8), without=("scipy", "pathfinding")
+    )
 
 
 def contestants_at_hand(free: Any, kind: str) -> Any:
@@ -418,8 +420,8 @@ def test_claims_of_fields_are_figures_that_ask() -> None:
         asks("512 open, dissertation", BEST, 11.0, 12.0),
         asks("512 maze, branching, dissertation", BEST, 9.0, 8.0),
         asks("4096 random 10 %, dissertation", BEST, 9.0, 10.0),
-        asks("stages, 512 open, four", "C++ -O3 -march=native", 1 / 1.3, 1 / 1.2),
-        asks("stages, 512 open, four", "C++ -O3", 1 / 1.1, 1 / 1.2),
+        asks("stages, 512 open, four-connected", "C++ -O3 -march=native", 1 / 1.3, 1 / 1.2),
+        asks("stages, 512 open, four-connected", "C++ -O3", 1 / 1.1, 1 / 1.2),
         asks("stages, 512 open, octile", "cost alone", 1 / 1.8, 1 / 1.7),
         asks("flat, 512", "open to 30 %", 0.6, 0.5),
         figure(1.0, 2.0, task="stages, 50 open, octile", rival="cost alone"),
@@ -430,8 +432,8 @@ def test_claims_of_fields_are_figures_that_ask() -> None:
         "beside the best of all rivals, random and open maps, dissertation moves": False,
         "beside the best of all rivals, mazes, dissertation moves": True,
         "beside the best of all rivals, 4096 random 10 %, dissertation": False,
-        "the whole field beside C++ -O3, four moves": True,
-        "the whole field beside C++ -O3 -march=native, four moves": False,
+        "the whole field beside C++ -O3, four-connected moves": True,
+        "the whole field beside C++ -O3 -march=native, four-connected moves": False,
         "the whole field beside cost alone, octile moves": False,
         "flat from open to 30 % clutter, the slowest beside the quickest": True,
     }

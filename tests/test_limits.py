@@ -395,7 +395,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path, name: str, limit: 
     assert grown[0] < 2**20
 
 
-@pytest.mark.parametrize("field", ["v_max", "a_max", "d_max", "lat_max", "jerk_max"])
+@pytest.mark.parametrize("field", ["v_max", "a_max", "d_max", "a_lat_max", "jerk_max"])
 def test_limits_of_a_robot(field: str) -> None:
     for value in (LEAST, np.nextafter(LEAST, 1), 1, np.nextafter(GREATEST, 0), GREATEST):
         Robot(**{field: float(value)})

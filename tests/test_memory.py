@@ -82,10 +82,10 @@ def bytes_a_cell(call: Callable[[], Any], side: int = SIDE) -> tuple[float, floa
 # At the highest on large maps (SPARING), and with the scratch of smaller ones; the result itself; no terrain
 # and terrain. 13 or 17 are luciferin 8, cost 4 or 8, step 1.
 FIELDS = {
-    "four": ((17, 25), 13, (19.5, 27.5)),
+    "four-connected": ((17, 25), 13, (19.5, 27.5)),
     "dissertation": ((17, 25), 13, (23.5, 31.5)),
     "octile": ((17, 25), 17, (31.5, 39.5)),
-    "sixteen": ((17, 25), 13, (27.5, 35.5)),
+    "sixteen-connected": ((17, 25), 13, (27.5, 35.5)),
 }
 
 
@@ -283,7 +283,8 @@ def test_cells_have_numbers_of_32_bits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("side", "moves"), [(2**16, "four"), (2**16, "dissertation"), (2**16, "sixteen"), (2**14, "octile")]
+    ("side", "moves"),
+    [(2**16, "four-connected"), (2**16, "dissertation"), (2**16, "sixteen-connected"), (2**14, "octile")],
 )
 def test_too_large_a_field_is_refused_before_anything_is_made_for_it(side: int, moves: str) -> None:
     free = np.broadcast_to(np.True_, (side, side))
@@ -361,7 +362,8 @@ with open("/proc/self/status") as lines:
 @pytest.mark.nightly
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc")
 @pytest.mark.parametrize(
-    ("moves", "most"), [("four", 400e6), ("dissertation", 400e6), ("sixteen", 400e6), ("octile", 470e6)]
+    ("moves", "most"),
+    [("four-connected", 400e6), ("dissertation", 400e6), ("sixteen-connected", 400e6), ("octile", 470e6)],
 )
 def test_a_process_with_a_field_of_4096_x_4096(moves: str, most: float) -> None:
     """Python, NumPy, numba and LLVM included: under 400 MB in all by three of the four moves.

@@ -91,7 +91,7 @@ def test_disagreements_are_found_on_either_side(tmp_path: Path) -> None:
     # A planner that need not be optimal disagrees only when it is shorter than the optimum.
     assert [a.query.line for a in scen.ask(benchmark, "ad-gso").disagreements] == [4, 5]
     # By other moves nothing can be compared, but each must be found.
-    four = scen.ask(benchmark, moves="four")
+    four = scen.ask(benchmark, moves="four-connected")
     assert (four.rule, four.disagreements) == ("found", ())
     assert [a.ratio for a in four.answers[-2:]] == [6 / 7, None]
     short = scen.ask(benchmark, limit=2)

@@ -115,10 +115,10 @@ def speeds(seed: int) -> int:
 WORK = {
     "octile": lambda: simulations("octile", False, 1),
     "dissertation": lambda: simulations("dissertation", False, 2),
-    "four": lambda: simulations("four", False, 3),
-    "sixteen": lambda: simulations("sixteen", False, 4),
+    "four-connected": lambda: simulations("four-connected", False, 3),
+    "sixteen-connected": lambda: simulations("sixteen-connected", False, 4),
     "terrain, octile": lambda: simulations("octile", True, 5),
-    "terrain, sixteen": lambda: simulations("sixteen", True, 6),
+    "terrain, sixteen": lambda: simulations("sixteen-connected", True, 6),
     "speeds": lambda: speeds(7),
     "speeds past the unknown": lambda: speeds(8),
     "fast runs": lambda: FastRuns(
@@ -129,7 +129,7 @@ WORK = {
 
 
 LEAST = {
-    "octile": 30, "dissertation": 30, "four": 20, "sixteen": 20, "terrain, octile": 20,
+    "octile": 30, "dissertation": 30, "four-connected": 20, "sixteen-connected": 20, "terrain, octile": 20,
     "terrain, sixteen": 10, "speeds": 5, "speeds past the unknown": 5,
 }  # fmt: skip
 

@@ -24,12 +24,16 @@ from lampyris.model.traffic import RandomWalk
 from lampyris.planning.field.layers import clearance, moves_for
 
 CASES: dict[str, dict[str, float]] = {
-    "crowding=1": {"crowding": 1.0},
-    "crowding=4": {"crowding": 4.0},
-    "keep_away=1": {"keep_away": 1},
-    "keep_away=1 crowding=4": {"keep_away": 1, "crowding": 4.0},
+    "obstacle_density_weight=1": {"obstacle_density_weight": 1.0},
+    "obstacle_density_weight=4": {"obstacle_density_weight": 4.0},
+    "min_clearance=1": {"min_clearance": 1},
+    "min_clearance=1 obstacle_density_weight=4": {"min_clearance": 1, "obstacle_density_weight": 4.0},
     "choice=exact": {"choice": "exact"},  # type: ignore[dict-item]
-    "choice=exact keep_away=1 crowding=4": {"choice": "exact", "keep_away": 1, "crowding": 4.0},  # type: ignore[dict-item]
+    "choice=exact min_clearance=1 obstacle_density_weight=4": {
+        "choice": "exact",
+        "min_clearance": 1,
+        "obstacle_density_weight": 4.0,
+    },  # type: ignore[dict-item]
 }
 
 
@@ -63,7 +67,7 @@ def terrain() -> None:
         print(f"| `{name}`, {len(gains)} queries | {mean[0]:+.1%} | {mean[1]:+.1%} |")
 
 
-def warmth() -> None:
+def traffic_density_weight() -> None:
     """Traffic minded and not, among 60 random walkers on three maps with eight seeds each."""
     print("\n| settings | ticks | waits | replans |\n|---|---|---|---|")
     for weight in (0.0, 1.0, 4.0):
@@ -73,11 +77,13 @@ def warmth() -> None:
             for seed in range(8):
                 query = document.queries[seed % len(document.queries)]
                 scene = Scene(document.grid, query.start, query.goal)
-                trace = api.simulate(scene, traffic=RandomWalk(60), seed=seed, choice="exact", warmth=weight)
+                trace = api.simulate(
+                    scene, traffic=RandomWalk(60), seed=seed, choice="exact", traffic_density_weight=weight
+                )
                 runs += 1
                 ticks, waits, replans = ticks + trace.ticks, waits + trace.waits, replans + trace.replans
         told = " | ".join(f"{n / runs:.2f}" for n in (ticks, waits, replans))
-        print(f"| `choice=exact warmth={weight:g}` | {told} |")
+        print(f"| `choice=exact traffic_density_weight={weight:g}` | {told} |")
 
 
 def main() -> None:
@@ -103,7 +109,7 @@ def main() -> None:
         rose = int((g[:, 2] > 1e-9).sum())
         print(f"| `{case}` | {mean[0]:+.1%} | {mean[1]:+.1%} | {mean[2]:+.1%} | {rose} of {len(g)} |")
     terrain()
-    warmth()
+    traffic_density_weight()
 
 
 if __name__ == "__main__":

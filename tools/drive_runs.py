@@ -220,7 +220,7 @@ def header(**more: object) -> str:
         "v_max": f"{ROBOT.v_max:g} m/s",
         "a_max": f"{ROBOT.a_max:g} m/s2",
         "d_max": f"{ROBOT.d_max:g} m/s2",
-        "lat_max": f"{ROBOT.lat_max:g} m/s2",
+        "a_lat_max": f"{ROBOT.a_lat_max:g} m/s2",
         "resolution": "1 m a cell",
         "obstacle radius": f"{RADIUS:g} m",
         "obstacle top speed": f"{TOP_SPEED:g} m/s",

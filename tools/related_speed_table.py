@@ -46,7 +46,7 @@ def office() -> tuple[Scene, Path]:
     document = load_map("office-120")
     query = document.queries[1]
     scene = Scene(replace(document.grid, resolution=CELL), query.start, query.goal, robot=Robot(radius=0.2))
-    path = api.plan(scene, keep_away=2, crowding=4.0, choice="exact").path
+    path = api.plan(scene, min_clearance=2, obstacle_density_weight=4.0, choice="exact").path
     assert path is not None
     return scene, path
 

@@ -60,7 +60,7 @@ def optimum_of_same_caps(course: SampledPath, scene: Scene, creep: float = 0.1, 
     away = wall_distance(fine.xy, scene.grid, robot.radius + robot.v_max**2 / (2 * robot.d_max))
     stopping = np.sqrt(2 * robot.d_max * np.maximum(away - robot.radius, 0.0))
     cap = np.minimum(robot.v_max, np.maximum(creep * robot.v_max, stopping))
-    x = np.minimum(cap**2, robot.lat_max / np.maximum(fine.curvature, 1e-12))
+    x = np.minimum(cap**2, robot.a_lat_max / np.maximum(fine.curvature, 1e-12))
     x[0] = x[-1] = 0.0
     x[fine.stop] = 0.0
     ds = np.diff(fine.s)

@@ -215,7 +215,7 @@ def speed_profile(
         settings of a law.
     v0 : speed at the start, in the profile's units.
     smooth : of a path or a plan. ``none``: the nodes are the path's own cells; each corner is rounded within
-        half a step of its node and driven as slowly as ``lat_max`` asks, or is a stop where the robot's
+        half a step of its node and driven as slowly as ``a_lat_max`` asks, or is a stop where the robot's
         ``turn_radius`` does not fit (see :func:`lampyris.motion.geometry.sampled_path.corners_of_path`). ``taut`` or
         ``arcs``: the path is made a curve first, as :func:`smooth` does. The default is that of ``lampyris
         plan`` and ``lampyris speed``, :data:`lampyris._core.defaults.PROFILE_SMOOTH`.

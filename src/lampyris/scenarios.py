@@ -151,7 +151,7 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
         idle += ["zones"] if scenario.scene.zones is not None else []
         why = f"the law {scenario.law} speaks of velocity units and knows no limits of the robot"
     else:
-        idle = [name for name in given if name in ("lat_max", "turn_radius") and scenario.simulated]
+        idle = [name for name in given if name in ("a_lat_max", "turn_radius") and scenario.simulated]
         why = "a simulation goes from cell to cell and knows no bends; plans, profiles and drives do"
     return (f"{', '.join(idle)} without effect: {why}",) if idle else ()
 

@@ -186,7 +186,7 @@ def _fields(moves: str, terrain: bool) -> None:
     kinds = [scene.moves]
     if moves == "octile":
         kinds.append(replace(scene.moves, name="own", costs=(141,) * 4 + (100,) * 4, unit=100))
-    if moves == "sixteen":
+    if moves == "sixteen-connected":
         own = (23,) * 4 + scene.moves.costs[4:]
         kinds.append(replace(scene.moves, name="own", costs=own))
         kinds.append(replace(kinds[-1], costs=tuple(c << 28 for c in own), unit=10 << 28))
@@ -220,7 +220,7 @@ def _attributes() -> None:
     """Room to walls, and AD-GSO that minds more than length."""
     scene = _scene()
     clearance(scene.grid)
-    api.plan(scene, "ad-gso", crowding=1.0, keep_away=1)
+    api.plan(scene, "ad-gso", obstacle_density_weight=1.0, min_clearance=1)
     api.plan(_scene(robot=Robot(radius=0.6)), "astar")
 
 
@@ -267,7 +267,7 @@ def _driven(law: str) -> None:
     walkers = (RandomWalk(2), Patrol(((12, 3), (12, 9))))
     ways: list[tuple[Any, float, dict[str, Any]]] = [(walkers, 3.0, {})]
     if law == "physical":
-        ways += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"know": "tracks"})]
+        ways += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"obstacle_info": "tracks"})]
     for traffic, limit, more in ways:
         with suppress(LampyrisError):
             api.drive(_scene(traffic=traffic), "ad-gso", law=law, time_limit=limit, **more)

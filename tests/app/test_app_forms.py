@@ -43,7 +43,7 @@ SCENARIO: dict[str, Any] = {
     "start": [0, 9], "goal": [7, 0],
     "moves": "dissertation", "preset": "robot", "zones": None, "seed": 1,
     "robot": {
-        "radius": 0.0, "v_max": 1.0, "a_max": 1.0, "d_max": 1.0, "lat_max": 1.0, "turn_radius": 0.0,
+        "radius": 0.0, "v_max": 1.0, "a_max": 1.0, "d_max": 1.0, "a_lat_max": 1.0, "turn_radius": 0.0,
         "jerk_max": None,
     },
     "planner": {"name": "ad-gso", "settings": {}}, "law": {"name": "physical", "settings": {}},

@@ -524,8 +524,8 @@ def test_layers_are_of_the_map_as_it_is_at_a_tick() -> None:
 
 # ---- what was not done as asked --------------------
 
-FAR = {"name": "ad-gso", "settings": {"keep_away": 10, "choice": "exact"}}
-WEAKENED = "keep_away 10 was weakened to 0 cells: no path to the goal keeps more"
+FAR = {"name": "ad-gso", "settings": {"min_clearance": 10, "choice": "exact"}}
+WEAKENED = "min_clearance 10 was weakened to 0 cells: no path to the goal keeps more"
 
 
 def test_plans_runs_and_comparisons_say_what_was_weakened() -> None:

@@ -100,8 +100,8 @@ def test_runs_that_do_not_arrive_say_what_to_change(page: Any, tmp_path: Path) -
 
 
 def test_what_was_weakened_is_said_of_plans_runs_and_comparisons(page: Any, tmp_path: Path) -> None:
-    weak = "keep_away 10 was weakened to 0 cells: no path to the goal keeps more"
-    asked = {"name": "ad-gso", "settings": {"keep_away": 10, "choice": "exact"}}
+    weak = "min_clearance 10 was weakened to 0 cells: no path to the goal keeps more"
+    asked = {"name": "ad-gso", "settings": {"min_clearance": 10, "choice": "exact"}}
     assert not page.locator("#status .st-otherwise").is_visible()
     choose(page, "s.json", json.dumps({**GOOD, "map": "env-1", "start": [37, 8], "goal": [5, 38],
                                        "planner": asked}).encode(), tmp_path)  # fmt: skip
@@ -110,7 +110,7 @@ def test_what_was_weakened_is_said_of_plans_runs_and_comparisons(page: Any, tmp_
     page.wait_for_selector("#status >> text=Replans so far")
     assert said(page, weak, "#status .st-otherwise") == f"Not as asked: {weak}."
     page.click("#tab-compare")
-    page.get_by_role("button", name="Add ad-gso keep_away").click()
+    page.get_by_role("button", name="Add ad-gso min_clearance").click()
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_selector("#compare table.measures")
     assert weak in said(page, "was weakened", "#compare .otherwise")

@@ -140,7 +140,7 @@ WORDS = [
         ("LAW", ("laws", "physicl"), "physical"),
         ("SMOOTH", (*_MAP, *_ENDS, "--smooth", "arks"), "arcs"),
         ("COLOUR_BY", (*_MAP, *_ENDS, "--colour-by", "causes"), "cause"),
-        ("DRIVE_SETTING", ("drive", "guide", "--know", "track"), "tracks"),
+        ("DRIVE_SETTING", ("drive", "guide", "--obstacle-info", "track"), "tracks"),
     )
 ]
 MORE = [
@@ -181,7 +181,7 @@ MORE = [
         ("--spacing: -1.0", "metres"),
     ),
     Case(99, "jerk", ("drive", "guide", "--jerk-max", "0"), {}, "ROBOT_LIMIT", 2, ("--jerk-max: 0.0",)),
-    Case(99, "lateral", ("plan", "guide", "--lat-max", "-1"), {}, "ROBOT_LIMIT", 2, ("--lat-max: -1.0",)),
+    Case(99, "lateral", ("plan", "guide", "--a-lat-max", "-1"), {}, "ROBOT_LIMIT", 2, ("--a-lat-max: -1.0",)),
     Case(
         99,
         "turning circle",

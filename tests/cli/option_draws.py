@@ -82,7 +82,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "smooth": ("taut", "arcs", "none"),
     "units": ("metres", "cells"),
     "colour_by": ("speed", "cause"),
-    "know": ("positions", "velocities", "tracks"),
+    "obstacle_info": ("positions", "velocities", "tracks"),
     "tracking": ("perfect", "velocity", "position"),
     "on_hit": ("end", "go-on"),
     "again": ("failed", "timeout", "refused", "failed,timeout"),

@@ -208,22 +208,22 @@ def test_what_every_planner_refuses_is_an_error_that_names_the_option(tmp_path: 
     assert "2 of 7 random walkers fit on the map" in found.out
 
 
-WEAKENED = "keep_away 3 was weakened to 0 cells: no path to the goal keeps more"
+WEAKENED = "min_clearance 3 was weakened to 0 cells: no path to the goal keeps more"
 
 
 @pytest.mark.parametrize("crowd", [(), ("--obstacles", "3", "--seeds", "2")])
 def test_what_a_planner_weakened_is_said(tmp_path: Path, crowd: tuple[str, ...]) -> None:
-    words = ("env-1", "--planners", "ad-gso:keep_away=3,astar", "--laws", "physical,dissertation", *crowd)
+    words = ("env-1", "--planners", "ad-gso:min_clearance=3,astar", "--laws", "physical,dissertation", *crowd)
     done = compare(tmp_path, *words, "--csv", "a.csv")
-    assert done.out.splitlines().count(f"ad-gso keep_away=3: {WEAKENED}") == 1
+    assert done.out.splitlines().count(f"ad-gso min_clearance=3: {WEAKENED}") == 1
     assert "astar:" not in done.out
     told = record(tmp_path, *words)
     assert [(row["planner"], row["notes"]) for row in told["rows"]] == [
-        *[("ad-gso keep_away=3", [WEAKENED])] * 2, *[("astar", [])] * 2
+        *[("ad-gso min_clearance=3", [WEAKENED])] * 2, *[("astar", [])] * 2
     ]  # fmt: skip
     with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:
         found = {(line["planner"], line["notes"]) for line in csv.DictReader(file)}
-    assert found == {("ad-gso keep_away=3", WEAKENED), ("astar", "")}
+    assert found == {("ad-gso min_clearance=3", WEAKENED), ("astar", "")}
 
 
 def test_some_of_the_runs_are_counted_in_the_remark() -> None:
@@ -245,6 +245,6 @@ def test_the_picture_says_who_did_otherwise_than_asked(
 ) -> None:
     drawn: list[DrawnPath] = []
     monkeypatch.setattr(picture, "draw_ways", lambda *given, **_: drawn.extend(given[3]))
-    words = ("env-1", "--planners", "ad-gso:keep_away=3,astar", "--picture", "a.png")
+    words = ("env-1", "--planners", "ad-gso:min_clearance=3,astar", "--picture", "a.png")
     assert compare(tmp_path, *words).exit == 0
     assert ["not as asked" in way.told for way in drawn] == [True, False]

@@ -74,7 +74,17 @@ def test_what_the_readme_drives(more: tuple[str, ...]) -> None:
 
 
 def test_saved_and_run_again_it_is_the_same_to_the_byte() -> None:
-    words = (*CALL, "--law", "rpp", "--know", "velocities", "--tracking", "velocity", "--delay", "0.1")
+    words = (
+        *CALL,
+        "--law",
+        "rpp",
+        "--obstacle-info",
+        "velocities",
+        "--tracking",
+        "velocity",
+        "--delay",
+        "0.1",
+    )
     done = run(*words, "--save-scenario", "a.yaml", "--json", "--no-timing")
     assert done.exit in (0, 4), done.err
     again = run("run", "a.yaml", "--save-scenario", "b.json", "--json", "--no-timing")
@@ -82,7 +92,7 @@ def test_saved_and_run_again_it_is_the_same_to_the_byte() -> None:
     assert run("run", "b.json", "--json", "--no-timing").out == done.out
     assert lampyris.load_scenario("a.yaml") == lampyris.load_scenario("b.json")
     said = lampyris.load_scenario("a.yaml").drive
-    assert said == {**asdict(Settings()), "know": "velocities", "tracking": "velocity", "delay": 0.1}
+    assert said == {**asdict(Settings()), "obstacle_info": "velocities", "tracking": "velocity", "delay": 0.1}
 
 
 def test_figures_films_and_tables_are_written() -> None:
@@ -105,9 +115,9 @@ def test_figures_films_and_tables_are_written() -> None:
 
 def test_limits_of_the_robot_are_kept_and_felt() -> None:
     plain = told(*CALL[:-4], "--obstacles", "0", "--law", "optimum")
-    slow = told(*CALL[:-4], "--obstacles", "0", "--law", "optimum", "--lat-max", "0.05")
+    slow = told(*CALL[:-4], "--obstacles", "0", "--law", "optimum", "--a-lat-max", "0.05")
     assert slow["duration"] > plain["duration"]
-    assert slow["robot"]["lat_max"] == 0.05
+    assert slow["robot"]["a_lat_max"] == 0.05
     zones = np.full((10, 10), 0.3)
     np.save("z.npy", zones)
     # The optimum leaves zones aside, our law does not.
@@ -118,12 +128,12 @@ def test_limits_of_the_robot_are_kept_and_felt() -> None:
 
 def test_a_scenario_may_say_how_to_drive() -> None:
     Path("s.yaml").write_text(
-        "version: 1\nmap: guide\nrobot: {radius: 0.2, lat_max: 0.5, jerk_max: null}\n"
+        "version: 1\nmap: guide\nrobot: {radius: 0.2, a_lat_max: 0.5, jerk_max: null}\n"
         "law: {name: physical, settings: {creep: 0.2, moving.reaction: 0.2}}\n"
         "obstacles: [{kind: crossing, count: 1}]\ndrive: {period: 0.2, patience: 3}\n"
     )
     r = told("run", "s.yaml")
-    assert (r["period"], r["robot"]["lat_max"]) == (0.2, 0.5)
+    assert (r["period"], r["robot"]["a_lat_max"]) == (0.2, 0.5)
     scenario = lampyris.load_scenario("s.yaml")
     assert scenario.law_settings == {"creep": 0.2, "moving.reaction": 0.2}
     assert scenario.notes == ()
@@ -147,7 +157,7 @@ def test_the_table_of_a_scenario_is_that_of_the_simulation() -> None:
 @pytest.mark.parametrize(
     ("words", "exit", "says"),
     [
-        (("--know", "tarcks"), 2, "DRIVE_SETTING.*--know: 'tarcks'.*did you mean tracks"),
+        (("--obstacle-info", "tarcks"), 2, "DRIVE_SETTING.*--obstacle-info: 'tarcks'.*did you mean tracks"),
         (("--tracking", "perfct"), 2, "DRIVE_SETTING.*did you mean perfect"),
         (("--on-hit", "x"), 2, "DRIVE_SETTING.*--on-hit: 'x'; allowed: end, go-on"),
         (("--period", "0"), 2, "DRIVE_SETTING.*--period"),

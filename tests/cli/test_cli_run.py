@@ -71,8 +71,8 @@ def same_again(
     "line",
     [
         "guide --preset dissertation --explain",
-        "env-2 --planner astar --moves sixteen",
-        "rooms-20 --planner dijkstra --moves four --law dissertation",
+        "env-2 --planner astar --moves sixteen-connected",
+        "rooms-20 --planner dijkstra --moves four-connected --law dissertation",
         "env-1 --set choice=roulette --seed 7 --set nt=4",
         "env-2 --radius 0.1 --resolution 0.25 --v-max 0.7 --d-max 2.5",
         "hills-48 --planner astar",

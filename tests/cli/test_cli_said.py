@@ -23,15 +23,15 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
     return done
 
 
-def test_plan_keeps_turn_radius_and_lat_max() -> None:
+def test_plan_keeps_turn_radius_and_a_lat_max() -> None:
     usual, quiet = said("plan", "env-1")
     assert usual["corners"] == {"turns": 21, "stops": 0}
     assert quiet == ""
-    asked, _ = said("plan", "env-1", "--turn-radius", "5", "--lat-max", "0.01")
+    asked, _ = said("plan", "env-1", "--turn-radius", "5", "--a-lat-max", "0.01")
     assert asked["cells"] == usual["cells"]
     assert asked["corners"] == {"turns": 21, "stops": 21}
     assert asked["speed"]["duration"] > usual["speed"]["duration"] + 21
-    slow, _ = said("plan", "env-1", "--lat-max", "0.01")
+    slow, _ = said("plan", "env-1", "--a-lat-max", "0.01")
     assert slow["speed"]["duration"] > 5 * usual["speed"]["duration"]
     assert (
         "0 rounded within half a step, 21 stops to turn" in run("plan", "env-1", "--turn-radius", "5").stdout
@@ -43,24 +43,24 @@ def test_limits_without_effect_are_named() -> None:
     assert "turn_radius without effect: the law dissertation speaks of velocity units" in err
     assert found["corners"] is None
     crowd = ("--obstacles", "0")
-    _, err = said("simulate", "guide", "--lat-max", "0.5", "--turn-radius", "5", *crowd)
-    assert "lat_max, turn_radius without effect: a simulation goes from cell to cell" in err
+    _, err = said("simulate", "guide", "--a-lat-max", "0.5", "--turn-radius", "5", *crowd)
+    assert "a_lat_max, turn_radius without effect: a simulation goes from cell to cell" in err
     _, err = said("simulate", "guide", *crowd)
     assert "without effect" not in err
 
 
 def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
-    told = "keep_away 10 was weakened to 0 cells: no path to the goal keeps more"
-    asked = ("env-1", "--set", "keep_away=10", "--set", "choice=exact")
+    told = "min_clearance 10 was weakened to 0 cells: no path to the goal keeps more"
+    asked = ("env-1", "--set", "min_clearance=10", "--set", "choice=exact")
     found, _ = said("plan", *asked)
     assert found["notes"] == [told]
-    assert found["attributes"]["keep_away"] == 0
-    assert "keep_away 10 was weakened to 0" in " ".join(run("plan", *asked).stdout.split())
+    assert found["attributes"]["min_clearance"] == 0
+    assert "min_clearance 10 was weakened to 0" in " ".join(run("plan", *asked).stdout.split())
     found, err = said("speed", *asked, "--laws", "physical")
     assert found["way"]["notes"] == [told]
     assert f"note: {told}" in err
-    shaped = ("--set", "crowding=2", "--laws", "physical", "--smooth", "taut")
-    kept = "--smooth taut without effect: the path was planned with crowding, so only its corners are rounded"
+    shaped = ("--set", "obstacle_density_weight=2", "--laws", "physical", "--smooth", "taut")
+    kept = "--smooth taut without effect: the path was planned with obstacle_density_weight, so only its corners are rounded"
     found, err = said("speed", "env-1", *shaped)
     assert found["way"]["notes"] == [kept]
     assert f"note: {kept}" in err
@@ -71,8 +71,8 @@ def test_attributes_that_are_weakened_are_said_by_every_verb() -> None:
 
 
 def test_a_drive_says_that_its_way_is_not_drawn_taut() -> None:
-    told = "the way is not drawn taut: the path was planned with crowding, so only its corners are rounded"
-    shaped = ("env-1", "--set", "crowding=2", "--obstacles", "0")
+    told = "the way is not drawn taut: the path was planned with obstacle_density_weight, so only its corners are rounded"
+    shaped = ("env-1", "--set", "obstacle_density_weight=2", "--obstacles", "0")
     found, err = said("drive", *shaped)
     assert found["notes"] == [told]
     assert f"note: {told}" in err

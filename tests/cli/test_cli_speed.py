@@ -126,7 +126,7 @@ def test_a_loop_is_measured_as_it_is_given() -> None:
     rows = "".join(f"{3 + np.cos(a):.15f},{2.6 + np.sin(a):.15f}\n" for a in angle)
     Path("ring.csv").write_text("x,y\n" + rows)
     Path("ring.txt").write_text(("." * 24 + "\n") * 20)
-    words = ("ring.txt", "--resolution", "0.25", "--path", "ring.csv", "--lat-max", "0.2")
+    words = ("ring.txt", "--resolution", "0.25", "--path", "ring.csv", "--a-lat-max", "0.2")
     ring = told(*words)
     assert ring["way"]["length_m"] == pytest.approx(2 * np.pi, rel=1e-3)
     assert ring["way"]["given_m"] == pytest.approx(2 * np.pi, rel=1e-3)
@@ -268,7 +268,7 @@ def test_without_a_path_there_is_no_speed() -> None:
         ((*ENDS, "--v0", "9"), 2, "PROFILE_INFEASIBLE.*--v0: 9"),
         ((*ENDS, "--colour-by", "colour"), 2, "COLOUR_BY.*speed, cause"),
         ((*ENDS, "--picture", "a.gif"), 2, "SUFFIX.*.png or .svg"),
-        ((*ENDS, "--lat-max", "0"), 2, "ROBOT_LIMIT.*--lat-max"),
+        ((*ENDS, "--a-lat-max", "0"), 2, "ROBOT_LIMIT.*--a-lat-max"),
         ((*ENDS, "--turn-radius", "-1"), 2, "ROBOT_LIMIT.*--turn-radius"),
         ((*ENDS, "--jerk-max", "nan"), 2, "ROBOT_LIMIT.*--jerk-max"),
         ((*ENDS, "--movers", "p.csv"), 3, "MOVERS_FILE.*p.csv:1: no column radius"),

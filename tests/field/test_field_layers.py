@@ -82,8 +82,8 @@ def test_moves_of_a_point_are_its_own() -> None:
 def test_moves_of_a_disc() -> None:
     assert not moves_for(_scene("dissertation", 0.1)).corner_cutting
     assert moves_for(_scene("octile", 0.1)) == MOVES["octile"]
-    assert moves_for(_scene("four", 0.1)) == MOVES["four"]
-    sixteen = moves_for(_scene("sixteen", 0.1))
+    assert moves_for(_scene("four-connected", 0.1)) == MOVES["four-connected"]
+    sixteen = moves_for(_scene("sixteen-connected", 0.1))
     assert sixteen.reach == 1
     assert (sixteen.straight, sixteen.diagonal, sixteen.knight) == (10, 14, 0)
     assert len(sixteen.offsets) == len(sixteen.costs) == 8

@@ -132,7 +132,10 @@ def test_a_goal_that_is_blocked_and_freed() -> None:
     assert same(again, solve(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1)))
     assert again.revision == 3
     assert (
-        FieldRepairer(~np.ones((2, 2), np.bool_), MOVES["four"], (0, 0)).mend(freed=[(0, 0)]).exact[0, 0] == 0
+        FieldRepairer(~np.ones((2, 2), np.bool_), MOVES["four-connected"], (0, 0))
+        .mend(freed=[(0, 0)])
+        .exact[0, 0]
+        == 0
     )
 
 
@@ -159,7 +162,7 @@ def test_costs_that_outgrow_32_bits() -> None:
     free = np.ones((3, 600), dtype=np.bool_)
     free[1, :-1] = False
     free[1, 0] = True
-    moves = Moves("long", MOVES["four"].offsets, (63 * 3000,) * 4, 63 * 3000, False, 63)
+    moves = Moves("long", MOVES["four-connected"].offsets, (63 * 3000,) * 4, 63 * 3000, False, 63)
     terrain = np.full(free.shape, 252, dtype=np.uint8)
     mender = FieldRepairer(free, moves, (0, 0), terrain=terrain)
     narrow = mender.field.exact.dtype
@@ -222,7 +225,10 @@ def test_copies_are_mended_apart(way: Callable[[FieldRepairer], FieldRepairer]) 
 )
 def test_mistakes_change_nothing(given: dict[str, object], error: type[Exception], word: str) -> None:
     mender = FieldRepairer(
-        np.ones((2, 3), np.bool_), MOVES["four"].weighed(), (0, 0), terrain=np.zeros((2, 3), np.uint8)
+        np.ones((2, 3), np.bool_),
+        MOVES["four-connected"].weighed(),
+        (0, 0),
+        terrain=np.zeros((2, 3), np.uint8),
     )
     before = mender.snapshot()
     with pytest.raises(error, match=word):
@@ -232,15 +238,15 @@ def test_mistakes_change_nothing(given: dict[str, object], error: type[Exception
 
 
 def test_what_a_mender_cannot_keep() -> None:
-    plain = FieldRepairer(np.ones((2, 3), np.bool_), MOVES["four"], (0, 0))
+    plain = FieldRepairer(np.ones((2, 3), np.bool_), MOVES["four-connected"], (0, 0))
     with pytest.raises(SettingError, match="field that has none"):
         plain.mend(terrain=[((1, 1), 5)])
     with pytest.raises(SettingError, match="opposite"):
         FieldRepairer(np.ones((2, 2), np.bool_), Moves("east", ((1, 0),), (10,), 10, False), (0, 0))
     with pytest.raises(SettingError, match="RHO"):
-        FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four"], (0, 0), rho=0.0)
+        FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four-connected"], (0, 0), rho=0.0)
     with pytest.raises(SceneError, match="GOAL_OUTSIDE"):
-        FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four"], (2, 0))
+        FieldRepairer(np.ones((2, 2), np.bool_), MOVES["four-connected"], (2, 0))
 
 
 def test_pell_costs_stay_exact_far_from_the_goal() -> None:

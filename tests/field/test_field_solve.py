@@ -204,8 +204,8 @@ def test_bad_arrays_and_goals() -> None:
     ("name", "diagonal", "straight", "unit"),
     [
         ("dissertation", 14, 0, 10), ("dissertation", 14, 0, 0), ("dissertation", 14, -10, 10),
-        ("dissertation", 40, 10, 10), ("dissertation", 14, 10, 0), ("octile", 14, 10, 0), ("four", 0, 0, 1),
-        ("four", 0, -1, 1), ("four", 0, 1, 0),
+        ("dissertation", 40, 10, 10), ("dissertation", 14, 10, 0), ("octile", 14, 10, 0), ("four-connected", 0, 0, 1),
+        ("four-connected", 0, -1, 1), ("four-connected", 0, 1, 0),
     ],
 )  # fmt: skip
 def test_bad_prices(name: str, diagonal: int, straight: int, unit: int) -> None:
@@ -269,7 +269,7 @@ sys.exit(any(m in sys.modules for m in ("numba", "scipy", "matplotlib")))
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("name", ["four", "dissertation", "sixteen"])
+@pytest.mark.parametrize("name", ["four-connected", "dissertation", "sixteen-connected"])
 def test_heads_and_windows_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Step sets of a caller's own go through windows; on those that have heads both give the same bytes."""
     rng = np.random.default_rng(23)

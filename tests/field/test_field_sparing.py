@@ -63,11 +63,11 @@ def test_a_spiral(monkeypatch: pytest.MonkeyPatch) -> None:
         dx, dy = -dy, dx
     monkeypatch.setattr(waves, "SPARING", 0)
     for goal in ((0, 0), (x, y)):
-        spared = solve(free, MOVES["four"], goal)
+        spared = solve(free, MOVES["four-connected"], goal)
         assert spared.expansions == int(free.sum())
         with monkeypatch.context() as patch:
             patch.setattr(waves, "SPARING", 2**31)
-            same(spared, solve(free, MOVES["four"], goal))
+            same(spared, solve(free, MOVES["four-connected"], goal))
 
 
 def test_both_forms() -> None:

@@ -163,7 +163,10 @@ def test_dearer_ground_never_helps(name: str) -> None:
 
 def test_the_goal_is_paid_for_and_the_start_is_not() -> None:
     field = solve(
-        np.ones((1, 3), bool), MOVES["four"].weighed(), (2, 0), terrain=np.array([[9, 5, 2]], np.uint8)
+        np.ones((1, 3), bool),
+        MOVES["four-connected"].weighed(),
+        (2, 0),
+        terrain=np.array([[9, 5, 2]], np.uint8),
     )
     assert field.exact.tolist() == [[(63 + 5) + (63 + 2), 63 + 2, 0]]
     assert field.cost.tolist() == [[133 / 63, 65 / 63, 0.0]]
@@ -239,7 +242,7 @@ def test_costs_that_outgrow_32_bits_are_found_again_in_64(monkeypatch: pytest.Mo
             if self.dtype is np.int32:
                 self.never = room
 
-    for name in ("dissertation", "four", "sixteen"):
+    for name in ("dissertation", "four-connected", "sixteen-connected"):
         free, terrain = rng.random((40, 40)) >= 0.1, rng.integers(0, 253, (40, 40)).astype(np.uint8)
         free[0, 0] = True
         moves = MOVES[name].weighed()
@@ -298,8 +301,8 @@ def test_a_scene_with_terrain(name: str) -> None:
     assert grid.terrain is not None
     agree(solve_field(Scene(grid, (0, 0), (4, 3), name)), ~grid.blocked, grid.terrain)
     wide = solve_field(Scene(grid, (0, 0), (4, 3), name, Robot(radius=0.8)))
-    if name != "sixteen":  # without its knight's steps it is no step set that the twin knows
-        agree(wide, np.asarray(wide.free), grid.terrain, None if name == "four" else "guard")
+    if name != "sixteen-connected":  # without its knight's steps it is no step set that the twin knows
+        agree(wide, np.asarray(wide.free), grid.terrain, None if name == "four-connected" else "guard")
 
 
 def test_a_change_of_terrain_is_solved_as_the_new_map() -> None:

@@ -156,7 +156,7 @@ def scenarios(draw: st.DrawFn) -> lampyris.Scenario:
     robot = lampyris.Robot(0.0, draw(positive), draw(positive), draw(positive))
     label = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z")), max_size=20)
     grid = replace(grid, resolution=draw(st.floats(1e-3, 1e3)), name="room")
-    moves = draw(st.sampled_from(["octile", "dissertation", "four", "sixteen"]))
+    moves = draw(st.sampled_from(["octile", "dissertation", "four-connected", "sixteen-connected"]))
     scene = lampyris.Scene(grid, draw(cell), draw(cell), moves=moves, robot=robot)
     who: dict[str, Any] = {"planner": "astar", "settings": {}}
     if draw(st.booleans()):

@@ -79,7 +79,7 @@ FULL: dict[str, Any] = {
     "goal": [4, 2],
     "robot": {"radius": 0.1, "v_max": 2, "a_max": 0.25, "d_max": 1e-3},
     "preset": "dissertation",
-    "moves": "four",
+    "moves": "four-connected",
     "planner": {"name": "ad-gso", "settings": {"choice": "exact", "nt": 4, "rho": 0.5}},
     "law": {"name": "physical", "settings": {"creep": 0.5}},
     "seed": 2**63 - 1,
@@ -106,7 +106,7 @@ def test_every_key(name: str) -> None:
     assert grid.blocked.tolist() == [[c in "#?" for c in row] for row in rows["rows"]]
     assert grid.unknown is not None
     assert grid.unknown[2, 0]
-    assert (s.scene.start, s.scene.goal, s.scene.moves.name) == ((0, 0), (4, 2), "four")
+    assert (s.scene.start, s.scene.goal, s.scene.moves.name) == ((0, 0), (4, 2), "four-connected")
     assert s.scene.robot == lampyris.Robot(0.1, 2.0, 0.25, 0.001)
     assert (s.planner, s.settings) == ("ad-gso", {"choice": "exact", "nt": 4, "rho": 0.5})
     assert (s.law, s.law_settings, s.seed, s.name) == ("physical", {"creep": 0.5}, 2**63 - 1, "the lot")

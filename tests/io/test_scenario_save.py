@@ -81,7 +81,7 @@ def some_scenario(rng: np.random.Generator, k: int) -> lampyris.Scenario:
     bodies = tuple(some_body(rng, grid.width, grid.height) for _ in range(int(rng.integers(4))))
     bodies = tuple(replace(b, radius=b.radius * resolution) for b in bodies)
     ends = [(int(rng.integers(grid.width)), int(rng.integers(grid.height))) for _ in range(2)]
-    moves = str(rng.choice(["octile", "dissertation", "four", "sixteen"]))
+    moves = str(rng.choice(["octile", "dissertation", "four-connected", "sixteen-connected"]))
     scene = lampyris.Scene(grid, *ends, moves=moves, robot=robot, traffic=bodies)  # type: ignore[arg-type]
     given: dict[str, Any] = {"planner": str(rng.choice(["astar", "dijkstra"])), "settings": {}}
     if rng.random() < 0.5:
@@ -210,9 +210,9 @@ def test_zones_and_drives_are_saved_and_are_part_of_what_decides() -> None:
     zones = np.full((10, 10), np.inf)
     zones[2:5] = 0.5
     np.save("z.npy", zones)
-    robot = lampyris.Robot(lat_max=0.3, turn_radius=0.2, jerk_max=2.0)
+    robot = lampyris.Robot(a_lat_max=0.3, turn_radius=0.2, jerk_max=2.0)
     scene = lampyris.Scene(grid, (0, 9), (7, 0), robot=robot, zones=zones)
-    drive = {"period": 0.2, "know": "velocities"}
+    drive = {"period": 0.2, "obstacle_info": "velocities"}
     law = {"law": "blind", "law_settings": {"blind.reach": 4.0}}
     x = lampyris.Scenario(scene, **law, map=Bundled("guide"), zones="z.npy", drive=drive)  # type: ignore[arg-type]
     for ending in (".yaml", ".json"):

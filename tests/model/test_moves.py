@@ -73,10 +73,10 @@ def test_dissertation_costs_are_tenths() -> None:
 def test_parent_preference_is_diagonals_first_in_the_order_of_table_4_2() -> None:
     want = ((-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1))
     assert MOVES["dissertation"].offsets == MOVES["octile"].offsets == want
-    assert MOVES["sixteen"].reach == 2
-    assert MOVES["sixteen"].knight == 22
-    assert len(MOVES["sixteen"].offsets) == 16
-    assert MOVES["four"].diagonal == 0
+    assert MOVES["sixteen-connected"].reach == 2
+    assert MOVES["sixteen-connected"].knight == 22
+    assert len(MOVES["sixteen-connected"].offsets) == 16
+    assert MOVES["four-connected"].diagonal == 0
 
 
 def test_unknown_moves_are_refused() -> None:

@@ -19,7 +19,7 @@ def random_robot(rng: np.random.Generator) -> Robot:
         v_max=float(10.0 ** rng.uniform(-0.5, 0.5)),
         a_max=float(10.0 ** rng.uniform(-0.7, 0.3)),
         d_max=float(10.0 ** rng.uniform(-0.7, 0.3)),
-        lat_max=float(10.0 ** rng.uniform(-0.7, 0.3)),
+        a_lat_max=float(10.0 ** rng.uniform(-0.7, 0.3)),
     )
 
 

@@ -21,7 +21,7 @@ from lampyris.referee import check_curve
 from reference.kernel_forms import use
 
 OPEN = Grid(np.zeros((21, 21), dtype=bool))
-SLOW = Robot(v_max=1.0, lat_max=0.5)  # A bend of 2 m at top speed.
+SLOW = Robot(v_max=1.0, a_lat_max=0.5)  # A bend of 2 m at top speed.
 
 
 def bytes_of(curve: Curve) -> tuple[Any, ...]:
@@ -118,14 +118,14 @@ def test_the_radius_is_bounded_by_use_by_lines_and_by_walls() -> None:
         return float(1 / bends[0]) if len(bends) else 0.0
 
     assert radius(SLOW) == pytest.approx(2.0)
-    assert radius(Robot(v_max=5.0, lat_max=1.0)) == pytest.approx(3.0)
+    assert radius(Robot(v_max=5.0, a_lat_max=1.0)) == pytest.approx(3.0)
     assert radius(Robot(v_max=0.1, turn_radius=2.5)) == pytest.approx(2.5)
     # The square around (7, 6) has its corner at (7.5, 5.5), within every arc of 0.5 (2 + sqrt 2) or more.
     blocked = np.zeros((21, 21), dtype=bool)
     blocked[6, 7] = True
     assert radius(SLOW, Grid(blocked)) == pytest.approx(0.5 * (2 + math.sqrt(2)), rel=5e-3)
     assert radius(SLOW, Grid(blocked)) <= 0.5 * (2 + math.sqrt(2)) + 1e-8
-    disc = Robot(radius=0.3, v_max=1.0, lat_max=0.5)
+    disc = Robot(radius=0.3, v_max=1.0, a_lat_max=0.5)
     fits = (0.5 * math.sqrt(2) - 0.3) / (math.sqrt(2) - 1)
     assert radius(disc, Grid(blocked)) == pytest.approx(fits, rel=5e-3)
     # The smallest that the robot drives fits, if barely; where it does not, it is a stop.

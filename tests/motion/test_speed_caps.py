@@ -41,7 +41,7 @@ def straight(
 
 
 def test_a_bend_is_driven_at_the_lateral_limit() -> None:
-    v = caps.curvature(np.array([0.0, 2.0, 0.5]), lat_max=0.8)
+    v = caps.curvature(np.array([0.0, 2.0, 0.5]), a_lat_max=0.8)
     assert v[0] == math.inf
     np.testing.assert_allclose(v[1:] ** 2 * np.array([2.0, 0.5]), 0.8, rtol=1e-15)
 

@@ -123,7 +123,7 @@ def test_ours_is_never_faster_than_the_optimum_nor_slower_than_one_speed(law: st
             assert (constant.v <= made.v * (1 + 1e-12)).all()
 
 
-@pytest.mark.parametrize("name", ["v_max", "a_max", "d_max", "lat_max"])
+@pytest.mark.parametrize("name", ["v_max", "a_max", "d_max", "a_lat_max"])
 def test_raising_a_limit_never_lengthens_the_time(name: str) -> None:
     rng = np.random.default_rng(5)
     for course, scene in courses(6, 25):
@@ -338,12 +338,12 @@ def test_laws_side_by_side() -> None:
 
 def test_what_breaks_a_limit_is_told() -> None:
     course, scene = courses(14, 1)[0]
-    robot = Robot(v_max=0.4, a_max=2.0, d_max=2.0, lat_max=0.05)
+    robot = Robot(v_max=0.4, a_max=2.0, d_max=2.0, a_lat_max=0.05)
     best = laws.profile(course, replace(scene, robot=robot), law="optimum")
     weak = {
         "a_max": "acceleration",
         "d_max": "braking",
-        "lat_max": "lateral",
+        "a_lat_max": "lateral",
         "v_max": "v_max",
     }
     assert entry_of(best, course, robot, best.duration).broken == ()

@@ -26,7 +26,7 @@ def dense_optimum(curve: Curve, robot: Robot) -> float:
     for number, (length, bend) in enumerate(
         zip(curve.lengths.tolist(), np.abs(curve.curvature).tolist(), strict=True)
     ):
-        most = min(robot.v_max**2, robot.lat_max / bend if bend else math.inf)
+        most = min(robot.v_max**2, robot.a_lat_max / bend if bend else math.inf)
         limit[-1] = 0.0 if number in still else min(limit[-1], most)
         places = 200 + int(200 * length)
         begin = s[-1]
@@ -50,7 +50,7 @@ def drawn_course(rng: np.random.Generator) -> tuple[SampledPath, Scene] | None:
         v_max=float(rng.choice([0.5, 1.0, 3.0])),
         a_max=float(rng.choice([0.3, 0.5, 2.0])),
         d_max=float(rng.choice([0.3, 1.0, 2.0])),
-        lat_max=float(rng.choice([0.3, 1.0])),
+        a_lat_max=float(rng.choice([0.3, 1.0])),
         turn_radius=size * float(rng.choice([0.0, 0.5, 1.0, 2.0, 5.0])),
     )
     scene = Scene(Grid(blocked, resolution=size), (0, 0), (15, 15), robot=robot)

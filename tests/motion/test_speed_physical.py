@@ -21,7 +21,7 @@ from lampyris.motion.laws.physical import PhysicalLaw, body_squares, wall_square
 from lampyris.referee import check_profile
 from lampyris_selfcheck.reference.motion import speed_laws
 
-STEPS = MOVES["sixteen"].offsets
+STEPS = MOVES["sixteen-connected"].offsets
 
 
 def random_world(rng: np.random.Generator, robot: Robot | None = None) -> tuple[Path, Scene]:
@@ -44,8 +44,8 @@ def random_world(rng: np.random.Generator, robot: Robot | None = None) -> tuple[
             d_max=float(10.0 ** rng.uniform(-1, 0.5)),
         )
     grid = Grid(blocked, resolution=float(rng.choice([0.05, 0.1, 0.5, 1.0])))
-    scene = Scene(grid, way[0], way[-1], moves="sixteen", robot=robot)
-    return path_of(np.array(way), MOVES["sixteen"]), scene
+    scene = Scene(grid, way[0], way[-1], moves="sixteen-connected", robot=robot)
+    return path_of(np.array(way), MOVES["sixteen-connected"]), scene
 
 
 def bodies(rng: np.random.Generator, scene: Scene, count: int) -> list[tuple[int, int]]:

@@ -26,7 +26,7 @@ def optimum_of_same_caps(course: SampledPath, scene: Scene, spacing: float, cree
     if scene.zones is not None:
         x, y = np.floor(fine.xy + 0.5).astype(int).T
         cap = np.minimum(cap, scene.zones[y, x])
-    square = np.minimum(cap**2, robot.lat_max / np.maximum(fine.curvature, 1e-12)).tolist()
+    square = np.minimum(cap**2, robot.a_lat_max / np.maximum(fine.curvature, 1e-12)).tolist()
     square[0] = square[-1] = 0.0
     for k in np.flatnonzero(fine.stop).tolist():
         square[k] = 0.0

@@ -139,7 +139,7 @@ def scene_of(
 
 def test_it_brakes_in_the_corner_and_ours_before() -> None:
     course = bent(0.3)
-    scene = scene_of(course, Robot(radius=0.1, v_max=2.0, lat_max=0.2))
+    scene = scene_of(course, Robot(radius=0.1, v_max=2.0, a_lat_max=0.2))
     theirs, ours = compare(course, scene, [Rpp(desired=2.0), "physical"])
     assert theirs.broken == ("lateral",)
     assert ours.broken == ()

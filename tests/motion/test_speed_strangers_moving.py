@@ -115,7 +115,7 @@ def test_odd_polylines_are_refused_in_words(points: list[list[float]]) -> None:
 def bounds(course: SampledPath, robot: Robot) -> np.ndarray:
     """Speeds that the robot's own limits allow at each node."""
     with np.errstate(divide="ignore"):
-        return np.minimum(robot.v_max, np.sqrt(robot.lat_max / course.curvature))
+        return np.minimum(robot.v_max, np.sqrt(robot.a_lat_max / course.curvature))
 
 
 def least_gap(
@@ -158,7 +158,7 @@ def test_after_every_push_braking_is_safe() -> None:
             v_max=res * float(rng.choice((0.5, 1.0, 3.0))),
             a_max=0.5 * res,
             d_max=res,
-            lat_max=res,
+            a_lat_max=res,
         )
         profile = feasible_profile(
             course.s, [("limit", bounds(course, robot))], a_max=robot.a_max, d_max=robot.d_max
@@ -245,7 +245,7 @@ def test_ways_through_tracks_touch_nobody() -> None:
         start = (int(rng.integers(8, 16)), int(rng.integers(8, 16)))
         curve = random_curve(rng, start, 24, res, int(rng.integers(1, 5)))
         robot = Robot(radius=0.4 * res * float(rng.choice((0, 1))), v_max=res, a_max=0.5 * res, d_max=res)
-        robot = replace(robot, lat_max=res)
+        robot = replace(robot, a_lat_max=res)
         course = course_of(curve, float(rng.choice((0.1, 0.5, 3.0))) * res)
         cap, tracks = bounds(course, robot), walkers(rng, curve, int(rng.integers(0, 4)))
         alone = through_tracks(course, cap, robot, [])

@@ -1,7 +1,7 @@
 """Beside TOPP-RA on random smooth paths with the same limits: our own result is the time optimum.
 
 Like with like. A path is a cubic spline through random points of the plane. Both get the same grid of nodes
-on it, a top speed, a lateral limit as a speed at each node, ``sqrt(lat_max / curvature)``, and unequal limits
+on it, a top speed, a lateral limit as a speed at each node, ``sqrt(a_lat_max / curvature)``, and unequal limits
 on the acceleration along the path. TOPP-RA gets them in two ways:
 
 * along: its path is the distance itself, q(s) = s, so that its joint's limits are the robot's. Both then

@@ -56,7 +56,7 @@ def random_case(
         free = np.argwhere(~blocked)
     a, b = rng.choice(len(free), 2, replace=False)
     start, goal = (int(free[a][1]), int(free[a][0])), (int(free[b][1]), int(free[b][0]))
-    moves = ("octile", "dissertation", "four", "sixteen")[seed % 4]
+    moves = ("octile", "dissertation", "four-connected", "sixteen-connected")[seed % 4]
     near = np.argwhere(~blocked & (rng.random((height, width)) < rng.choice((0.0, 0.1, 0.3))))
     bodies = frozenset((int(x), int(y)) for y, x in near) - {start, goal}
     return Scene(Grid(blocked), start, goal, moves), bodies, rng  # type: ignore[arg-type]
@@ -294,7 +294,7 @@ def test_cells_outside_the_map_are_a_mistake_but_obstacles_there_are_not() -> No
 
 
 def test_sixteen_moves_see_their_parent_even_in_a_window_of_one() -> None:
-    scene = Scene(Grid(np.zeros((12, 12), bool)), (0, 0), (11, 6), "sixteen")  # type: ignore[arg-type]
+    scene = Scene(Grid(np.zeros((12, 12), bool)), (0, 0), (11, 6), "sixteen-connected")  # type: ignore[arg-type]
     plan = open_(scene, record=True, nt=1, mvr=1, choice="exact").plan()
     assert plan.gap == 0.0
     assert max(c.ring for c in plan.jumps[0].candidates) == 2
@@ -408,7 +408,7 @@ def test_the_first_sub_path_respects_obstacles_and_corners() -> None:
 
 
 def test_hemmed_in_wait_mend_keep_release() -> None:
-    scene = scene_of(LOOP, "four")
+    scene = scene_of(LOOP, "four-connected")
     session = open_(scene)
     straight = cells(session.plan())
     assert straight == [(x, 2) for x in range(7)]
@@ -428,7 +428,7 @@ def test_hemmed_in_wait_mend_keep_release() -> None:
 
 
 def test_one_obstacle_leaves_another_stays_walled_in() -> None:
-    scene = scene_of(LOOP, "four")
+    scene = scene_of(LOOP, "four-connected")
     session = open_(scene)
     both = frozenset({(3, 2), (5, 2)})
     session.plan(Change(robot=(2, 2), obstacles=both))
@@ -462,7 +462,7 @@ def test_an_obstacle_on_the_goal_is_waited_for_beside_it() -> None:
 
 
 def test_moving_on_forgets_the_waiting() -> None:
-    session = open_(scene_of(LOOP, "four"))
+    session = open_(scene_of(LOOP, "four-connected"))
     seen = frozenset({(3, 2)})
     assert session.plan(Change(robot=(2, 2), obstacles=seen)).status is Status.HEMMED_IN
     assert session.plan(Change(robot=(1, 2)))
@@ -479,7 +479,7 @@ def test_obstacles_cost_no_new_field() -> None:
 
 
 def test_walls_found_and_taken_away_are_kept() -> None:
-    session = open_(scene_of(LOOP, "four"))
+    session = open_(scene_of(LOOP, "four-connected"))
     assert (0, 1) in cells(session.plan(Change(blocked=((3, 2),))))
     assert (0, 1) in cells(session.plan())
     assert session.plan(Change(blocked=((3, 0),))).status is Status.NO_PATH
@@ -489,7 +489,7 @@ def test_walls_found_and_taken_away_are_kept() -> None:
 
 def test_the_chances_are_the_same_numbers_in_every_python(monkeypatch: pytest.MonkeyPatch) -> None:
     """From 3.12 on ``sum`` of floats carries what rounding loses; a sum one after the other does not."""
-    scene = Scene(Grid(np.zeros((40, 40), dtype=bool)), (1, 3), (37, 38), MOVES["sixteen"])
+    scene = Scene(Grid(np.zeros((40, 40), dtype=bool)), (1, 3), (37, 38), MOVES["sixteen-connected"])
     jumps = open_(scene, record=True, choice="roulette").plan().jumps
     monkeypatch.setattr(ad_gso_walk, "sum", math.fsum, raising=False)
     assert open_(scene, record=True, choice="roulette").plan().jumps == jumps

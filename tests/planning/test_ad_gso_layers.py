@@ -116,8 +116,8 @@ def test_a_wide_robot_beside_a_wall_keeps_the_margin_elsewhere(radius: float, st
     blocked = np.zeros((40, 40), dtype=bool)
     blocked[[0, -1]] = blocked[:, [0, -1]] = True
     scene = Scene(Grid(blocked), start, (30, 30), robot=Robot(radius=radius))
-    plan = api.plan(scene, keep_away=3, choice="exact")
-    assert plan.attributes["keep_away"] == 3
+    plan = api.plan(scene, min_clearance=3, choice="exact")
+    assert plan.attributes["min_clearance"] == 3
     assert plan.notes == ()
 
 
@@ -125,9 +125,11 @@ def test_the_margin_is_kept_around_the_ends_too_where_there_is_no_way_out() -> N
     """env-3 has no cell 10 cells from walls: a box around each end was open, and nothing said so."""
     ground = load("env-3")
     query = ground.queries[0]
-    plan = api.plan(Scene(ground.grid, query.start, query.goal), choice="exact", keep_away=10, max_extra=None)
-    assert plan.attributes["keep_away"] < 10
-    assert plan.notes[0].startswith("keep_away 10 was weakened to ")
+    plan = api.plan(
+        Scene(ground.grid, query.start, query.goal), choice="exact", min_clearance=10, max_extra=None
+    )
+    assert plan.attributes["min_clearance"] < 10
+    assert plan.notes[0].startswith("min_clearance 10 was weakened to ")
 
 
 def test_a_place_beside_one_wall_is_left_straight_away_from_it() -> None:
@@ -160,11 +162,11 @@ def test_density_and_margin_against_their_definitions() -> None:
 def test_attributes_add_up_and_stay_in_range() -> None:
     grid = Grid(np.eye(6, dtype=bool), terrain=np.full((6, 6), 200, dtype=np.uint8))
     heat = np.ones((6, 6))
-    made = blend(grid, crowding=1.0, window=1, heat=heat, warmth=4.0)
+    made = blend(grid, obstacle_density_weight=1.0, window=1, heat=heat, traffic_density_weight=4.0)
     assert made is not None
     assert made[0, 5] == 252
     assert not made[grid.blocked].any()
-    assert blend(Grid(np.zeros((3, 3), dtype=bool)), crowding=2.0, window=1) is None
+    assert blend(Grid(np.zeros((3, 3), dtype=bool)), obstacle_density_weight=2.0, window=1) is None
 
 
 def least_clearance(plan, grid: Grid) -> int:
@@ -179,11 +181,11 @@ def test_it_keeps_away_where_there_is_a_way_and_gives_in_where_there_is_none() -
     open_ground[4:11, 12] = True
     scene = Scene(Grid(open_ground), (2, 7), (22, 7))
     assert least_clearance(api.plan(scene), scene.grid) == 1
-    assert least_clearance(api.plan(scene, keep_away=2, max_extra=None), scene.grid) == 3
+    assert least_clearance(api.plan(scene, min_clearance=2, max_extra=None), scene.grid) == 3
     narrow = open_ground.copy()
     narrow[:, 12] = True
     narrow[7, 12] = False
-    assert api.plan(Scene(Grid(narrow), (2, 7), (22, 7)), keep_away=3)
+    assert api.plan(Scene(Grid(narrow), (2, 7), (22, 7)), min_clearance=3)
 
 
 def test_the_way_is_no_longer_than_the_bound_allows() -> None:
@@ -197,7 +199,9 @@ def test_the_way_is_no_longer_than_the_bound_allows() -> None:
         if not plain:
             continue
         for bound in (0.0, 0.05, 0.3):
-            plan = api.plan(scene, choice="exact", crowding=4.0, keep_away=1, max_extra=bound)
+            plan = api.plan(
+                scene, choice="exact", obstacle_density_weight=4.0, min_clearance=1, max_extra=bound
+            )
             assert plan.gap is not None
             assert plan.gap <= bound + 1e-12
             longer += plan.gap > 0
@@ -206,7 +210,10 @@ def test_the_way_is_no_longer_than_the_bound_allows() -> None:
 
 def test_crowded_places_are_left_to_others() -> None:
     scene = Scene(load_map("env-1").grid, *_ends("env-1"))
-    plain, minded = api.plan(scene, choice="exact"), api.plan(scene, choice="exact", crowding=4.0, window=2)
+    plain, minded = (
+        api.plan(scene, choice="exact"),
+        api.plan(scene, choice="exact", obstacle_density_weight=4.0, window=2),
+    )
     share = density(scene.grid.blocked, 2)
 
     def met(plan) -> float:
@@ -222,7 +229,7 @@ def _ends(name: str):
 
 def test_warm_cells_are_avoided_once_they_are_warm() -> None:
     scene = Scene(Grid(np.zeros((9, 21), dtype=bool)), (0, 4), (20, 4))
-    session = AdGso(choice="exact", warmth=4.0, max_extra=None).open(scene, RNG)
+    session = AdGso(choice="exact", traffic_density_weight=4.0, max_extra=None).open(scene, RNG)
     belt = frozenset((10, y) for y in range(2, 7))
     for _ in range(30):
         plan = session.plan(Change(robot=(0, 4), obstacles=belt))
@@ -237,27 +244,31 @@ def test_warm_cells_are_avoided_once_they_are_warm() -> None:
 
 def test_simulations_with_every_attribute_are_clean() -> None:
     scene = Scene(load_map("env-2").grid, *_ends("env-2"), traffic=(RandomWalk(15),))
-    trace = api.simulate(scene, seed=2, crowding=1.0, warmth=1.0, keep_away=1)  # refereed
+    trace = api.simulate(
+        scene, seed=2, obstacle_density_weight=1.0, traffic_density_weight=1.0, min_clearance=1
+    )  # refereed
     assert trace.arrived
-    again = api.simulate(scene, seed=2, crowding=1.0, warmth=1.0, keep_away=1)
+    again = api.simulate(
+        scene, seed=2, obstacle_density_weight=1.0, traffic_density_weight=1.0, min_clearance=1
+    )
     assert np.array_equal(trace.robot, again.robot)
 
 
 def test_the_contract_holds_with_attributes() -> None:
-    check_planner(AdGso(crowding=1.0, keep_away=1, warmth=0.5), cases=3)
+    check_planner(AdGso(obstacle_density_weight=1.0, min_clearance=1, traffic_density_weight=0.5), cases=3)
 
 
 def test_blocked_ends_are_told_as_ever() -> None:
     blocked = np.zeros((5, 5), dtype=bool)
     blocked[0, 0] = True
-    assert api.plan(Scene(Grid(blocked), (0, 0), (4, 4)), keep_away=1).status is Status.START_OCCUPIED
-    assert api.plan(Scene(Grid(blocked), (4, 4), (0, 0)), keep_away=1).status is Status.GOAL_OCCUPIED
+    assert api.plan(Scene(Grid(blocked), (0, 0), (4, 4)), min_clearance=1).status is Status.START_OCCUPIED
+    assert api.plan(Scene(Grid(blocked), (4, 4), (0, 0)), min_clearance=1).status is Status.GOAL_OCCUPIED
 
 
 @pytest.mark.parametrize(
     ("setting", "value"),
-    [("crowding", 5), ("crowding", -1.0), ("warmth", True), ("window", 0), ("keep_away", -1),
-     ("keep_away", 1.5), ("max_extra", -0.1), ("max_extra", float("nan"))],
+    [("obstacle_density_weight", 5), ("obstacle_density_weight", -1.0), ("traffic_density_weight", True),
+     ("window", 0), ("min_clearance", -1), ("min_clearance", 1.5), ("max_extra", -0.1), ("max_extra", float("nan"))],
 )  # fmt: skip
 def test_settings_out_of_range_are_refused(setting, value) -> None:
     with pytest.raises(SettingError) as refused:
@@ -270,19 +281,30 @@ def test_what_is_weakened_is_said_with_the_reason() -> None:
     narrow[:, 12] = True
     narrow[7, 12] = False
     scene = Scene(Grid(narrow), (2, 7), (22, 7))
-    plan = api.plan(scene, keep_away=3)
-    assert plan.notes == ("keep_away 3 was weakened to 0 cells: no path to the goal keeps more",)
-    assert plan.attributes == {"keep_away": 0, "crowding": 0.0, "warmth": 0.0, "window": 3}
+    plan = api.plan(scene, min_clearance=3)
+    assert plan.notes == ("min_clearance 3 was weakened to 0 cells: no path to the goal keeps more",)
+    assert plan.attributes == {
+        "min_clearance": 0,
+        "obstacle_density_weight": 0.0,
+        "traffic_density_weight": 0.0,
+        "window": 3,
+    }
     longer = "the best path under it would be longer than max_extra allows"
     narrow[:, 12] = False
     narrow[3:, 12] = True
     scene = Scene(Grid(narrow), (2, 14), (22, 14))
-    plan = api.plan(scene, keep_away=2, max_extra=0.0)
-    assert plan.notes == (f"keep_away 2 was weakened to {plan.attributes['keep_away']} cells: {longer}",)
-    assert api.plan(scene, keep_away=1, max_extra=None).notes == ()
-    plan = api.plan(Scene(load_map("env-1").grid, *_ends("env-1")), crowding=4.0, max_extra=0.0)
-    assert plan.attributes["crowding"] < 4.0
-    assert plan.notes == (f"crowding 4 was weakened to {plan.attributes['crowding']:g}: {longer}",)
+    plan = api.plan(scene, min_clearance=2, max_extra=0.0)
+    assert plan.notes == (
+        f"min_clearance 2 was weakened to {plan.attributes['min_clearance']} cells: {longer}",
+    )
+    assert api.plan(scene, min_clearance=1, max_extra=None).notes == ()
+    plan = api.plan(
+        Scene(load_map("env-1").grid, *_ends("env-1")), obstacle_density_weight=4.0, max_extra=0.0
+    )
+    assert plan.attributes["obstacle_density_weight"] < 4.0
+    assert plan.notes == (
+        f"obstacle_density_weight 4 was weakened to {plan.attributes['obstacle_density_weight']:g}: {longer}",
+    )
     assert api.plan(scene).notes == ()
     assert api.plan(scene).attributes == {}
 
@@ -290,7 +312,7 @@ def test_what_is_weakened_is_said_with_the_reason() -> None:
 def test_attributes_that_add_up_to_more_than_a_cell_can_cost_are_said() -> None:
     terrain = np.full((9, 9), 252, dtype=np.uint8)
     scene = Scene(Grid(np.eye(9, dtype=bool)[::-1] & (np.arange(9) > 3), terrain=terrain), (0, 0), (8, 8))
-    plan = api.plan(scene, crowding=1.0, window=1, max_extra=None)
+    plan = api.plan(scene, obstacle_density_weight=1.0, window=1, max_extra=None)
     assert len(plan.notes) == 1
     assert plan.notes[0].endswith("cells cost 5 times plain ground, the most there is, in place of more")
 
@@ -306,8 +328,8 @@ def test_gates_under_a_margin_are_those_of_the_cells_left_for_the_robots_centre(
     scene = Scene(Grid(blocked), (2, 6), (18, 6), robot=Robot(radius=radius))
     margin = 2 if radius < 0.5 else 1
     for policy in ("close", "replan"):
-        found = api.plan(scene, "ad-gso", keep_away=margin, gates=policy)
+        found = api.plan(scene, "ad-gso", min_clearance=margin, gates=policy)
         assert (found.status is Status.NO_PATH) == closed
         assert bool(found.gates_met) == (closed and policy == "replan")
-        assert found.attributes["keep_away"] == margin
+        assert found.attributes["min_clearance"] == margin
         assert found.gates_in_map == ()

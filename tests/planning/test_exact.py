@@ -88,7 +88,9 @@ def test_step_costs_that_break_the_metric_are_searched_without_it() -> None:
         assert answer.cells is not None
         assert odd.exact(count_steps(answer.cells, odd)) == 4
     # A knight's step dearer than the straight and the diagonal it could replace must not replace them.
-    dear = replace(MOVES["sixteen"], name="dear", costs=(50,) * 8 + MOVES["sixteen"].costs[8:])
+    dear = replace(
+        MOVES["sixteen-connected"], name="dear", costs=(50,) * 8 + MOVES["sixteen-connected"].costs[8:]
+    )
     for informed in (False, True):
         answer = GridSearch(free, dear, informed=informed).way((0, 0), (4, 2))
         assert answer.cells is not None
@@ -208,7 +210,7 @@ def test_a_straight_way_expands_only_itself() -> None:
 
 def test_endings_of_the_kernel() -> None:
     free = np.array([[True, True, False, True]])
-    one = GridSearch(free, MOVES["four"], informed=True)
+    one = GridSearch(free, MOVES["four-connected"], informed=True)
     assert one.way((0, 0), (1, 0)).ending == FOUND
     assert one.way((0, 0), (3, 0)).ending == EXHAUSTED
     assert one.way((0, 0), (3, 0), 1).ending == LIMIT
@@ -217,7 +219,7 @@ def test_endings_of_the_kernel() -> None:
 
 
 def test_closed_cells_are_open_again_afterwards_even_if_named_twice() -> None:
-    one = GridSearch(np.ones((1, 3), dtype=bool), MOVES["four"], informed=True)
+    one = GridSearch(np.ones((1, 3), dtype=bool), MOVES["four-connected"], informed=True)
     assert one.way((0, 0), (2, 0), closed=[(1, 0), (1, 0)]).ending == EXHAUSTED
     assert one.way((0, 0), (2, 0)).ending == FOUND
 
@@ -281,7 +283,9 @@ def test_start_equals_goal_is_one_cell_at_no_cost(planner: Planner) -> None:
 
 @pytest.mark.parametrize("planner", PLANNERS, ids=lambda p: p.name)
 def test_no_path_tells_the_sizes_of_both_regions(planner: Planner) -> None:
-    plan = session(planner, Scene(grid_of(["...#.", "..#..", ".####"]), (0, 0), (4, 0), "four")).plan()
+    plan = session(
+        planner, Scene(grid_of(["...#.", "..#..", ".####"]), (0, 0), (4, 0), "four-connected")
+    ).plan()
     assert plan.status is Status.NO_PATH
     assert "start region 6 cells, goal region 3 cells" in plan.sentence
     assert plan.expansions == 9
@@ -295,7 +299,7 @@ def test_the_budget_counts_every_expansion_of_a_call(planner: Planner) -> None:
     short = session(planner, scene).plan(None, Budget(needed - 1))
     assert (short.status, short.expansions) == (Status.LIMIT, needed - 1)
 
-    shut = Scene(grid_of(["...#..."]), (0, 0), (6, 0), "four")
+    shut = Scene(grid_of(["...#..."]), (0, 0), (6, 0), "four-connected")
     for budget, word, sizes in [
         (2, "limit", None),
         (3, "no-path", "goal region over 0"),
@@ -308,7 +312,7 @@ def test_the_budget_counts_every_expansion_of_a_call(planner: Planner) -> None:
         assert sizes is None or sizes in plan.sentence
 
     # Three with the obstacle, six more to see that walls are not to blame.
-    crowded = Scene(grid_of(["......."]), (0, 0), (6, 0), "four")
+    crowded = Scene(grid_of(["......."]), (0, 0), (6, 0), "four-connected")
     change = Change(obstacles=frozenset({(3, 0)}))
     for budget, word, spent in [(2, "limit", 2), (8, "limit", 8), (9, "hemmed-in", 9), (90, "hemmed-in", 9)]:
         plan = session(planner, crowded).plan(change, Budget(budget))

@@ -65,8 +65,8 @@ def test_what_it_picks() -> None:
     ):
         assert type(suited(free, None, MOVES["octile"])) is octile
         assert type(suited(free, None, MOVES["dissertation"])) is dissertation
-        assert type(suited(free, None, MOVES["four"])) is GridSearch
-        assert type(suited(free, None, MOVES["sixteen"])) is GridSearch
+        assert type(suited(free, None, MOVES["four-connected"])) is GridSearch
+        assert type(suited(free, None, MOVES["sixteen-connected"])) is GridSearch
     assert type(suited(noise(64, 0.0), terrain, MOVES["octile"].weighed())) is TerrainSearch
 
 

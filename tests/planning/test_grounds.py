@@ -78,14 +78,14 @@ def test_a_field_once_asked_for_is_kept() -> None:
 
 def test_a_copy_goes_its_own_way() -> None:
     free = np.ones((12, 12), np.bool_)
-    one = FieldRepairer(free, MOVES["sixteen"], (5, 5))
+    one = FieldRepairer(free, MOVES["sixteen-connected"], (5, 5))
     one.mend(blocked=[(4, 4)])
     two = one.copy()
     one.mend(blocked=[(6, 6)])
     two.mend(freed=[(4, 4)])
-    assert (two.field.exact == solve(free, MOVES["sixteen"], (5, 5)).exact).all()
+    assert (two.field.exact == solve(free, MOVES["sixteen-connected"], (5, 5)).exact).all()
     free[4, 4] = free[6, 6] = False
-    assert (one.field.exact == solve(free, MOVES["sixteen"], (5, 5)).exact).all()
+    assert (one.field.exact == solve(free, MOVES["sixteen-connected"], (5, 5)).exact).all()
     assert two.field.revision == 2
 
 

@@ -264,7 +264,7 @@ def test_work_is_in_proportion_to_what_changed(planner: Planner) -> None:
 
 @each
 def test_enclosed_is_an_answer_with_the_sizes_of_both_regions(planner: Planner) -> None:
-    session = planner.open(Scene(grid_of(["...#.", "..#..", ".####"]), (0, 0), (4, 0), "four"), RNG)
+    session = planner.open(Scene(grid_of(["...#.", "..#..", ".####"]), (0, 0), (4, 0), "four-connected"), RNG)
     plan = session.plan()
     assert plan.status is Status.NO_PATH
     assert "start region 6 cells, goal region 3 cells" in plan.sentence
@@ -349,7 +349,7 @@ def test_mistakes_are_refused_and_change_nothing(planner: Planner) -> None:
 
 @each
 def test_the_first_terrain_of_a_map_and_the_last(planner: Planner) -> None:
-    one = planner.open(Scene(grid_of(["...", "..."]), (0, 0), (2, 0), "four"), RNG)
+    one = planner.open(Scene(grid_of(["...", "..."]), (0, 0), (2, 0), "four-connected"), RNG)
     assert one.plan().cost == 2.0
     heavy = one.plan(Change(terrain=(((1, 0), 252),)))
     assert (heavy.cost, heavy.path.moves.scale, heavy.steps) == (4.0, 63, (4, 0))

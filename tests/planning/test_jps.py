@@ -64,7 +64,9 @@ def test_two_thousand_random_queries(name: str) -> None:
 
 
 def test_where_the_rules_hold() -> None:
-    assert [can_jump(MOVES[name]) for name in ("octile", "dissertation", "four", "sixteen")] == [
+    assert [
+        can_jump(MOVES[name]) for name in ("octile", "dissertation", "four-connected", "sixteen-connected")
+    ] == [
         True,
         True,
         False,
@@ -77,7 +79,7 @@ def test_where_the_rules_hold() -> None:
     assert can_jump(replace(octile, name="odd", costs=(19,) * 4 + (10,) * 4, unit=10))
     free = np.ones((4, 4), dtype=bool)
     assert isinstance(jump_search(free, None, octile), JumpSearch)
-    assert isinstance(jump_search(free, None, MOVES["four"]), GridSearch)
+    assert isinstance(jump_search(free, None, MOVES["four-connected"]), GridSearch)
 
 
 def test_odd_prices_are_exact_too() -> None:
@@ -190,7 +192,9 @@ def test_a_plan_tells_packing_apart_and_packs_once() -> None:
     plans = [session.plan(), session.plan(), session.plan(Change(blocked=((30, 30),)))]
     assert [set(p.timing) for p in plans] == [{"pack_s", "search_s"}] * 3
     assert [p.timing["pack_s"] > 0 for p in plans] == [True, False, True]
-    assert set(JumpPointSearch().open(replace(scene, moves=MOVES["four"]), RNG).plan().timing) == {"search_s"}
+    assert set(JumpPointSearch().open(replace(scene, moves=MOVES["four-connected"]), RNG).plan().timing) == {
+        "search_s"
+    }
 
 
 def test_jump_points_are_far_fewer_than_cells() -> None:

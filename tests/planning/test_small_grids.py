@@ -21,7 +21,7 @@ def test_a_sample_through_the_front_door() -> None:
         blocked = rng.integers(2, size=(3, 3)).astype(bool)
         free = (~blocked).tolist()
         start, goal = CELLS[rng.integers(9)], CELLS[rng.integers(9)]
-        name = ("octile", "dissertation", "four", "sixteen")[rng.integers(4)]
+        name = ("octile", "dissertation", "four-connected", "sixteen-connected")[rng.integers(4)]
         scene = Scene(Grid(blocked), start, goal, name)
         known = distances(free, name, goal)
         for planner in ("astar", "dijkstra"):

@@ -64,13 +64,13 @@ def test_the_contract_at_full_size(kind: type[StepPlanner]) -> None:
 def closed_form(name: str, dx: int, dy: int) -> float:
     """Sum of cost-to-go over a way that takes its diagonals first, then its straights."""
     a, b = max(dx, dy), min(dx, dy)
-    if name == "four":
+    if name == "four-connected":
         return (a + b) * (a + b + 1) / 2
     s, d = 1.0, MOVES[name].diagonal / MOVES[name].straight
     return b * (a - b) * s + d * b * (b + 1) / 2 + s * (a - b) * (a - b + 1) / 2
 
 
-@pytest.mark.parametrize("name", ["dissertation", "octile", "four"])
+@pytest.mark.parametrize("name", ["dissertation", "octile", "four-connected"])
 def test_on_an_empty_map_the_sum_of_cost_to_go_has_a_closed_form(name: str) -> None:
     rng = np.random.default_rng(4)
     grid = Grid(np.zeros((20, 30), dtype=bool))
@@ -90,7 +90,7 @@ def test_on_an_empty_map_the_sum_of_cost_to_go_has_a_closed_form(name: str) -> N
         assert two.path is not None
         assert two.gap == 0.0
         assert two.iterations >= (len(two.path.cells)) // 2
-        if name != "four":
+        if name != "four-connected":
             assert two.iterations == (max(dx, dy) + 1) // 2
 
 
@@ -203,7 +203,7 @@ def test_the_first_move_is_the_commitment() -> None:
 
 
 def test_obstacles_and_budgets() -> None:
-    scene = scene_of(["S....", "..#..", "....G"], "four")
+    scene = scene_of(["S....", "..#..", "....G"], "four-connected")
     for kind in BOTH:
         session = kind().open(scene, np.random.default_rng(0))
         assert session.plan(Change(obstacles=frozenset({(2, 0), (2, 2)}))).status is Status.HEMMED_IN
@@ -229,7 +229,7 @@ def test_few_particles_lose_their_way_a_little_and_many_do_not() -> None:
 def test_fans_hold_the_ring_in_compass_order(name: str) -> None:
     one, two = fan_of(MOVES[name], 1), fan_of(MOVES[name], 2)
     assert set(map(tuple, one.offsets.tolist())) == set(MOVES[name].offsets)
-    assert len(two.offsets) == (4 if name == "four" else 16)
+    assert len(two.offsets) == (4 if name == "four-connected" else 16)
     assert (np.abs(two.offsets).max(axis=1) == 2).all()
     for fan in (one, two):
         angles = np.arctan2(fan.offsets[:, 1], fan.offsets[:, 0]) % (2 * np.pi)

@@ -112,7 +112,7 @@ def test_regions_that_are_apart_are_no_path_at_once() -> None:
 
 
 def test_obstacles_close_the_way_for_one_call() -> None:
-    scene = scene_of(["S....", "..#..", "....G"], "four")
+    scene = scene_of(["S....", "..#..", "....G"], "four-connected")
     gap = frozenset({(2, 0), (2, 2)})
     for kind in KINDS:
         session = kind(**SMALL).open(scene, np.random.default_rng(0))

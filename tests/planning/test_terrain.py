@@ -212,7 +212,7 @@ def test_the_base_starts_again_before_it_runs_out_of_bits() -> None:
 def test_budgets_and_regions() -> None:
     grid = Grid(np.zeros((5, 6), bool), terrain=np.full((5, 6), 9))
     assert grid.terrain is not None
-    one = TerrainSearch(~grid.blocked, grid.terrain, MOVES["four"].weighed(), informed=True)
+    one = TerrainSearch(~grid.blocked, grid.terrain, MOVES["four-connected"].weighed(), informed=True)
     whole = one.way((0, 0), (5, 4))
     assert whole.ending == FOUND
     for budget in range(1, whole.expansions + 2):
@@ -378,11 +378,11 @@ def test_budgets_of_a_session_on_rough_ground() -> None:
 
 def test_a_path_over_terrain_is_refused_for_what_it_does_not_pay() -> None:
     grid = Grid(np.zeros((1, 3), bool), terrain=[[0, 9, 0]])
-    scene = Scene(grid, (0, 0), (2, 0), "four")
+    scene = Scene(grid, (0, 0), (2, 0), "four-connected")
     plan = AStar().open(scene, RNG).plan()
     assert plan.path is not None
     assert plan.path.paid == 63 + 9 + 63
-    free = path_of(plan.path.cells, MOVES["four"])
+    free = path_of(plan.path.cells, MOVES["four-connected"])
     assert check_path(free, grid, scene.robot, scene.moves, scene.start, scene.goal) is not None
 
 

@@ -32,7 +32,7 @@ def small(name: str) -> Planner:
     return registry.make(name, {k: v for k, v in (("swarm", 5), ("iterations", 2)) if k in known})
 
 
-PLANNERS = [*map(small, registry.names()), AdGso(crowding=1.0), AdGso(choice="exact")]
+PLANNERS = [*map(small, registry.names()), AdGso(obstacle_density_weight=1.0), AdGso(choice="exact")]
 
 
 def labels(planner: Planner) -> str:

@@ -131,7 +131,7 @@ def test_larger_maps_and_wide_robots(planner: Planner, name: str) -> None:
         longest = walk.path.arc[-1] * (1.5 if planner is PUBLISHED else 1.0)
         assert plan.any_angle_length <= longest + 1e-9
         # The walk along the lines is not much of a detour either.
-        assert plan.path.arc[-1] <= 1.1 * walk.path.arc[-1] + (8 if name != "sixteen" else 12)
+        assert plan.path.arc[-1] <= 1.1 * walk.path.arc[-1] + (8 if name != "sixteen-connected" else 12)
         saved += plan.any_angle_length < walk.path.arc[-1] - 1e-9
         if plan.waypoints is not None and radius > 0:
             blocked = set(cells_where(walls))

@@ -93,7 +93,7 @@ def random_curve(
 def _bounds(curve: Curve, robot: Robot) -> tuple[list[float], list[float]]:
     """Where each piece begins (and the end), and the speed allowed there and on it."""
     tops = [
-        min(robot.v_max, math.sqrt(robot.lat_max / abs(k))) if k else robot.v_max for k in curve.curvature
+        min(robot.v_max, math.sqrt(robot.a_lat_max / abs(k))) if k else robot.v_max for k in curve.curvature
     ]
     begins = [0.0, *np.cumsum(curve.lengths).tolist()]
     return begins, [*tops, 0.0]

@@ -236,7 +236,7 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
     ("too hard acceleration", "acceleration", lambda d: with_robot(d, a_max=float(d.a.max()) * 0.99)),
     ("too hard braking", "braking", lambda d: with_robot(d, d_max=float(-d.a.min()) * 0.99)),
     ("accelerates after the end", "acceleration", lambda d: replace(d, a=changed(d.a, -1, 0.1))),
-    ("too fast in the bend", "lateral", lambda d: with_robot(d, lat_max=0.2)),
+    ("too fast in the bend", "lateral", lambda d: with_robot(d, a_lat_max=0.2)),
     ("bend too sharp", "bend", lambda d: with_robot(d, turn_radius=2.1)),
     ("clock stands", "time", lambda d: replace(d, t=changed(d.t, 5, float(d.t[4] - d.t[5])))),
     ("clock begins late", "time", lambda d: replace(d, t=d.t + 1.0)),
@@ -314,8 +314,8 @@ def test_near_misses_of_the_defects_pass() -> None:
     assert judge(with_tracks(d, [still(8, 5, since=1e3)])) is None
     assert judge(_told(with_tracks(parked(d), [visitor(d)]), 2.0)) is None
     assert judge(_told(with_tracks(parked(d), [visitor(d)]), 2.0, body=1)) == "untold contact"
-    assert judge(replace(with_robot(d, lat_max=0.2), law="rpp")) is None
-    assert judge(replace(with_robot(d, lat_max=0.2), law="dissertation")) is None
+    assert judge(replace(with_robot(d, a_lat_max=0.2), law="rpp")) is None
+    assert judge(replace(with_robot(d, a_lat_max=0.2), law="dissertation")) is None
     assert judge(with_wall(replace(d, outcome=Outcome.GOAL_OCCUPIED, moments=()), *d.scene.goal)) == "outcome"
 
 

@@ -132,8 +132,8 @@ def test_corners_knights_and_discs_by_the_map_of_the_tick() -> None:
         assert judge(trace_of(slant, (Edit(tick, ((1, 2),)),), moves="dissertation")) is None
     knight = [(0, 2), (2, 3), (4, 4)]
     for tick, rule in ((1, "knight"), (2, "knight")):
-        assert judge(trace_of(knight, (Edit(tick, ((3, 3),)),), moves="sixteen")) == rule
-    assert judge(trace_of([*knight, (5, 4)], (Edit(3, ((3, 3),)),), moves="sixteen")) is None
+        assert judge(trace_of(knight, (Edit(tick, ((3, 3),)),), moves="sixteen-connected")) == rule
+    assert judge(trace_of([*knight, (5, 4)], (Edit(3, ((3, 3),)),), moves="sixteen-connected")) is None
     wide = Grid(np.zeros((7, 12), bool))
     row, robot = [(x, 3) for x in range(2, 9)], Robot(radius=1.0)
     # At tick 2 it covers columns 3 to 5 of rows 2 to 4: (6, 2) turns, and its next step is over it.
@@ -189,7 +189,7 @@ def test_of_one_mind_with_the_slow_monitor() -> None:
 
     rng, found = np.random.default_rng(8), {True: 0, False: 0}
     for k in range(90):
-        trace = random_trace(rng, ["octile", "dissertation", "four"][k % 3])
+        trace = random_trace(rng, ["octile", "dissertation", "four-connected"][k % 3])
         height, width = trace.scene.grid.blocked.shape
         some, tick = [], 0
         while (tick := tick + int(rng.integers(1, 6))) <= trace.ticks + 2 and len(some) < 3:

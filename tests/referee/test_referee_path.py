@@ -54,7 +54,7 @@ def test_a_path_may_be_one_cell() -> None:
 
 def test_a_part_of_the_moves_is_allowed() -> None:
     # A robot with a radius has no knight's steps and cuts no corners: its planner drops them.
-    moves = MOVES["sixteen"]
+    moves = MOVES["sixteen-connected"]
     part = replace(moves, offsets=moves.offsets[8:], costs=moves.costs[8:])
     scene = Scene(Grid(np.zeros((5, 5), bool)), (0, 0), (2, 1), moves, Robot(radius=0.4))
     cells = [[0, 0], [1, 1], [2, 1]]
@@ -269,7 +269,12 @@ def test_corner_cutting_is_a_violation_only_where_it_is_forbidden() -> None:
         name: judge(path_of([[0, 0], [1, 1]], MOVES[name]), Scene(grid, (0, 0), (1, 1), name))
         for name in MOVES
     }
-    assert verdicts == {"dissertation": None, "octile": "corner", "sixteen": "corner", "four": "step"}
+    assert verdicts == {
+        "dissertation": None,
+        "octile": "corner",
+        "sixteen-connected": "corner",
+        "four-connected": "step",
+    }
 
 
 def test_a_disc_never_cuts_a_corner() -> None:

@@ -19,8 +19,8 @@ from lampyris.referee import check_path, check_plan, check_trace
 
 TENTHS = {
     "dissertation": (10, 14, 0),
-    "sixteen": (10, 14, 22),
-    "four": (1, 0, 0),
+    "sixteen-connected": (10, 14, 22),
+    "four-connected": (1, 0, 0),
     "octile": (PELL_Q, PELL_P, 0),
 }
 

@@ -16,7 +16,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle
 
-FOUR = MOVES["four"]
+FOUR = MOVES["four-connected"]
 
 
 def sample_scene(width: int = 12, height: int = 9, resolution: float = 0.5, unknown: bool = True) -> Scene:

@@ -357,7 +357,7 @@ def test_measures_are_the_twins(law: str, seed: int) -> None:
 def test_a_plan_measures_what_assess_says(who: str) -> None:
     """Optimum, gap and the sum of cost-to-go are those that the front door tells of the same plan."""
     grid = lampyris.load_grid("env-2")
-    for moves in ("octile", "dissertation", "four"):
+    for moves in ("octile", "dissertation", "four-connected"):
         scene = Scene(grid, (24, 24), (35, 38), moves=moves)  # type: ignore[arg-type]
         made = lampyris.plan(scene, who)
         found = plan_metrics(made, scene, known_of(scene))

@@ -143,7 +143,7 @@ def test_odd_maps_can_be_drawn(tmp_path: Path, shape: tuple[int, int]) -> None:
     grid = Grid(np.zeros(shape, dtype=bool))
     far = (shape[1] - 1, shape[0] - 1)
     cells = [(x, y) for y in range(shape[0]) for x in range(shape[1])] if min(shape) == 1 else [(0, 0)]
-    plan = Plan(Status.FOUND, "by-hand", path_of(np.array(cells), MOVES["four"]))
+    plan = Plan(Status.FOUND, "by-hand", path_of(np.array(cells), MOVES["four-connected"]))
     out = tmp_path / "odd.png"
     draw_plan(grid, plan, scene=Scene(grid, (0, 0), far), out=out)
     assert max(pixels_of(out).shape) < 2000

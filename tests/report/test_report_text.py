@@ -28,7 +28,7 @@ from lampyris.report.data.metrics import path_metrics
 def test_metrics_of_a_path_known_by_heart() -> None:
     grid = Grid(np.zeros((8, 8), bool), resolution=0.5)
     cells = [(0, 0), (1, 0), (2, 1), (3, 2), (3, 3), (5, 4), (4, 4)]
-    m = path_metrics(path_of(np.array(cells), MOVES["sixteen"]), grid)
+    m = path_metrics(path_of(np.array(cells), MOVES["sixteen-connected"]), grid)
     length = 3 + 2 * math.sqrt(2) + math.sqrt(5)
     assert (m["cells"], m["straights"], m["diagonals"], m["knights"]) == (7, 3, 2, 1)
     assert m["length_cells"] == pytest.approx(length)
@@ -100,7 +100,7 @@ def test_csv_refuses_what_it_cannot_write(tmp_path: Path) -> None:
     profile = sample_profile(plan)
     with pytest.raises(UsageError, match="a path of 0 nodes"):
         write_plan_csv(tmp_path / "a.csv", Plan(Status.NO_PATH, "x"), profile, scene.grid)
-    short = replace(plan, path=path_of([[0, 0]], MOVES["four"]))
+    short = replace(plan, path=path_of([[0, 0]], MOVES["four-connected"]))
     with pytest.raises(UsageError, match="a path of 1 nodes"):
         write_plan_csv(tmp_path / "a.csv", short, profile, scene.grid)
     with pytest.raises(FileError, match="nowhere"):

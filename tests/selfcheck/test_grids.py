@@ -113,12 +113,12 @@ def test_the_judge_of_walks_knows_the_rules() -> None:
     assert walked(free, [(0, 1), (1, 0)], "dissertation") == ("", (0, 1, 0))
     assert "needs" in walked(free, [(0, 1), (1, 0)], "octile")[0]
     assert "needs" in walked(free, [(0, 1), (1, 0)], "dissertation", wide=True)[0]
-    assert "needs" in walked(free, [(0, 0), (2, 1)], "sixteen")[0]
+    assert "needs" in walked(free, [(0, 0), (2, 1)], "sixteen-connected")[0]
     assert "no step" in walked(free, [(0, 0), (2, 0)], "octile")[0]
-    assert "outside" in walked(free, [(0, 0), (-1, 0)], "four")[0]
-    assert "not free" in walked(free, [(1, 0), (1, 1)], "four")[0]
+    assert "outside" in walked(free, [(0, 0), (-1, 0)], "four-connected")[0]
+    assert "not free" in walked(free, [(1, 0), (1, 1)], "four-connected")[0]
     terrain = [[0, 7, 0], [0, 0, 9], [0, 0, 0]]
-    paid = walked(free, [(0, 0), (1, 0), (2, 0), (2, 1)], "four", terrain=terrain)[1]
+    paid = walked(free, [(0, 0), (1, 0), (2, 0), (2, 1)], "four-connected", terrain=terrain)[1]
     assert paid == (63 + 7 + 63 + 63 + 9, 0, 0)
 
 

@@ -46,7 +46,7 @@ def random_run(seed, law="physical", **settings):
         v_max=float(rng.uniform(0.2, 2)),
         a_max=float(rng.uniform(0.2, 2)),
         d_max=float(rng.uniform(0.3, 2)),
-        lat_max=float(rng.uniform(0.3, 2)),
+        a_lat_max=float(rng.uniform(0.3, 2)),
         turn_radius=float(rng.choice([0, 0, 0.5])) * resolution,
     )
     rate = None if rng.random() < 0.5 else 0.5
@@ -98,10 +98,10 @@ def test_every_law_drives_as_it_is_told(law):
         assert Outcome.COLLISION not in ends
 
 
-@pytest.mark.parametrize("know", ["velocities", "tracks"])
-def test_more_knowledge_is_no_danger(know):
+@pytest.mark.parametrize("obstacle_info", ["velocities", "tracks"])
+def test_more_knowledge_is_no_danger(obstacle_info):
     for seed in range(8):
-        run = random_run(seed, know=know)
+        run = random_run(seed, obstacle_info=obstacle_info)
         if run is not None:
             assert check_drive(run) is None
             assert run.outcome is not Outcome.COLLISION
@@ -341,7 +341,7 @@ def test_the_front_door():
         ("period", 0.0),
         ("period", float("nan")),
         ("delay", -1.0),
-        ("know", "everything"),
+        ("obstacle_info", "everything"),
         ("tracking", "perfekt"),
         ("on_hit", None),
         ("patience", True),

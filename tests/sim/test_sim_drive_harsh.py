@@ -56,7 +56,7 @@ def test_ways_round_obstacles_beside_walls(seed):
     grid = replace(load("env-5").grid, resolution=0.5)
     spec = (RandomWalk(6), Crossing(3))
     scene = Scene(grid, (15, 22), (4, 11), robot=Robot(radius=0.256202), traffic=spec)
-    how = {"patience": 1.0, "noise": 0.05, "know": "tracks", "on_hit": "go-on", "time_limit": 60.0}
+    how = {"patience": 1.0, "noise": 0.05, "obstacle_info": "tracks", "on_hit": "go-on", "time_limit": 60.0}
     run = drive(scene, AStar(), seed=seed, sources=[Adversary(1.0, count=2, wait=4.0)], give_up=30.0, **how)
     assert check_drive(run) is None
 
@@ -66,8 +66,8 @@ def test_brakes_that_stop_within_the_rounding_of_the_clock() -> None:
     grid = Grid(GRIDS[0])
     robot = Robot(
         radius=0.3, v_max=3.2823617466797232, a_max=1.0, d_max=1508.4520586838746,
-        lat_max=5.947838945236971e-06, turn_radius=0.300433398115674, jerk_max=1.0,
+        a_lat_max=5.947838945236971e-06, turn_radius=0.300433398115674, jerk_max=1.0,
     )  # fmt: skip
     spec = (Recorded(track=((3, 4),), radius=0.3), RandomWalk(3))
-    run = drive(Scene(grid, (9, 1), (11, 3), "four", robot, spec), registry.make("dstar"))
+    run = drive(Scene(grid, (9, 1), (11, 3), "four-connected", robot, spec), registry.make("dstar"))
     assert check_drive(run) is None

@@ -55,7 +55,7 @@ PLANNERS = (AdGso(), AdGso(choice="exact"), AdGso(gates="close"), AdGso(nt=3, mv
 LAWS = ("dissertation", DissertationLaw(ring1="ahead", outside2=True, braking=30.0))
 
 
-@pytest.mark.parametrize("moves", ["dissertation", "octile", "four"])
+@pytest.mark.parametrize("moves", ["dissertation", "octile", "four-connected"])
 @pytest.mark.parametrize("name", ["env-1", "env-3", "env-6", "caves-64", "rooms-20"])
 def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
     elsewhere = 0
@@ -77,7 +77,7 @@ def test_the_kernel_tells_the_loops_story(name: str, moves: str) -> None:
     assert elsewhere <= 8, "of 15: where the robot is hemmed in or cut off"
 
 
-@pytest.mark.parametrize("moves", ["dissertation", "octile", "four"])
+@pytest.mark.parametrize("moves", ["dissertation", "octile", "four-connected"])
 @pytest.mark.parametrize("planner", [AdGso(), AdGso(choice="exact"), AdGso(nt=3, mvr=2)], ids=str)
 def test_what_is_remembered_of_earlier_runs_does_not_show(moves: str, planner: AdGso) -> None:
     """Jumps are looked up where no obstacle is near. Here many are, and soon every jump is known."""
@@ -145,7 +145,7 @@ def test_what_the_kernel_does_not_know_goes_to_the_loop() -> None:
     scene = scene_of("env-3", "octile", RandomWalk(10), 1)
     assert fast_simulation.supported(scene, AdGso(), "dissertation")
     for planner in (
-        AdGso(gates="replan"), AdGso(choice="roulette"), AdGso(iter_max=5), AdGso(crowding=1.0),
+        AdGso(gates="replan"), AdGso(choice="roulette"), AdGso(iter_max=5), AdGso(obstacle_density_weight=1.0),
         registry.make("astar", {}),
     ):  # fmt: skip
         assert not fast_simulation.supported(scene, planner, "dissertation")
@@ -156,7 +156,7 @@ def test_what_the_kernel_does_not_know_goes_to_the_loop() -> None:
         replace(scene, traffic=(RandomWalk(3), RandomWalk(3))),
         replace(scene, traffic=(RandomWalk(3, radius=0.4),)),
         replace(scene, robot=Robot(radius=0.3)),
-        replace(scene, moves="sixteen"),
+        replace(scene, moves="sixteen-connected"),
         replace(scene, goal=scene.start),
     ):
         assert not fast_simulation.supported(other, AdGso(), "dissertation")

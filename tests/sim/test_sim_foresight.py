@@ -22,7 +22,11 @@ def driven(seed: int) -> Drive:
     scene = Scene(document.grid, (11, 8), (21, 45), robot=Robot(radius=0.4, turn_radius=2.0))
     traffic = TrafficRequest(16, "mixed", None, 0.0, ()).traffic(scene, seed)
     return api.drive(
-        replace(scene, traffic=traffic), seed=seed, know="velocities", on_hit="go-on", obstacle_speed=2.0
+        replace(scene, traffic=traffic),
+        seed=seed,
+        obstacle_info="velocities",
+        on_hit="go-on",
+        obstacle_speed=2.0,
     )
 
 

@@ -227,9 +227,9 @@ def test_a_robot_with_a_size_keeps_off_with_all_of_it():
 def test_a_knights_step_sweeps_what_lies_between():
     grid = Grid(np.zeros((4, 5), dtype=bool))
     way = [(0, 0), (2, 1)]
-    free = Scene(grid, (0, 0), (2, 1), "sixteen", traffic=Recorded(((4, 3),)))
+    free = Scene(grid, (0, 0), (2, 1), "sixteen-connected", traffic=Recorded(((4, 3),)))
     assert run(free, Scripted((drive(way),))).ticks == 1
-    taken = Scene(grid, (0, 0), (2, 1), "sixteen", traffic=Recorded(((1, 1),)))
+    taken = Scene(grid, (0, 0), (2, 1), "sixteen-connected", traffic=Recorded(((1, 1),)))
     assert run(taken, Scripted((drive(way),)), patience=1).outcome is Outcome.BLOCKED
 
 

@@ -20,7 +20,7 @@ from lampyris.study.execution.worker import work
 from lampyris.typing import Cell
 
 ROBOT: Mapping[str, Any] = {
-    "radius": 0.0, "v_max": 1.0, "a_max": 0.5, "d_max": 1.0, "lat_max": 1.0, "turn_radius": 0.0,
+    "radius": 0.0, "v_max": 1.0, "a_max": 0.5, "d_max": 1.0, "a_lat_max": 1.0, "turn_radius": 0.0,
     "jerk_max": None,
 }  # fmt: skip
 

@@ -86,7 +86,7 @@ def test_maps_and_planners_are_enough() -> None:
     )
     assert (s.expansions, s.seconds, s.ticks, s.patience, s.drive) == (5_000_000, None, None, None, {})
     assert s.robot == {
-        "radius": 0.0, "v_max": 1.0, "a_max": 0.5, "d_max": 1.0, "lat_max": 1.0, "turn_radius": 0.0,
+        "radius": 0.0, "v_max": 1.0, "a_max": 0.5, "d_max": 1.0, "a_lat_max": 1.0, "turn_radius": 0.0,
         "jerk_max": None,
     }  # fmt: skip
     assert [(w.name, w.called, dict(w.settings), w.origin) for w in s.planners] == [
@@ -108,7 +108,7 @@ about: >
   lines
 kind: drive
 preset: dissertation
-moves: four
+moves: four-connected
 robot: {radius: 0.5, v_max: 2}
 maps: [rooms-20]
 planners: [astar]
@@ -125,7 +125,7 @@ memory: true
         "all of it",
         "two lines",
         "drive",
-        "four",
+        "four-connected",
         11,
         True,
     )
@@ -261,7 +261,7 @@ def test_listed_queries_in_cells_and_metres() -> None:
 def test_drawn_queries_are_different_pairs_with_a_way_for_the_robot() -> None:
     for name, radius, moves in (
         ("env-2", 0.0, "octile"),
-        ("maze-31", 0.0, "four"),
+        ("maze-31", 0.0, "four-connected"),
         ("caves-64", 0.9, "octile"),
     ):
         data = {
@@ -334,7 +334,7 @@ def test_movingai_files_and_folders() -> None:
     assert s.worlds[0].ground is s.worlds[2].ground
     assert len(load(MAPS + "[{scen: bench/b.scen}]").worlds) == 3
     assert [w.goal for w in load(MAPS + "[{scen: bench/b.scen, limit: 2}]").worlds] == [(3, 3)]
-    assert all(w.published is None for w in load("moves: four\n" + MAPS + "[{scen: bench}]").worlds)
+    assert all(w.published is None for w in load("moves: four-connected\n" + MAPS + "[{scen: bench}]").worlds)
     wide = "robot: {radius: 0.6}\n" + MAPS + "[{scen: bench/a.scen}]"
     assert all(w.published is None for w in load(wide).worlds)
 

@@ -44,7 +44,7 @@ def test_what_every_law_comes_to_stands(law_: str) -> None:
         assert row.metrics["speed_mean"] > 0
 
 
-@pytest.mark.parametrize("moves", ["octile", "dissertation", "four", "sixteen"])
+@pytest.mark.parametrize("moves", ["octile", "dissertation", "four-connected", "sixteen-connected"])
 @pytest.mark.parametrize("radius", [0.0, 0.3])
 def test_other_moves_wide_robots_and_terrain_stand(moves: str, radius: float) -> None:
     bare = grid_of(2, share=0.04)

@@ -28,7 +28,7 @@ from lampyris.study.otherwise import remark
 from lampyris.study.page.page import page_of
 from lampyris.study.store.store import Store
 
-NOTE = "keep_away 3 was weakened to 0 cells: no path to the goal keeps more"
+NOTE = "min_clearance 3 was weakened to 0 cells: no path to the goal keeps more"
 
 
 def corridor() -> Grid:
@@ -40,7 +40,7 @@ def corridor() -> Grid:
 
 def study(kind: str, **more: Any) -> Study:
     """A planner whose wish cannot be kept, beside one that has none."""
-    far = replace(planner("ad-gso", keep_away=3), label="far")
+    far = replace(planner("ad-gso", min_clearance=3), label="far")
     return study_of(kind, (far, "astar"), StudyTraffic(), grid=corridor(), start=(0, 2), goal=(11, 2), **more)
 
 
@@ -124,7 +124,7 @@ def test_a_remark_quotes_the_most_frequent_notes_first() -> None:
 
 def test_the_library_says_the_same() -> None:
     scene = lampyris.Scene(corridor(), (0, 2), (11, 2))
-    plan = lampyris.plan(scene, "ad-gso", keep_away=3)
+    plan = lampyris.plan(scene, "ad-gso", min_clearance=3)
     assert plan.notes == (NOTE,)
     assert json.dumps(plan.notes)
 

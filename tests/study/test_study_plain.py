@@ -74,7 +74,7 @@ def test_the_same_jobs_come_back() -> None:
 EIGHT = replace(STUDY.planners[1], settings={"nt": 8, "rho": 0.4, "iter_max": None})
 CHANGES: list[tuple[dict[str, Any], str]] = [
     ({"kind": "drive"}, "kind: 'simulate' and 'drive'"),
-    ({"moves": "four"}, "moves: 'octile' and 'four'"),
+    ({"moves": "four-connected"}, "moves: 'octile' and 'four-connected'"),
     ({"robot": {"radius": 0.5, "jerk_max": None}}, "robot.radius: 0.0 and 0.5"),
     ({"robot": {"radius": 0, "jerk_max": None}}, "robot.radius: 0.0 and 0"),
     ({"robot": {"radius": 0.0}}, "robot.jerk_max: None and None"),

@@ -170,7 +170,7 @@ def test_open_for_makes_it_then_finds_it_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"seeds": 2}, "seeds"), ({"root": 1}, "root: 0 and 1"), ({"moves": "four"}, "moves"),
+        ({"seeds": 2}, "seeds"), ({"root": 1}, "root: 0 and 1"), ({"moves": "four-connected"}, "moves"),
         ({"seconds": 1.0}, "seconds"), ({"expansions": 5}, "expansions"), ({"robot": {"r": 1.0}}, "robot"),
         ({"crowds": (StudyTraffic("random-walk", 4),)}, "crowds.0.count: 3 and 4"), ({"kind": "simulate"}, "kind"),
         ({"planners": (Config("astar", {"weight": 2.0}), Config("ad-gso", {"swarm": 8}))}, "weight: 1.0 and 2.0"),

@@ -22,6 +22,11 @@ def _read_robot_file(ctx: typer.Context, path: str | None) -> str | None:
     return path
 
 
+def moves_name(value: str | None) -> str | None:
+    """The name of a step set; ``four`` and ``sixteen`` stand for ``four-connected`` and ``sixteen-connected``."""
+    return f"{value}-connected" if value in ("four", "sixteen") else value
+
+
 Map = Annotated[str, typer.Argument(metavar="MAP", help="A map file, or the name of a bundled map.")]
 Start = Annotated[
     str | None, typer.Option("--start", metavar="X,Y", help="Start cell: column,row from the top left.")
@@ -46,8 +51,9 @@ Moves = Annotated[
     str | None,
     typer.Option(
         "--moves",
-        metavar="dissertation|octile|four|sixteen",
-        help="dissertation, octile, four or sixteen (default: the preset's).",
+        metavar="dissertation|octile|four-connected|sixteen-connected",
+        help="dissertation, octile, four-connected or sixteen-connected (default: the preset's).",
+        callback=moves_name,
     ),
 ]
 Law = Annotated[
@@ -69,7 +75,7 @@ RobotFile = Annotated[
         metavar="FILE",
         is_eager=True,
         callback=_read_robot_file,
-        help="YAML or JSON with any of radius, v_max, a_max, d_max, lat_max, turn_radius, jerk_max; options override it.",
+        help="YAML or JSON with any of radius, v_max, a_max, d_max, a_lat_max, turn_radius, jerk_max; options override it.",
     ),
 ]
 Radius = Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the robot.")]
@@ -133,8 +139,8 @@ MaxCells = Annotated[
         "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells (default 2^24)."
     ),
 ]
-LatMax = Annotated[
-    float, typer.Option("--lat-max", metavar="M/S2", help="Greatest lateral acceleration in a bend.")
+ALatMax = Annotated[
+    float, typer.Option("--a-lat-max", metavar="M/S2", help="Greatest lateral acceleration in a bend.")
 ]
 TurnRadius = Annotated[
     float,

@@ -11,7 +11,7 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "Map": ("resolution", "values", "colour", "allow-outside", "strict", "max-cells", "zones"),
         "Ends": ("start", "goal", "start-m", "goal-m", "path", "units"),
         "Robot": (
-            "preset", "moves", "robot", "radius", "v-max", "a-max", "d-max", "lat-max", "turn-radius", "jerk-max",
+            "preset", "moves", "robot", "radius", "v-max", "a-max", "d-max", "a-lat-max", "turn-radius", "jerk-max",
             "tracking", "period", "command-period", "delay", "lag",
         ),
         "Planner and speed": (
@@ -19,8 +19,8 @@ PANELS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "time-limit", "plan-limit", "patience",
         ),
         "Obstacles": (
-            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "movers", "know",
-            "noise", "max-age", "hold", "give-up", "on-hit", "ticks",
+            "obstacles", "mobility", "rate", "obstacle-radius", "obstacle-speed", "track", "tick", "movers", "obstacle-info",
+            "noise", "max-age", "data-timeout", "give-up", "on-hit", "ticks",
         ),
         "Output": (
             "picture", "layer", "colour-by", "chart", "film", "csv", "out", "save-scenario", "explain",

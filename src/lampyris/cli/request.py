@@ -54,7 +54,7 @@ class Request:
     colour: str = "legend"
     allow_outside: bool = False
     max_cells: int | None = None
-    lat_max: float = 1.0
+    a_lat_max: float = 1.0
     turn_radius: float = 0.0
     jerk_max: float | None = None
     zones: Path | None = None
@@ -62,7 +62,7 @@ class Request:
 
     def robot(self) -> Robot:
         """Size and limits."""
-        limits = (self.v_max, self.a_max, self.d_max, self.lat_max, self.turn_radius, self.jerk_max)
+        limits = (self.v_max, self.a_max, self.d_max, self.a_lat_max, self.turn_radius, self.jerk_max)
         return Robot(self.radius, *limits)
 
     def read_zones(self, grid: Grid) -> tuple[FloatGrid | None, tuple[str, ...]]:

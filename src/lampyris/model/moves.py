@@ -45,7 +45,7 @@ class Moves(Noun):
 
     Parameters
     ----------
-    name : ``dissertation``, ``octile``, ``four`` or ``sixteen``.
+    name : ``dissertation``, ``octile``, ``four-connected`` or ``sixteen-connected``.
     offsets : (dx, dy) of each step, in the order in which the local parent rule prefers ``parent - cell``.
     costs : integer cost of each step, same order.
     unit : integer cost of a straight step: ``cost / unit`` is a length in cells.
@@ -53,7 +53,7 @@ class Moves(Noun):
     scale : by how much every cost is multiplied: 1, or 63 on a map with terrain, where a step into a cell
         of terrain value c costs ``costs[k] // 63 * (63 + c)`` (see :class:`lampyris.model.grid.Grid`).
 
-    A knight's step (``sixteen`` only) needs every cell its segment touches free: the straight and the
+    A knight's step (``sixteen-connected`` only) needs every cell its segment touches free: the straight and the
     diagonal neighbour between its ends.
     """
 
@@ -113,7 +113,7 @@ class Moves(Noun):
 
     @property
     def reach(self) -> int:
-        """Chebyshev length of the longest step: 1, or 2 for ``sixteen``."""
+        """Chebyshev length of the longest step: 1, or 2 for ``sixteen-connected``."""
         return max(max(abs(dx), abs(dy)) for dx, dy in self.offsets)
 
     def exact(self, counts: tuple[int, ...]) -> int:
@@ -166,8 +166,10 @@ MOVES = MappingProxyType(
     {
         "octile": _eight("octile", PELL_Q, PELL_P, False),
         "dissertation": _eight("dissertation", 10, 14, True),
-        "four": Moves("four", _FOUR, (1,) * 4, 1, False),
-        "sixteen": Moves("sixteen", _KNIGHT + _EIGHT, (22,) * 8 + (14,) * 4 + (10,) * 4, 10, False),
+        "four-connected": Moves("four-connected", _FOUR, (1,) * 4, 1, False),
+        "sixteen-connected": Moves(
+            "sixteen-connected", _KNIGHT + _EIGHT, (22,) * 8 + (14,) * 4 + (10,) * 4, 10, False
+        ),
     }
 )
 """Every step set by name."""

@@ -24,7 +24,7 @@ class Path(Value):
     ----------
     cells : int32, (n, 2), x and y, start first, goal last; n >= 1.
     moves : the step set.
-    steps : how many straights and diagonals (and knight's steps, for ``sixteen``).
+    steps : how many straights and diagonals (and knight's steps, for ``sixteen-connected``).
     paid : exact cost where the cells entered weigh differently (terrain); None: what the steps cost.
     """
 

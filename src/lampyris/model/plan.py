@@ -101,7 +101,7 @@ class Plan(Value, Tabular):
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
         baselines' "path cost".
     mended : whether moving obstacles count as walls in it: there was no other way to go on.
-    gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``keep_away``
+    gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``min_clearance``
         the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
         centre, see :func:`lampyris.planning.field.gates.find_gates`.
     schedule : the tick at which the robot is to stand on each cell of the path, int64 (n,), rising; it waits
@@ -113,9 +113,9 @@ class Plan(Value, Tabular):
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
         compiling machine code, once for a process) is a part of ``total_s`` and of no other.
     detail : why, in words, where there is more to say than the status's own sentence.
-    attributes : what the path minds besides its length, with the values in effect: ``keep_away`` (cells to
-        walls), ``crowding``, ``window`` (cells), ``warmth``; empty: nothing. What makes a curve of the path
-        keeps to them.
+    attributes : what the path minds besides its length, with the values in effect: ``min_clearance`` (cells to
+        walls), ``obstacle_density_weight``, ``window`` (cells), ``traffic_density_weight``; empty: nothing.
+        What makes a curve of the path keeps to them.
     notes : sentences a person should read, such as which of the attributes were weakened, and why.
     """
 

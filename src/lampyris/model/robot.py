@@ -22,9 +22,9 @@ class Robot(Noun):
     v_max : greatest speed, m/s, > 0.
     a_max : greatest acceleration, m/s2, > 0.
     d_max : greatest braking, m/s2, > 0.
-    lat_max : greatest lateral acceleration in a bend, m/s2, > 0.
+    a_lat_max : greatest lateral acceleration in a bend, m/s2, > 0.
     turn_radius : the smallest radius it can drive, metres, >= 0. Where no arc of that radius fits, it must
-        stand still and turn on the spot. 0: it drives any bend, as slowly as lat_max asks.
+        stand still and turn on the spot. 0: it drives any bend, as slowly as a_lat_max asks.
     jerk_max : greatest change of acceleration, m/s3; None: no limit.
 
     Raises
@@ -36,7 +36,7 @@ class Robot(Noun):
     v_max: float = 1.0
     a_max: float = 0.5
     d_max: float = 1.0
-    lat_max: float = 1.0
+    a_lat_max: float = 1.0
     turn_radius: float = 0.0
     jerk_max: float | None = None
 

@@ -26,19 +26,19 @@ def limit(count: int, v_max: float) -> Floats:
     return np.full(count, v_max, dtype=np.float64)
 
 
-def curvature(kappa: Floats, *, lat_max: float) -> Floats:
-    """Slow enough for the bend: ``v <= sqrt(lat_max / |kappa|)``, infinity where it is straight.
+def curvature(kappa: Floats, *, a_lat_max: float) -> Floats:
+    """Slow enough for the bend: ``v <= sqrt(a_lat_max / |kappa|)``, infinity where it is straight.
 
     Parameters
     ----------
     kappa : 1/m, the greatest that touches the node; (n,).
-    lat_max : lateral acceleration, m/s2.
+    a_lat_max : lateral acceleration, m/s2.
 
     Source: uniform motion on a circle, ``a = v^2 kappa``.
     """
     out = np.full(len(kappa), np.inf)
     size = np.abs(kappa)
-    np.divide(lat_max, size, out=out, where=size > 0.0)
+    np.divide(a_lat_max, size, out=out, where=size > 0.0)
     np.sqrt(out, out=out)
     return out
 

@@ -47,7 +47,7 @@ def check_caps(
     robot = scene.robot
     found = None
     if curvature:
-        most = np.sqrt(robot.lat_max / np.maximum(_bend(curve, s), 1e-300))
+        most = np.sqrt(robot.a_lat_max / np.maximum(_bend(curve, s), 1e-300))
         found = _first("curvature", s, v, most, "the bend")
     if clearance and found is None:
         enough = (robot.radius + robot.v_max**2 / (2 * robot.d_max)) * (1 + ROUNDING)

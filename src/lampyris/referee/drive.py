@@ -300,12 +300,12 @@ def _lateral(drive: Drive, motion: RobotMotion) -> Violation | None:
     if drive.law in NO_LATERAL_PROMISE:
         return None
     found = motion.lateral
-    limit = drive.scene.robot.lat_max
+    limit = drive.scene.robot.a_lat_max
     bad = found > limit * (1 + 4 * ROUNDING)
     if not bad.any():
         return None
     k = int(bad.argmax())
-    what = f"{float(found[k])!r} m/s2 to the side at {float(motion.t0[k]):g} s; lat_max is {limit:g}"
+    what = f"{float(found[k])!r} m/s2 to the side at {float(motion.t0[k]):g} s; a_lat_max is {limit:g}"
     return Violation("lateral", f"{float(motion.s[k]):g} m along", what)
 
 

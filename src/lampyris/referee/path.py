@@ -21,7 +21,7 @@ from lampyris.referee.schedule import schedule_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
 
-_COSTS = {"dissertation": (10, 14, 0), "four": (1, 0, 0), "sixteen": (10, 14, 22)}
+_COSTS = {"dissertation": (10, 14, 0), "four-connected": (1, 0, 0), "sixteen-connected": (10, 14, 22)}
 """Straight, diagonal and knight's step, written down a second time; ``octile`` is asked to be sqrt 2."""
 _PLAIN_GROUND = 63
 """What a cell of terrain 0 weighs on a map with terrain; one of terrain c weighs c more."""

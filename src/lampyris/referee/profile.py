@@ -67,7 +67,7 @@ def check_profile(
         keep it.
     creep : share of v_max that no wall takes away.
     slowest : m/s, what no rule of the law goes below; None: creep. Nothing is asked of a rival's.
-    corners : whether the corners of a path of cells must be slow enough for ``lat_max``, rule ``curvature``
+    corners : whether the corners of a path of cells must be slow enough for ``a_lat_max``, rule ``curvature``
         (see :func:`corner_bounds`); nothing is asked of a rival's, or of the dissertation's law.
     stops : whether the robot must stand at corners that its turning circle does not fit in, rule ``turn``;
         nothing is asked of the dissertation's law.
@@ -134,7 +134,7 @@ def corner_bounds(places: Points, scene: Scene) -> tuple[Floats, NDArray[np.bool
 
     A corner may be rounded by an arc that begins and ends at most half the shorter of its two steps away from
     the node. On it the robot is no faster than at the faster of the nodes before, at and after the corner, so
-    the bound ``sqrt(lat_max radius)`` is one of all three. Where the arc is tighter than the turning circle,
+    the bound ``sqrt(a_lat_max radius)`` is one of all three. Where the arc is tighter than the turning circle,
     or there is none because the path turns back, the robot stands; there the bound is silent.
 
     Parameters
@@ -155,7 +155,7 @@ def corner_bounds(places: Points, scene: Scene) -> tuple[Floats, NDArray[np.bool
         if radius <= 0.0 or radius < robot.turn_radius * (1 - ROUNDING):
             halt[at] = True
         elif radius >= robot.turn_radius * (1 + ROUNDING):
-            top = math.sqrt(robot.lat_max * radius)
+            top = math.sqrt(robot.a_lat_max * radius)
             for k in (before, at, after):
                 bound[k] = min(bound[k], top)
     return bound, halt

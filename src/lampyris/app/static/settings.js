@@ -28,8 +28,8 @@ const TRAITS = {
 };
 
 const MOVES = {
-  octile: "octile: 8 ways, no corner cut", dissertation: "dissertation: 8 ways, 1 and 1.4", four: "four: no diagonals",
-  sixteen: "sixteen: knight's moves too",
+  octile: "octile: 8 ways, no corner cut", dissertation: "dissertation: 8 ways, 1 and 1.4", "four-connected": "four-connected: no diagonals",
+  "sixteen-connected": "sixteen-connected: knight's moves too",
 };
 
 /** @param {string} name @param {string} title @param {string} unit @param {unknown} value @param {number} least @param {string} about @param {string} [none] @returns {Setting} */
@@ -42,7 +42,7 @@ const ROBOT = [
   limit("v_max", "top speed", "m/s", 1, 1e-6, "Greatest speed."),
   limit("a_max", "acceleration", "m/s²", 0.5, 1e-6, "Greatest acceleration."),
   limit("d_max", "braking", "m/s²", 1, 1e-6, "Greatest braking."),
-  limit("lat_max", "sideways", "m/s²", 1, 1e-6, "Greatest lateral acceleration in a bend."),
+  limit("a_lat_max", "sideways", "m/s²", 1, 1e-6, "Greatest lateral acceleration in a bend."),
   limit("turn_radius", "turning radius", "m", 0, 0, "The smallest bend it can drive; tighter, it stops and turns."),
   limit("jerk_max", "jerk", "m/s³", null, 1e-6, "Greatest change of acceleration.", "no limit"),
 ];

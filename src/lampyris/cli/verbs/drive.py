@@ -16,6 +16,7 @@ from lampyris._core.defaults import DRIVE_SPACING
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.options import (
+    ALatMax,
     AllowOutside,
     AMax,
     Colour,
@@ -25,7 +26,6 @@ from lampyris.cli.options import (
     Goal,
     GoalM,
     Json,
-    LatMax,
     Law,
     Map,
     MaxCells,
@@ -84,7 +84,7 @@ def drive(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    lat_max: LatMax = 1.0,
+    a_lat_max: ALatMax = 1.0,
     turn_radius: TurnRadius = 0.0,
     jerk_max: Annotated[
         float | None,
@@ -108,10 +108,10 @@ def drive(
             help="Of a straight step (default: the robot's); at most 100 cells a decision.",
         ),
     ] = None,
-    know: Annotated[
+    obstacle_info: Annotated[
         str | None,
         typer.Option(
-            "--know",
+            "--obstacle-info",
             metavar="positions|velocities|tracks",
             help="Of obstacles the law is told positions (default), velocities or tracks.",
         ),
@@ -176,9 +176,11 @@ def drive(
             help=f"Metres between nodes of the way (default {DRIVE_SPACING:g} of a cell).",
         ),
     ] = None,
-    hold: Annotated[
+    data_timeout: Annotated[
         float | None,
-        typer.Option("--hold", metavar="S", help="It gives up after so many seconds without good data (2)."),
+        typer.Option(
+            "--data-timeout", metavar="S", help="It gives up after so many seconds without good data (2)."
+        ),
     ] = None,
     max_age: Annotated[
         float | None, typer.Option("--max-age", metavar="S", help="Older data are not trusted (0.5).")
@@ -205,13 +207,13 @@ def drive(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
         zones, set_law or [],
     )  # fmt: skip
     traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
     how = {
-        "obstacle_speed": obstacle_speed, "know": know, "tracking": tracking, "period": period,
-        "command_period": command_period, "delay": delay, "lag": lag, "noise": noise, "hold": hold,
+        "obstacle_speed": obstacle_speed, "obstacle_info": obstacle_info, "tracking": tracking, "period": period,
+        "command_period": command_period, "delay": delay, "lag": lag, "noise": noise, "data_timeout": data_timeout,
         "time_limit": time_limit, "patience": patience, "give_up": give_up, "on_hit": on_hit,
         "smooth": smooth, "spacing": spacing, "max_age": max_age,
     }  # fmt: skip

@@ -14,6 +14,7 @@ import typer
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.options import (
+    ALatMax,
     AllowOutside,
     AMax,
     Colour,
@@ -25,7 +26,6 @@ from lampyris.cli.options import (
     GoalM,
     JerkMax,
     Json,
-    LatMax,
     Law,
     Layer,
     Map,
@@ -81,7 +81,7 @@ def plan(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    lat_max: LatMax = 1.0,
+    a_lat_max: ALatMax = 1.0,
     turn_radius: TurnRadius = 0.0,
     jerk_max: JerkMax = None,
     zones: Zones = None,
@@ -107,7 +107,7 @@ def plan(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
         zones, set_law or [],
     )  # fmt: skip
     out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)

@@ -13,6 +13,7 @@ import typer
 from lampyris._core.limits import MAX_CELLS
 from lampyris.cli import outputs, text
 from lampyris.cli.option_errors import check_choice
+from lampyris.cli.options import moves_name
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes
@@ -46,8 +47,9 @@ def scen(
         str,
         typer.Option(
             "--moves",
-            metavar="dissertation|octile|four|sixteen",
-            help="octile, which the lengths are of; dissertation, four or sixteen.",
+            metavar="dissertation|octile|four-connected|sixteen-connected",
+            help="octile, which the lengths are of; dissertation, four-connected or sixteen-connected.",
+            callback=moves_name,
         ),
     ] = "octile",
     settings: Annotated[

@@ -15,6 +15,7 @@ from lampyris._core.defaults import SIMULATION_PATIENCE
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.options import (
+    ALatMax,
     AllowOutside,
     AMax,
     Colour,
@@ -25,7 +26,6 @@ from lampyris.cli.options import (
     GoalM,
     JerkMax,
     Json,
-    LatMax,
     Law,
     Map,
     MaxCells,
@@ -82,7 +82,7 @@ def simulate(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    lat_max: LatMax = 1.0,
+    a_lat_max: ALatMax = 1.0,
     turn_radius: TurnRadius = 0.0,
     jerk_max: JerkMax = None,
     zones: Zones = None,
@@ -122,7 +122,7 @@ def simulate(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
         zones, set_law or [],
     )  # fmt: skip
     traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))

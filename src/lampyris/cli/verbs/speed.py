@@ -16,6 +16,7 @@ from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.options import (
+    ALatMax,
     AllowOutside,
     AMax,
     Colour,
@@ -25,7 +26,6 @@ from lampyris.cli.options import (
     GoalM,
     JerkMax,
     Json,
-    LatMax,
     Map,
     MaxCells,
     Moves,
@@ -129,7 +129,7 @@ def speed(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    lat_max: LatMax = 1.0,
+    a_lat_max: ALatMax = 1.0,
     turn_radius: TurnRadius = 0.0,
     jerk_max: JerkMax = None,
     values: Values = "occupancy",
@@ -167,7 +167,7 @@ def speed(
 
     request = Request(
         map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
         zones, set_law or [],
     )  # fmt: skip
     tracks = TracksRequest(tuple(track or ()), tick, obstacle_radius)

@@ -42,7 +42,7 @@ class DriveTable(Table):
     obstacle_speed: Annotated[Annotated[float, Field(ge=1e-6, le=1e6)] | None, _OR_NULL] = Field(
         None, description="Speed of a straight step of obstacles, m/s; null: the robot's greatest."
     )
-    know: Annotated[
+    obstacle_info: Annotated[
         Literal["positions", "velocities", "tracks"],
         Rule("DRIVE_SETTING", "positions, velocities or tracks"),
     ] = Field("positions", description="What the law knows of the obstacles.")
@@ -67,7 +67,7 @@ class DriveTable(Table):
         description="arcs: drawn taut, corners rounded; none: the planned cells, each corner rounded within "
         "half a step, or a stop.",
     )
-    hold: Late = Field(2.0, description="Seconds without trustworthy data after which it gives up.")
+    data_timeout: Late = Field(2.0, description="Seconds without trustworthy data after which it gives up.")
     max_age: Seconds = Field(0.5, description="Seconds; older data are not trusted.")
     spacing: Annotated[Seconds | None, Rule("DRIVE_SETTING", "1e-6 to 1e6 metres, or null")] = Field(
         None, description=f"Metres between two nodes of the way; null: {DRIVE_SPACING:g} of a cell."

@@ -146,7 +146,9 @@ class RobotTable(Table):
     v_max: _LIMIT = Field(_DEFAULT["v_max"], description="Greatest speed, m/s.")
     a_max: _LIMIT = Field(_DEFAULT["a_max"], description="Greatest acceleration, m/s2.")
     d_max: _LIMIT = Field(_DEFAULT["d_max"], description="Greatest braking, m/s2.")
-    lat_max: _LIMIT = Field(_DEFAULT["lat_max"], description="Greatest lateral acceleration in a bend, m/s2.")
+    a_lat_max: _LIMIT = Field(
+        _DEFAULT["a_lat_max"], description="Greatest lateral acceleration in a bend, m/s2."
+    )
     turn_radius: Annotated[
         float, Field(ge=0, le=GREATEST), Rule("ROBOT_LIMIT", f"a number >= 0, up to {GREATEST:g}")
     ] = Field(
@@ -316,7 +318,7 @@ class ScenarioFile(Table):
         "robot", description="Moves and law where they are not given: octile and physical, or its own."
     )
     moves: Annotated[
-        Literal["dissertation", "octile", "four", "sixteen"] | None,
+        Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,
         Rule("MOVES", "dissertation, octile, four or sixteen"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     planner: NameOrTable = Field("ad-gso", description="Who plans: see `lampyris planners`.")

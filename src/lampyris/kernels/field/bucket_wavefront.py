@@ -9,7 +9,7 @@ a level touches has that level's cost, which is written when the level is whole.
 
 * :func:`one_head`: four moves.
 * :func:`two_heads`: straights and diagonals, corners cut (``dissertation``).
-* :func:`three_heads`: knight's moves besides, no corners cut (``sixteen``).
+* :func:`three_heads`: knight's moves besides, no corners cut (``sixteen-connected``).
 
 Roads not taken, measured on maps of 512 x 512 cells: parents and luciferin in the same loop, one direction at
 a time so that the first touch is the parent (as quick in the open, twice as slow in clutter, where levels are

@@ -36,7 +36,7 @@ def with_switches(course: SampledPath, v: Floats, robot: Robot) -> SampledPath:
     begin, end = course.s[:-1], course.s[1:]
     ds = end - begin
     bend = np.abs(curve.curvature[pieces(course, 0.5 * (begin + end))])
-    top = np.square(np.minimum(caps.curvature(bend, lat_max=robot.lat_max), robot.v_max))
+    top = np.square(np.minimum(caps.curvature(bend, a_lat_max=robot.a_lat_max), robot.v_max))
     rise, fall = 2.0 * robot.a_max, 2.0 * robot.d_max
     x = v * v
     up, down = (top - x[:-1]) / rise, ds - (top - x[1:]) / fall

@@ -47,7 +47,7 @@ def curve_of(
     The curve is never longer than the polyline, and never nearer to a blocked square than the robot's radius
     or, where the polyline itself is nearer, than that; it may touch where the polyline may. All to within
     four billionths of a cell. Each corner has the largest arc that the walls, its lines, its neighbours and
-    use allow: beyond a radius of v_max squared / lat_max a robot would be no faster. A corner in which no arc
+    use allow: beyond a radius of v_max squared / a_lat_max a robot would be no faster. A corner in which no arc
     of the robot's turn_radius fits (or none at all: where the way turns on the very corner of a wall, or
     back on itself) is a stop.
 
@@ -56,7 +56,7 @@ def curve_of(
     points : float (n, 2), cells, start first; n >= 1. Centres of cells or any points of the map.
     grid : the map. Its edge is no wall, but the robot's centre stays on it. Where it has terrain nothing is
         drawn taut: a shorter way may cost more.
-    robot : its radius, turn_radius, v_max and lat_max matter.
+    robot : its radius, turn_radius, v_max and a_lat_max matter.
     smooth : ``arcs``, or ``none``: each arc begins at most half a step away from its corner. That is half the
         shorter of the two lines that meet in the corner, as they are between the points given (or drawn
         taut), and never more than half of :data:`LONGEST_STEP`.
@@ -87,7 +87,7 @@ def curve_of(
         want = tangent[corner]
     if smooth == "none":
         want = np.minimum(want, half)
-    useful = max(robot.v_max * robot.v_max / robot.lat_max, robot.turn_radius) / grid.resolution
+    useful = max(robot.v_max * robot.v_max / robot.a_lat_max, robot.turn_radius) / grid.resolution
     far = _tangents(lines, turn, useful, robot.turn_radius / grid.resolution, want)
     stops = np.flatnonzero(far[1:-1] == 0.0) + 1
     return _assembled(lines, turn, far, stops, grid.resolution)

@@ -47,7 +47,11 @@ class Wanted:
 
 def shaping(plan: Plan) -> tuple[str, ...]:
     """The attributes of a plan that shaped its path, so that it is not drawn straight."""
-    return tuple(name for name in ("crowding", "warmth") if plan.attributes.get(name, 0.0) > 0.0)
+    return tuple(
+        name
+        for name in ("obstacle_density_weight", "traffic_density_weight")
+        if plan.attributes.get(name, 0.0) > 0.0
+    )
 
 
 def rounded_alone(plan: Plan) -> str:
@@ -65,7 +69,7 @@ def wanted_of(plan: Plan, resolution: float) -> Wanted:
         return Wanted()
     shaped = bool(shaping(plan))
     reach = resolution * asked.get("window", 0.0) if shaped else 0.0
-    return Wanted(resolution * asked.get("keep_away", 0.0), shaped, reach)
+    return Wanted(resolution * asked.get("min_clearance", 0.0), shaped, reach)
 
 
 def drawn(

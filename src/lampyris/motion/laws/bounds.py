@@ -114,7 +114,7 @@ def optimum_at_nodes(
     course = way if isinstance(way, SampledPath) else course_of_path(way, scene.grid.resolution)
     found = [Cap("limit", caps.limit(len(course), scene.robot.v_max))]
     if course.curve is not None or course.curvature.any():
-        found.append(Cap("curvature", caps.curvature(course.curvature, lat_max=scene.robot.lat_max)))
+        found.append(Cap("curvature", caps.curvature(course.curvature, a_lat_max=scene.robot.a_lat_max)))
     return _profile("optimum", way, course, scene, found, found, v0, on_infeasible)
 
 

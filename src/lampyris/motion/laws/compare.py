@@ -110,7 +110,7 @@ def entry_of(profile: Profile, course: SampledPath, robot: Robot, best: float) -
     peaks = {
         "acceleration": (float(max(profile.a.max(), 0.0)), robot.a_max),
         "braking": (float(max(-profile.a.min(), 0.0)), robot.d_max),
-        "lateral": (float(lateral.max()) if len(lateral) else 0.0, robot.lat_max),
+        "lateral": (float(lateral.max()) if len(lateral) else 0.0, robot.a_lat_max),
         "v_max": (float(profile.v.max()), robot.v_max),
         "jerk": (jerk_of(profile), math.inf if robot.jerk_max is None else robot.jerk_max),
     }

@@ -164,7 +164,7 @@ def _curvature(g: CapContext) -> list[Cap]:
     bends = g.course.curve is not None or bool(g.course.curvature.any())
     if not g.law.curvature or not bends:
         return []
-    return [Cap("curvature", caps.curvature(g.course.curvature, lat_max=g.scene.robot.lat_max))]
+    return [Cap("curvature", caps.curvature(g.course.curvature, a_lat_max=g.scene.robot.a_lat_max))]
 
 
 def _clearance(g: CapContext) -> list[Cap]:

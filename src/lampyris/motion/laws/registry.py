@@ -149,7 +149,7 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                 "optimum",
                 "m/s",
                 "as quick as the robot can, whatever stands around",
-                "the time optimum under v_max, lat_max, a_max and d_max",
+                "the time optimum under v_max, a_lat_max, a_max and d_max",
                 Optimum(),
                 optimum_profile,
             ),

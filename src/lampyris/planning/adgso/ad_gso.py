@@ -21,7 +21,7 @@ class AdGso(AdGsoSettings):
     One iteration opens whole Chebyshev rings around the robot X until at least ``nt`` cells are accepted, or
     ring ``mvr`` is reached. Accepted are free cells of lower luciferin that are joined to X through accepted
     cells by legal steps. The next node is chosen among them, and reached along X's parents if they pass it,
-    else by the cheapest way inside the accepted cells. With moves that reach two cells (``sixteen``) rings 1
+    else by the cheapest way inside the accepted cells. With moves that reach two cells (``sixteen-connected``) rings 1
     and 2 are always opened, whatever ``nt`` and ``mvr`` say, so that the parent is among the candidates.
 
     Parameters
@@ -37,10 +37,10 @@ class AdGso(AdGsoSettings):
         gate cuts short counts, even one that could not move.
     iter_max : jumps at most in one plan; None: no limit. (The walk ends without one: luciferin falls with
         each jump.)
-    crowding, window : the density of walls as a cost: a cell with nothing but walls around it, ``window``
-        cells far (1 to 50), costs ``crowding`` times plain ground more. 0 to 4; 0 minds length alone.
-    warmth : the same for traffic: a cell that obstacles were always seen on costs so much more. 0 to 4.
-    keep_away : cells to keep from walls where there is such a way, 0 to 50; fewer where there is none.
+    obstacle_density_weight, window : the density of walls as a cost: a cell with nothing but walls around it, ``window``
+        cells far (1 to 50), costs ``obstacle_density_weight`` times plain ground more. 0 to 4; 0 minds length alone.
+    traffic_density_weight : the same for traffic: a cell that obstacles were always seen on costs so much more. 0 to 4.
+    min_clearance : cells to keep from walls where there is such a way, 0 to 50; fewer where there is none.
     max_extra : by what share the way may become longer for all these; None: any. They are weakened until the
         best way under them is not.
 
@@ -57,7 +57,7 @@ class AdGso(AdGsoSettings):
     source: ClassVar[str] = (
         "The dissertation's AD-GSO (algorithms 3.2-3.9). Ours: the join through accepted cells, which its "
         "Table 4.4 needs; how ties fall; mending the field when hemmed in; choice = exact; the scales of "
-        "crowding, warmth and keep_away, which it suggests as future work."
+        "obstacle_density_weight, traffic_density_weight and min_clearance, which it suggests as future work."
     )
 
     def open(
@@ -71,6 +71,6 @@ class AdGso(AdGsoSettings):
         rng : one number a jump is drawn from it by ``choice = "roulette"``, in blocks; the others draw none.
         record : keep each iteration's accepted cells, probabilities and sub-path in ``Plan.jumps``.
         """
-        if self.crowding > 0 or self.warmth > 0 or self.keep_away > 0:
+        if self.obstacle_density_weight > 0 or self.traffic_density_weight > 0 or self.min_clearance > 0:
             return LayeredSession(self, scene, rng, record=record)
         return AdGsoSession(self, scene, rng, record=record)

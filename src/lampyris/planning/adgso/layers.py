@@ -52,7 +52,9 @@ class LayeredSession(SessionBase):
     ) -> None:
         check_cells(scene.grid.blocked.size)
         self._settings = settings
-        self._bare = replace(settings, crowding=0.0, warmth=0.0, keep_away=0)
+        self._bare = replace(
+            settings, obstacle_density_weight=0.0, traffic_density_weight=0.0, min_clearance=0
+        )
         self._rng = rng
         self._record = record
         self._scene = scene
@@ -60,7 +62,7 @@ class LayeredSession(SessionBase):
         self._under_walls: dict[Cell, int] = {}
         self._heat: FloatGrid | None = None
         self._strength = 1.0
-        self._margin = settings.keep_away
+        self._margin = settings.min_clearance
         self._given: Scene | None = None
         self._inner: AdGsoSession | None = None
         self._settled = False
@@ -91,7 +93,7 @@ class LayeredSession(SessionBase):
             self._settled = False
             spent = self._settle()
             self._settled = True
-        if self._settings.warmth > 0:
+        if self._settings.traffic_density_weight > 0:
             self._warm(change.obstacles)
         assert self._inner is not None
         if budget is not None and budget.expansions is not None and spent:
@@ -114,7 +116,7 @@ class LayeredSession(SessionBase):
     def _settle(self) -> int:
         """Find the margin and the strength that leave a way, and one not too long; what that expanded."""
         settings = self._settings
-        self._strength, self._margin = 1.0, settings.keep_away
+        self._strength, self._margin = 1.0, settings.min_clearance
         self._closed = False
         free, moves, goal = free_space(self._scene), moves_for(self._scene), self._scene.goal
         field = solve(free, moves, goal, stop=self._robot, terrain=self._scene.grid.terrain)
@@ -172,33 +174,43 @@ class LayeredSession(SessionBase):
         s = self._settings
         return blend(
             self._scene.grid,
-            crowding=s.crowding * self._strength,
+            obstacle_density_weight=s.obstacle_density_weight * self._strength,
             window=s.window,
             heat=self._heat,
-            warmth=s.warmth * self._strength,
+            traffic_density_weight=s.traffic_density_weight * self._strength,
         )
 
     def _in_effect(self) -> dict[str, float]:
         """The attributes as they are in effect."""
         s = self._settings
-        found = {"crowding": s.crowding * self._strength, "warmth": s.warmth * self._strength}
-        return {"keep_away": self._margin, **found, "window": s.window}
+        found = {
+            "obstacle_density_weight": s.obstacle_density_weight * self._strength,
+            "traffic_density_weight": s.traffic_density_weight * self._strength,
+        }
+        return {"min_clearance": self._margin, **found, "window": s.window}
 
     def _weakened(self) -> tuple[str, ...]:
         """Sentences on what is less in effect than was asked for, and why."""
         s, now = self._settings, self._in_effect()
         longer = "the best path under it would be longer than max_extra allows"
         notes = []
-        if self._margin < s.keep_away:
+        if self._margin < s.min_clearance:
             why = "no path to the goal keeps more" if self._closed else longer
             if self._closed and self._strength < 1.0:
                 why = f"{why}, or {longer}"
-            notes.append(f"keep_away {s.keep_away} was weakened to {self._margin} cells: {why}")
-        for name, asked in (("crowding", s.crowding), ("warmth", s.warmth)):
+            notes.append(f"min_clearance {s.min_clearance} was weakened to {self._margin} cells: {why}")
+        for name, asked in (
+            ("obstacle_density_weight", s.obstacle_density_weight),
+            ("traffic_density_weight", s.traffic_density_weight),
+        ):
             if now[name] < asked:
                 notes.append(f"{name} {asked:g} was weakened to {now[name]:g}: {longer}")
         cells = cut_off(
-            self._scene.grid, crowding=now["crowding"], window=s.window, heat=self._heat, warmth=now["warmth"]
+            self._scene.grid,
+            obstacle_density_weight=now["obstacle_density_weight"],
+            window=s.window,
+            heat=self._heat,
+            traffic_density_weight=now["traffic_density_weight"],
         )
         if cells:
             most = (TERRAIN_UNIT + MAX_TERRAIN) // TERRAIN_UNIT
@@ -221,7 +233,7 @@ class LayeredSession(SessionBase):
         given = self._given
         assert given is not None
         graded: tuple[tuple[Cell, int], ...] = ()
-        if self._settings.warmth > 0:
+        if self._settings.traffic_density_weight > 0:
             now = self._terrain()
             old = given.grid.terrain
             zero = np.zeros(given.grid.blocked.shape, dtype=np.uint8)

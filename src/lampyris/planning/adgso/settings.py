@@ -32,10 +32,10 @@ class AdGsoSettings:
     gamma: float = 0.6
     gates: str = "ignore"
     iter_max: int | None = None
-    crowding: float = 0.0
+    obstacle_density_weight: float = 0.0
     window: int = 3
-    warmth: float = 0.0
-    keep_away: int = 0
+    traffic_density_weight: float = 0.0
+    min_clearance: int = 0
     max_extra: float | None = 0.25
 
     def __post_init__(self) -> None:
@@ -46,9 +46,12 @@ class AdGsoSettings:
         if self.iter_max is not None:
             _whole("ITER_MAX", "iter_max", self.iter_max, 10**9)
         _whole("WINDOW", "window", self.window, MAX_MVR)
-        if not (is_real(self.keep_away) and self.keep_away == 0):
-            _whole("KEEP_AWAY", "keep_away", self.keep_away, MAX_MVR)
-        for what, weight in (("crowding", self.crowding), ("warmth", self.warmth)):
+        if not (is_real(self.min_clearance) and self.min_clearance == 0):
+            _whole("MIN_CLEARANCE", "min_clearance", self.min_clearance, MAX_MVR)
+        for what, weight in (
+            ("obstacle_density_weight", self.obstacle_density_weight),
+            ("traffic_density_weight", self.traffic_density_weight),
+        ):
             if not (is_real(weight) and 0 <= weight <= 4):
                 raise SettingError.of(what.upper(), what, shown(weight), where="ad-gso", allowed="0 to 4")
         if self.max_extra is not None and not (is_real(self.max_extra) and self.max_extra >= 0):

@@ -48,39 +48,57 @@ def _box_sums(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def blend(
-    grid: Grid, *, crowding: float, window: int, heat: FloatGrid | None = None, warmth: float = 0.0
+    grid: Grid,
+    *,
+    obstacle_density_weight: float,
+    window: int,
+    heat: FloatGrid | None = None,
+    traffic_density_weight: float = 0.0,
 ) -> ByteGrid | None:
     """Terrain with other attributes added: uint8 (height, width), 0 to 252, or None if it is 0 everywhere.
 
     Parameters
     ----------
     grid : walls and terrain.
-    crowding : what a cell is worth whose whole window is blocked, in times plain ground (1: it costs twice).
+    obstacle_density_weight : what a cell is worth whose whole window is blocked, in times plain ground (1: it costs twice).
     window : how far the density of walls is looked at, in cells.
     heat : how often obstacles have been seen on each cell of late, 0 to 1, or None.
-    warmth : what a cell of heat 1 is worth, as ``crowding``.
+    traffic_density_weight : what a cell of heat 1 is worth, as ``obstacle_density_weight``.
     """
-    values = _added(grid, crowding, window, heat, warmth)
+    values = _added(grid, obstacle_density_weight, window, heat, traffic_density_weight)
     np.minimum(values, MAX_TERRAIN, out=values)
     return frozen(values.astype(np.uint8)) if values.any() else None
 
 
 def cut_off(
-    grid: Grid, *, crowding: float, window: int, heat: FloatGrid | None = None, warmth: float = 0.0
+    grid: Grid,
+    *,
+    obstacle_density_weight: float,
+    window: int,
+    heat: FloatGrid | None = None,
+    traffic_density_weight: float = 0.0,
 ) -> int:
     """How many cells cost less after :func:`blend` than their attributes add up to: the most there is."""
-    return int(np.count_nonzero(_added(grid, crowding, window, heat, warmth) > MAX_TERRAIN))
+    return int(
+        np.count_nonzero(
+            _added(grid, obstacle_density_weight, window, heat, traffic_density_weight) > MAX_TERRAIN
+        )
+    )
 
 
 def _added(
-    grid: Grid, crowding: float, window: int, heat: FloatGrid | None, warmth: float
+    grid: Grid,
+    obstacle_density_weight: float,
+    window: int,
+    heat: FloatGrid | None,
+    traffic_density_weight: float,
 ) -> NDArray[np.int64]:
     """Terrain and attributes of each cell, whatever they add up to; 0 where it is blocked."""
     total = np.zeros(grid.blocked.shape, dtype=np.float64)
-    if crowding > 0:
-        total += 63.0 * crowding * density(grid.blocked, window)
-    if heat is not None and warmth > 0:
-        total += 63.0 * warmth * heat
+    if obstacle_density_weight > 0:
+        total += 63.0 * obstacle_density_weight * density(grid.blocked, window)
+    if heat is not None and traffic_density_weight > 0:
+        total += 63.0 * traffic_density_weight * heat
     values = np.floor(total + 0.5).astype(np.int64)
     if grid.terrain is not None:
         values += grid.terrain

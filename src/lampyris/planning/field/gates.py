@@ -53,7 +53,7 @@ def find_gates(grid: Grid, robot: Robot = _POINT) -> tuple[Gate, ...]:
     the opening. Outside the map is not blocked here. Gates are found on the map as it is: closing one never
     makes another.
 
-    Under ``keep_away``, ad-gso looks for gates among the cells that are left for the robot's centre once
+    Under ``min_clearance``, ad-gso looks for gates among the cells that are left for the robot's centre once
     walls, its radius and the margin are taken off: for a robot without a radius these are openings one cell
     wide there; for a robot with one there are none, as it has room in each of these cells.
 

@@ -17,9 +17,10 @@ from lampyris.planning.field.frame import AHEAD, SCRATCH, SPARING, WEIGHS_MOST, 
 from lampyris.typing import BoolGrid, ByteGrid, Floats
 
 _EIGHT = MOVES["octile"].offsets
-_UNROLLED = {MOVES[name].offsets for name in ("four", "octile", "sixteen")}
+_UNROLLED = {MOVES[name].offsets for name in ("four-connected", "octile", "sixteen-connected")}
 _BY_HEADS = {
-    (MOVES[name].offsets, MOVES[name].corner_cutting) for name in ("four", "dissertation", "sixteen")
+    (MOVES[name].offsets, MOVES[name].corner_cutting)
+    for name in ("four-connected", "dissertation", "sixteen-connected")
 }
 
 

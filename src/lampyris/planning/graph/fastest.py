@@ -21,7 +21,7 @@ class Fastest:
       (dense clutter, corridors one cell wide), the field of the goal, solved as far as the start.
     * ``dissertation`` moves: jump point search up to 0.3 such places for each free cell; beyond, A*, or
       the field where less than 55 % of the cells are free (corridors one cell wide).
-    * ``four`` and ``sixteen`` moves, maps with terrain: A*.
+    * ``four-connected`` and ``sixteen-connected`` moves, maps with terrain: A*.
 
     The limits are where the mean times of queries cross on maps of 512 x 512
     (``benchmarks/bench_query.py``). With octile moves, the field's time as a multiple of jump point

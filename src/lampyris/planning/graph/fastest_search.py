@@ -32,10 +32,10 @@ def suited(free: BoolGrid, terrain: ByteGrid | None, moves: Moves) -> PathSearch
     if terrain is not None or not can_jump(moves):
         return search_of(free, terrain, moves)
     jumps = JumpSearch(free, moves)
-    crowding = stops(jumps.packed) / max(1, int(np.count_nonzero(free)))
+    stop_density = stops(jumps.packed) / max(1, int(np.count_nonzero(free)))
     if not moves.corner_cutting:
-        return FieldSearch(free, moves, jumps) if crowding > CROWDED else jumps
-    if crowding <= CROWDED_CUTTING:
+        return FieldSearch(free, moves, jumps) if stop_density > CROWDED else jumps
+    if stop_density <= CROWDED_CUTTING:
         return jumps
     narrow = np.count_nonzero(free) < NARROW * free.size
     return FieldSearch(free, moves, jumps) if narrow else search_of(free, None, moves)

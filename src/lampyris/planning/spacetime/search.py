@@ -97,7 +97,7 @@ class TimedSearch:
     Parameters
     ----------
     free : bool (height, width); where the robot may be.
-    moves : the step set; of ``sixteen`` the eight single steps.
+    moves : the step set; of ``sixteen-connected`` the eight single steps.
     goal : a free cell.
     terrain : what cells weigh, with weighed moves, or None.
     """

@@ -147,7 +147,7 @@ class LineWalks:
     nodes : cells, int64 (n, k + 1, 2); start first, goal last, start and goal differ.
 
     A leg takes steps of two neighbouring directions: straight and diagonal, or with knight's steps the two
-    kinds that its slope lies between, or with ``four`` the two straights. They are spread as evenly as
+    kinds that its slope lies between, or with ``four-connected`` the two straights. They are spread as evenly as
     Bresenham's line spreads them (IBM Systems Journal 4(1), 1965), so step i is known without those before.
     Without walls no way between the two cells is cheaper.
     """

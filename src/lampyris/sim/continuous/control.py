@@ -73,7 +73,7 @@ class State:
     noise: float = 0.0
     tries: int = 0
 
-    def movers(self, know: str, within: tuple[float, float] | None = None) -> ObstacleStates:
+    def movers(self, obstacle_info: str, within: tuple[float, float] | None = None) -> ObstacleStates:
         """What is known of the obstacles, as the caps take it.
 
         Parameters
@@ -90,7 +90,7 @@ class State:
                 + told.radius
             )
             kept = (away * away).sum(axis=1) <= near * near
-        velocity = None if know == "positions" or told.velocity is None else told.velocity[kept]
+        velocity = None if obstacle_info == "positions" or told.velocity is None else told.velocity[kept]
         radius, age = told.radius[kept] + self.noise, max(self.t - told.stamp, 0.0)
         return ObstacleStates(told.xy[kept], radius, told.top_speed[kept], velocity, age)
 

@@ -30,12 +30,12 @@ class Wheel(NamedTuple):
     cells: bool
 
 
-def wheel(scene: Scene, law: laws.SpeedLaw, know: str, roster: Roster) -> Wheel:
+def wheel(scene: Scene, law: laws.SpeedLaw, obstacle_info: str, roster: Roster) -> Wheel:
     """Who drives by a law, given by name or by settings.
 
     Parameters
     ----------
-    know : what our law uses of the obstacles; with ``tracks`` the roster's recorded ones are known.
+    obstacle_info : what our law uses of the obstacles; with ``tracks`` the roster's recorded ones are known.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def wheel(scene: Scene, law: laws.SpeedLaw, know: str, roster: Roster) -> Wheel:
     laws.settings_of(settings)  # refuses what is no law
 
     foresight = None
-    if know != "positions":
-        foresight = Foresight(roster if know == "tracks" else None)
+    if obstacle_info != "positions":
+        foresight = Foresight(roster if obstacle_info == "tracks" else None)
 
     def ceiling(course: SampledPath) -> Profile | None:
         return laws.profile(course, scene, law=settings)
@@ -55,7 +55,7 @@ def wheel(scene: Scene, law: laws.SpeedLaw, know: str, roster: Roster) -> Wheel:
         return None
 
     table: dict[type, tuple[Callable[[Any], Controller], Ceiling]] = {
-        PhysicalLaw: (lambda one: SafeController(scene, one, know, foresight), ceiling),
+        PhysicalLaw: (lambda one: SafeController(scene, one, obstacle_info, foresight), ceiling),
         Constant: (lambda one: Follow(), ceiling),
         Optimum: (lambda one: Follow(), limits),
         DissertationLaw: (lambda one: ByRings(scene, one), limits),

@@ -130,7 +130,7 @@ class DriveSimulation(Exclusive):
         self.watch = SensorMonitor(scene.grid.resolution, scene.robot.radius, one.max_age, one.noise)
         self.train = train_of(scene.robot, one.tracking, one.delay, one.lag, one.decision_period)
         self.others = ObstacleSet(scene, self.seed, one.obstacle_speed, one.noise)
-        self.wheel = wheel(scene, law, one.know, self.others.roster)
+        self.wheel = wheel(scene, law, one.obstacle_info, self.others.roster)
         self.guide = Replanner(scene, planner, self.seed, one.smooth, one.spacing, budget)
         self.log = Log()
         self.t = self.s = self.v = 0.0
@@ -274,7 +274,7 @@ class DriveSimulation(Exclusive):
         elif not fault and self._fault_since >= 0.0:
             self._fault_since = -1.0
             self.log.tell(t, "fault", xy, "The data can be trusted again.")
-        elif fault and self.v == 0.0 and t - self._fault_since >= self.settings.hold - 1e-9:
+        elif fault and self.v == 0.0 and t - self._fault_since >= self.settings.data_timeout - 1e-9:
             self._end(Outcome.STOPPED, f"{self._fault}, from {self._fault_since:.4g} s on.")
 
     def _decide(self, period: float) -> Decision:

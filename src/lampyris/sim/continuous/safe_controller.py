@@ -159,13 +159,13 @@ class SafeController:
     Parameters
     ----------
     scene, law : what is driven and by which settings.
-    know : what is used of the obstacles: ``positions``, ``velocities`` or ``tracks``.
+    obstacle_info : what is used of the obstacles: ``positions``, ``velocities`` or ``tracks``.
     foresight : what is wished where more than positions is known.
     """
 
     scene: Scene
     law: PhysicalLaw
-    know: str = "positions"
+    obstacle_info: str = "positions"
     foresight: Foresight | None = None
     _speeds: ThreeSpeedControl | None = field(default=None, init=False)
     _last: float = field(default=0.0, init=False)
@@ -199,7 +199,7 @@ class SafeController:
         law = self.law
         found = []
         if law.cloud is not None and len(state.told.xy):
-            near = state.movers(self.know, (2.0 * law.cloud.horizon, law.cloud.near))
+            near = state.movers(self.obstacle_info, (2.0 * law.cloud.horizon, law.cloud.near))
             here = state.ahead(0.0)
             caps = cloud_cap(here, self.scene, law.cloud, Around(movers=near))
             found += [(c.cause, float(c.v[0])) for c in caps]
@@ -214,7 +214,7 @@ class SafeController:
             return v
         settings = speeds.settings
         here = state.ahead(self.scene.robot.v_max * settings.ahead)
-        movers = state.movers(self.know)
+        movers = state.movers(self.obstacle_info)
         speeds.update(movers, state.t - self._last, here)
         caps = speeds.cap(here, self.scene, Around(movers=movers))
         v = float(caps[0].v[0]) if caps else math.inf

@@ -12,17 +12,17 @@ from lampyris.model.scene import Scene
 from lampyris.motion.geometry.curve import Smooth
 from lampyris.sim.continuous.tracking import Tracking
 
-Know = Literal["positions", "velocities", "tracks"]
+ObstacleInfo = Literal["positions", "velocities", "tracks"]
 OnHit = Literal["end", "go-on"]
 
 _WORDS: Mapping[str, tuple[str, ...]] = {
-    "know": get_args(Know),
+    "obstacle_info": get_args(ObstacleInfo),
     "tracking": get_args(Tracking),
     "on_hit": get_args(OnHit),
     "smooth": get_args(Smooth),
 }
 _MAY_BE_NONE = ("time_limit", "obstacle_speed", "command_period", "spacing")
-_MAY_BE_ZERO = ("delay", "lag", "noise", "patience", "hold")
+_MAY_BE_ZERO = ("delay", "lag", "noise", "patience", "data_timeout")
 MAX_PASSED = 100
 """Cells an obstacle of the traffic may pass between two decisions: each is a step that is decided, and kept
 until the next decision. No robot avoids what is a hundred cells farther whenever it decides."""
@@ -39,7 +39,7 @@ class Settings:
         limits would need on its first way. At most :data:`lampyris._core.limits.DECISIONS` periods.
     obstacle_speed : m/s of a straight step of the scene's traffic; None: the robot's top speed. At most
         :data:`MAX_PASSED` cells between two decisions.
-    know : what our law uses of the obstacles: their ``positions``; their ``velocities`` too; or whole
+    obstacle_info : what our law uses of the obstacles: their ``positions``; their ``velocities`` too; or whole
         ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
     tracking : see :mod:`lampyris.sim.continuous.tracking`.
     command_period : seconds between two commands unless tracking is perfect; None: ``period``.
@@ -51,7 +51,7 @@ class Settings:
     on_hit : whether the drive ends when an obstacle runs into the standing robot.
     smooth : ``arcs``: plans are drawn taut, their corners rounded as widely as there is room. ``none``: the
         planned cells as they are, each corner rounded within half a step, or a stop.
-    hold : seconds without data that can be trusted after which a standing robot gives up.
+    data_timeout : seconds without data that can be trusted after which a standing robot gives up.
     max_age : seconds; older data are not trusted.
     spacing : metres between two nodes of the way; None:
         :data:`lampyris._core.defaults.DRIVE_SPACING` cells. What walls ask for is bounded between nodes, so
@@ -65,7 +65,7 @@ class Settings:
     period: float = 0.1
     time_limit: float | None = None
     obstacle_speed: float | None = None
-    know: Know = "positions"
+    obstacle_info: ObstacleInfo = "positions"
     tracking: Tracking = "perfect"
     command_period: float | None = None
     delay: float = 0.0
@@ -75,7 +75,7 @@ class Settings:
     give_up: float = 60.0
     on_hit: OnHit = "end"
     smooth: Smooth = "arcs"
-    hold: float = 2.0
+    data_timeout: float = 2.0
     max_age: float = 0.5
     spacing: float | None = None
 

@@ -90,7 +90,9 @@ def supported(scene: Scene, planner: Planner, law: SpeedLaw) -> bool:
     if scene.edits:
         return False
     plain = planner.gates != "replan" and planner.choice != "roulette" and planner.iter_max is None
-    plain = plain and not (planner.crowding or planner.warmth or planner.keep_away)
+    plain = plain and not (
+        planner.obstacle_density_weight or planner.traffic_density_weight or planner.min_clearance
+    )
     if not plain or len(scene.traffic) != 1 or scene.robot.radius > 0 or scene.moves.reach > 1:
         return False
     spec = scene.traffic[0]

@@ -12,7 +12,7 @@ _WEAKENED = " was weakened to "
 class Notes:
     """Sentences that plans carried (:attr:`lampyris.Plan.notes`), in order of their first appearance.
 
-    A run asks for many plans. Of sentences about one weakened setting (``keep_away 3 was weakened to 2 cells:
+    A run asks for many plans. Of sentences about one weakened setting (``min_clearance 3 was weakened to 2 cells:
     ...``) the one with the least value is kept; of others that differ in their figures alone, the latest.
     """
 

@@ -322,7 +322,7 @@ class StudyFile(Table):
         "robot", description="Moves and law where they are not given: octile and physical, or its own."
     )
     moves: Annotated[
-        Literal["dissertation", "octile", "four", "sixteen"] | None,
+        Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,
         Rule("MOVES", "dissertation, octile, four or sixteen"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     robot: RobotTable = Field(RobotTable.model_validate({}), description="Size and limits, SI units.")

@@ -220,7 +220,7 @@ def upscale(rng: np.random.Generator, number: int) -> CaseResult:
     twice.
     """
     empty = bool(rng.random() < 0.4)
-    moves = "" if empty else str(rng.choice(["octile", "four"]))
+    moves = "" if empty else str(rng.choice(["octile", "four-connected"]))
     scene = drawn(rng, most=12, terrain=False, wide=False, moves=moves)
     if empty:
         scene = replace(scene, grid=Grid(np.zeros_like(scene.grid.blocked)))

@@ -28,7 +28,7 @@ VARIANTS: tuple[tuple[str, dict[str, object], str], ...] = (
     ("ad-gso", {"choice": "roulette"}, NOTHING),
     ("ad-gso", {"gates": "close"}, NOTHING),
     ("ad-gso", {"gates": "replan"}, NOTHING),
-    ("ad-gso", {"crowding": 2.0, "warmth": 1.0, "keep_away": 1}, NOTHING),
+    ("ad-gso", {"obstacle_density_weight": 2.0, "traffic_density_weight": 1.0, "min_clearance": 1}, NOTHING),
     ("dstar-lpso", {"gates": "ignore"}, ALL),
     ("dstar16-lpso", {"gates": "ignore"}, ALL),
 )

@@ -255,7 +255,9 @@ def _scene(grid: Grid, rng: np.random.Generator, found: MapDocument | None = Non
         return x, y
 
     start, goal = end(None if found is None else found.start), end(None if found is None else found.goal)
-    moves: Any = pick(rng, [moves for moves, _ in PRESETS.values()] + ["four", "sixteen", "octile"])
+    moves: Any = pick(
+        rng, [moves for moves, _ in PRESETS.values()] + ["four-connected", "sixteen-connected", "octile"]
+    )
     wide = rng.random() < SEVERAL
     size = grid.resolution
     robot = Robot(
@@ -263,7 +265,7 @@ def _scene(grid: Grid, rng: np.random.Generator, found: MapDocument | None = Non
         v_max=_drawn(rng, wide, 1e-6, size * float(rng.uniform(0.5, 4.0))),
         a_max=_drawn(rng, wide, 1e-6, size),
         d_max=_drawn(rng, wide, 1e-6, size),
-        lat_max=_drawn(rng, wide, 1e-6, size),
+        a_lat_max=_drawn(rng, wide, 1e-6, size),
         turn_radius=_drawn(rng, wide, 0.0, size * float(rng.choice([0.0, 0.0, 0.5, 3.0]))),
         jerk_max=None if rng.random() < 0.7 else _drawn(rng, wide, 1e-6, size),
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lampyris_selfcheck.checks.paths.answers import exact
 from lampyris_selfcheck.reference.paths.search import Cell
 
-MOVES = ("octile", "dissertation", "four", "sixteen")
+MOVES = ("octile", "dissertation", "four-connected", "sixteen-connected")
 LONGEST = 8
 """Cells of the longest corridor."""
 GRIDS_4X4 = 1 << 16

@@ -20,7 +20,7 @@ from lampyris_selfcheck.checks.paths.grid_costs import parts_of
 from lampyris_selfcheck.checks.paths.worlds import SmallWorld
 from lampyris_selfcheck.reference.paths.search import Cell
 
-MOVES = ("octile", "dissertation", "four", "sixteen")
+MOVES = ("octile", "dissertation", "four-connected", "sixteen-connected")
 SMALLEST, SMALL, LARGE, OTHERS = 5, 64, 512, 32
 """Least side of a map; greatest of the small, of the large, and of those for planners that are not exact."""
 OCTAVES = 3

@@ -191,7 +191,7 @@ TWELVE: tuple[tuple[str, Spoil, frozenset[str]], ...] = (
     ("wrong length", wrong_length, frozenset({"cost"})),
 )
 """Each way with its name and the rules one of which must refuse it."""
-_STEP_SETS = ("octile", "octile", "four", "dissertation", "sixteen")
+_STEP_SETS = ("octile", "octile", "four-connected", "dissertation", "sixteen-connected")
 """Where a walk's moves come from: mostly the public rules' own."""
 
 

@@ -23,7 +23,7 @@ from lampyris_selfcheck.checks.paths.worlds import RADII, RESOLUTIONS
 from lampyris_selfcheck.reference.paths.path_cost import PLAIN
 from lampyris_selfcheck.reference.paths.search import steps
 
-_MOVES = ("octile", "four", "dissertation")
+_MOVES = ("octile", "four-connected", "dissertation")
 """A robot with a size makes no knight's steps."""
 _TOUCH = 1e-9
 WAYS = ("too near a wall", "paid as plain ground", "a cell paid one too little")

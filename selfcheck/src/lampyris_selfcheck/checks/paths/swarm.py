@@ -25,7 +25,7 @@ from lampyris_selfcheck.reference.paths.search import Cell
 
 SWARMS = ("gso", "igso", "pso", "lpso", "apso", "ipso", "pso-apf", "mmas-dstar")
 STEPPERS = ("ad-gso", "dstar-lpso", "dstar16-lpso")
-MOVES = ("octile", "dissertation", "four", "sixteen")
+MOVES = ("octile", "dissertation", "four-connected", "sixteen-connected")
 SEEDS = 5
 """Runs of a planner on one map."""
 SMALLEST, LARGEST = 4, 22

@@ -114,7 +114,9 @@ def _grid(rng: np.random.Generator, *, plain: bool = False, least: int = 8, most
 def _scene(rng: np.random.Generator, grid: Grid, **more: Any) -> Scene:
     """Two cells, mostly with a way from one to the other for the robot; it has a size in half of them."""
     wide = (0.0, 0.0, 0.4, 0.8)[int(rng.integers(4))] * grid.resolution
-    moves = MOVES[("octile", "octile", "dissertation", "four", "sixteen")[int(rng.integers(5))]]
+    moves = MOVES[
+        ("octile", "octile", "dissertation", "four-connected", "sixteen-connected")[int(rng.integers(5))]
+    ]
     said: dict[str, Any] = {"moves": moves, "robot": Robot(radius=wide)} | more
     free = free_cells(grid, said["robot"].radius)
     if not free.any() or rng.integers(12) == 0:

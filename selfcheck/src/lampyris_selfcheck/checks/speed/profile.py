@@ -271,7 +271,7 @@ def _laws(rng: np.random.Generator, tally: Tally, number: int) -> None:
 def _raised(rng: np.random.Generator, ground: ProfilePath, made: Profile, law: str) -> Fault:
     """A robot that can do more is slower nowhere."""
     robot = ground.scene.robot
-    name = ("v_max", "a_max", "d_max", "lat_max")[int(rng.integers(4))]
+    name = ("v_max", "a_max", "d_max", "a_lat_max")[int(rng.integers(4))]
     factor = float(rng.uniform(1, 1.05) if rng.random() < 0.5 else rng.uniform(1, 4))
     more = replace(robot, **{name: getattr(robot, name) * factor})
     after = _profile(ground._replace(scene=replace(ground.scene, robot=more)), law, 0.0)
@@ -302,8 +302,8 @@ def _keeps(ground: ProfilePath, made: Profile, law: str, v0: float) -> Fault:
         # The optimum has nodes between those of the course, too.
         v = made.v[np.searchsorted(made.s, ground.way.s)]
         bend = v * v * ground.way.curvature
-        if (bend > robot.lat_max * (1 + _ROUNDING)).any():
-            return f"{float(bend.max())!r} m/s2 to the side; lat_max is {robot.lat_max!r}"
+        if (bend > robot.a_lat_max * (1 + _ROUNDING)).any():
+            return f"{float(bend.max())!r} m/s2 to the side; a_lat_max is {robot.a_lat_max!r}"
         if v[ground.way.stop].any():
             return "drives where it must stand and turn"
     return _finite(made) or (_room(ground, made) if law in STOPS_IN_TIME else "")

@@ -45,14 +45,14 @@ class ProfilePath(NamedTuple):
 
 def drawn_robot(rng: np.random.Generator) -> Robot:
     """Limits over an order of magnitude; every fourth with a limit on jerk."""
-    v_max, a_max, d_max, lat_max = (10.0 ** rng.uniform(-0.7, 0.5, 4)).tolist()
+    v_max, a_max, d_max, a_lat_max = (10.0 ** rng.uniform(-0.7, 0.5, 4)).tolist()
     jerk = float(10.0 ** rng.uniform(-0.5, 1)) if rng.random() < 0.25 else None
-    return Robot(float(rng.uniform(0, 0.3)), v_max, a_max, d_max, lat_max, jerk_max=jerk)
+    return Robot(float(rng.uniform(0, 0.3)), v_max, a_max, d_max, a_lat_max, jerk_max=jerk)
 
 
 def on_cells(rng: np.random.Generator) -> ProfilePath:
     """A random walk by any step set, with the map random around it."""
-    name = ("four", "octile", "sixteen")[int(rng.integers(3))]
+    name = ("four-connected", "octile", "sixteen-connected")[int(rng.integers(3))]
     steps = MOVES[name].offsets
     width, height = (int(x) for x in rng.integers(3, 40, 2))
     blocked = rng.random((height, width)) < rng.uniform(0, 0.5)

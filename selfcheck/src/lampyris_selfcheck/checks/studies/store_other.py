@@ -203,7 +203,7 @@ def _others() -> Mapping[str, tuple[str, Callable[[Study], Study]]]:
     planner = (Config("astar", {"weight": 1.5}), Config("ad-gso", {"swarm": 8}, "glowworms, 8"))
     return {
         "kind": ("kind", study_with(kind="simulate")),
-        "moves": ("moves", study_with(moves="four")),
+        "moves": ("moves", study_with(moves="four-connected")),
         "robot": ("robot", study_with(robot={"radius": 0.25})),
         "expansions": ("expansions", study_with(expansions=99)),
         "seconds": ("seconds", study_with(seconds=1.5)),

@@ -108,7 +108,7 @@ def _driven(rng: np.random.Generator, scene: Scene, seed: int, feed: Sensor) -> 
     cutters = [Adversary(0.5, count=2, wait=4.0)] if rng.random() < 0.3 else []
     settings: dict[str, Any] = {
         "obstacle_speed": float(rng.uniform(0.2, 0.8)),
-        "know": str(rng.choice(["positions", "velocities"])),
+        "obstacle_info": str(rng.choice(["positions", "velocities"])),
         "period": float(rng.choice([0.05, 0.1, 0.2])),
         "give_up": 8.0,
         "time_limit": 40.0,
@@ -217,9 +217,9 @@ def _stands(made: Drive, feed: FaultySensor, noticed: Moment, tally: Tally) -> s
     forever = math.isinf(feed.lasts) and _for_good(made, feed)
     if forever and made.outcome not in (Outcome.STOPPED, Outcome.HIT):
         return f"ends as {made.outcome.value}; the fault lasts for good"
-    hold = Settings().hold
+    data_timeout = Settings().data_timeout
     if forever and feed.kind != "goal-gone":
-        late = made.duration - (noticed.t + max(v / robot.d_max, hold) + 2 * made.period)
+        late = made.duration - (noticed.t + max(v / robot.d_max, data_timeout) + 2 * made.period)
         if late > _DUST:
             return f"gives up {late!r} s later than it must"
     return ""

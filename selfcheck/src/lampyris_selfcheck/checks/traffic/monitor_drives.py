@@ -82,7 +82,7 @@ def braking(drive: Drive, rng: np.random.Generator) -> Drive | None:
 
 
 def sideways(drive: Drive, rng: np.random.Generator) -> Drive | None:
-    """Faster through a bend than lat_max lets it."""
+    """Faster through a bend than a_lat_max lets it."""
     if drive.law in NO_LATERAL_PROMISE:
         return None
     most = 0.0
@@ -94,7 +94,7 @@ def sideways(drive: Drive, rng: np.random.Generator) -> Drive | None:
             )
             inner = 1e-6 < s - float(curve.begins[piece]) < float(curve.lengths[piece]) - 1e-6
             most = max(most, v * v * abs(float(curve.curvature[piece])) if inner else 0.0)
-    return _limit(drive, lat_max=0.9 * most) if most > 0.01 else None
+    return _limit(drive, a_lat_max=0.9 * most) if most > 0.01 else None
 
 
 def late_brake(drive: Drive, rng: np.random.Generator) -> Drive | None:

@@ -72,7 +72,9 @@ def draw(rng: np.random.Generator, *, recorded: bool) -> Drawn:
         blocked[start[1], start[0]] = blocked[goal[1], goal[0]] = False
     terrain[blocked] = 0
     robot = Robot(radius=float(rng.choice([0.0, 0.0, 0.0, 0.3, 0.7])))
-    moves = MOVES[str(rng.choice(["octile", "octile", "dissertation", "four", "sixteen"]))]
+    moves = MOVES[
+        str(rng.choice(["octile", "octile", "dissertation", "four-connected", "sixteen-connected"]))
+    ]
     tick = 0 if recorded else int(rng.choice([0, 0, 3, 11]))
     sizes = [0.0, 0.0, 0.0, 0.9] if robot.radius < 0.5 else [0.0]
     count = int(rng.integers(0, 5 if most < 10 else 13))
@@ -131,7 +133,7 @@ def _truth(asked: Drawn) -> tuple[_Asked, int | None]:
     free = ChangingMap(grid.blocked.tolist(), terrain, radius).free()
     # A robot with a size cuts no corners.
     cutting = MOVES[scene.moves.name].corner_cutting and radius == 0
-    steps = FOUR if scene.moves.name == "four" else EIGHT
+    steps = FOUR if scene.moves.name == "four-connected" else EIGHT
     bodies = [_body(b) for b in asked.bodies]
     own = _cells(radius)
     want = None

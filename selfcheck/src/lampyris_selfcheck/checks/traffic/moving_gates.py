@@ -50,7 +50,7 @@ def _ring(rng: np.random.Generator) -> Drawn:
     if rng.random() < 0.4:
         gates.append((int(rng.integers(near + 1, n)), int(rng.integers(1, n))))
     tracks = [_stands(ring[at], max(until, 1), width, height) for at, until in gates]
-    return _asked(blocked, ring[0], ring[near], ("octile", "four")[int(rng.integers(2))], tracks)
+    return _asked(blocked, ring[0], ring[near], ("octile", "four-connected")[int(rng.integers(2))], tracks)
 
 
 def _around(width: int, height: int) -> list[Cell]:

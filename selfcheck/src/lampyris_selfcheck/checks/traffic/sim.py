@@ -193,7 +193,7 @@ def _fast_runs(seed: int, which: int) -> tuple[fast_simulation.FastRuns, Scene, 
     """A scene between two far cells of a bundled map; kept for the runs that follow."""
     rng = Ask(seed=seed).rng("sim", "fast scene", which)
     grid = load(MAPS[which % len(MAPS)]).grid
-    moves = moves_named(("octile", "dissertation", "four")[int(rng.integers(3))])
+    moves = moves_named(("octile", "dissertation", "four-connected")[int(rng.integers(3))])
     ys, xs = np.nonzero(~grid.blocked)
     cells = [(int(x), int(y)) for x, y in zip(xs, ys, strict=True)]
     start = cells[int(rng.integers(len(cells)))]

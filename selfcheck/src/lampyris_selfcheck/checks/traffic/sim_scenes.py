@@ -27,7 +27,7 @@ from lampyris.sim.traffic.adversary import Adversary
 from lampyris.typing import BoolGrid, Cell
 
 KINDS = ("random-walk", "rate", "patrol", "crossing", "recorded", "all")
-MOVES = ("octile", "octile", "dissertation", "four", "sixteen")
+MOVES = ("octile", "octile", "dissertation", "four-connected", "sixteen-connected")
 SIZES = ((0.0, 0.0), (0.0, 0.0), (0.0, 1.0), (0.8, 0.0), (0.8, 1.2))
 """Radii of the robot and of bodies, metres."""
 
@@ -92,7 +92,7 @@ def drawn_scene(
 
 def crowded(rng: np.random.Generator) -> Scene:
     """A map of 5 to 13 cells a side, and walkers on up to a third of its cells; the ends far apart."""
-    moves = moves_named(("octile", "octile", "dissertation", "four")[int(rng.integers(4))])
+    moves = moves_named(("octile", "octile", "dissertation", "four-connected")[int(rng.integers(4))])
     while True:
         width, height = (int(n) for n in rng.integers(5, 14, 2))
         blocked = rng.random((height, width)) < rng.uniform(0.0, 0.2)
@@ -155,7 +155,7 @@ def harsh_drive(rng: np.random.Generator, seed: int, near: float = 25.0, **fixed
         v_max=float(rng.uniform(0.2, 2)),
         a_max=float(rng.uniform(0.2, 2)),
         d_max=float(rng.uniform(0.3, 2)),
-        lat_max=float(rng.uniform(0.3, 2)),
+        a_lat_max=float(rng.uniform(0.3, 2)),
         turn_radius=float(rng.choice([0, 0, rng.uniform(0, 2)])),
     )
     size = float(rng.choice([0, 0.3, 0.49])) * resolution
@@ -182,7 +182,7 @@ def _harsh_settings(rng: np.random.Generator, resolution: float) -> dict[str, An
     return {
         "law": str(rng.choice([*LAWS, "physical", "physical"])),
         "obstacle_speed": float(rng.uniform(0.1, 2)),
-        "know": str(rng.choice(["positions", "velocities", "tracks"])),
+        "obstacle_info": str(rng.choice(["positions", "velocities", "tracks"])),
         "tracking": str(rng.choice(["perfect", "velocity", "position"])),
         "period": float(rng.choice([0.05, 0.1, 0.3])),
         "command_period": None if rng.random() < 0.5 else float(rng.choice([0.05, 0.2, 0.5, 1.0])),

@@ -167,7 +167,7 @@ class Monitor:
 
     def single(self, t, name, old, new, offsets):
         dx, dy = new[0] - old[0], new[1] - old[1]
-        if name == -1 and self.trace.scene.moves.name == "sixteen" and abs(dx * dy) == 2:
+        if name == -1 and self.trace.scene.moves.name == "sixteen-connected" and abs(dx * dy) == 2:
             return
         if max(abs(dx), abs(dy)) > 1:
             self.fault(t, f"{name} jumps")

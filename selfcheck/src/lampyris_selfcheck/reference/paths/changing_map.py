@@ -17,8 +17,8 @@ UNIT = 63
 PRICES = {
     "dissertation": (10, 14, 0),
     "octile": (10**13, 14142135623731, 0),
-    "four": (1, 0, 0),
-    "sixteen": (10, 14, 22),
+    "four-connected": (1, 0, 0),
+    "sixteen-connected": (10, 14, 22),
 }
 
 
@@ -32,13 +32,13 @@ def steps_of(name: str, wide: bool) -> list[tuple[int, int, int, list[Cell]]]:
         (0, 1, 0, []),
         (0, -1, 0, []),
     ]
-    if name == "four":
+    if name == "four-connected":
         return out
     guarded = name != "dissertation" or wide
     for x in (-1, 1):
         for y in (-1, 1):
             out.append((x, y, 1, [(x, 0), (0, y)] if guarded else []))
-            if name == "sixteen" and not wide:
+            if name == "sixteen-connected" and not wide:
                 out.append((2 * x, y, 2, [(x, 0), (x, y)]))
                 out.append((x, 2 * y, 2, [(0, y), (x, y)]))
     return out

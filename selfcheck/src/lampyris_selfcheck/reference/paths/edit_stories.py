@@ -11,7 +11,7 @@ import numpy as np
 
 Cell = tuple[int, int]
 
-NAMES = ("dissertation", "octile", "four", "sixteen")
+NAMES = ("dissertation", "octile", "four-connected", "sixteen-connected")
 
 
 @dataclass

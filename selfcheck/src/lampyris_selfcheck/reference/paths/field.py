@@ -13,7 +13,12 @@ from functools import total_ordering
 
 EIGHT = [(-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1)]
 KNIGHT = [(-2, -1), (2, -1), (-2, 1), (2, 1), (-1, -2), (1, -2), (-1, 2), (1, 2)]
-OFFSETS = {"dissertation": EIGHT, "octile": EIGHT, "four": EIGHT[4:], "sixteen": KNIGHT + EIGHT}
+OFFSETS = {
+    "dissertation": EIGHT,
+    "octile": EIGHT,
+    "four-connected": EIGHT[4:],
+    "sixteen-connected": KNIGHT + EIGHT,
+}
 
 
 @total_ordering
@@ -47,8 +52,8 @@ def surd(n: Fraction | int | str, m: Fraction | int = 0) -> Surd:
 COSTS = {
     "dissertation": {0: surd(1), 1: surd("7/5")},
     "octile": {0: surd(1), 1: surd(0, 1)},
-    "four": {0: surd(1)},
-    "sixteen": {0: surd(1), 1: surd("7/5"), 2: surd("11/5")},
+    "four-connected": {0: surd(1)},
+    "sixteen-connected": {0: surd(1), 1: surd("7/5"), 2: surd("11/5")},
 }
 
 

@@ -14,7 +14,7 @@ Counts = tuple[int, int, int]
 Cost = tuple[int, int]
 """a + b sqrt 2; b is 0 save for octile moves."""
 
-TENTHS = {"dissertation": (10, 14, 0), "sixteen": (10, 14, 22), "four": (10, 0, 0)}
+TENTHS = {"dissertation": (10, 14, 0), "sixteen-connected": (10, 14, 22), "four-connected": (10, 0, 0)}
 
 
 def cost_of(counts: tuple[int, ...], name: str) -> Cost:
@@ -38,9 +38,9 @@ def less(p: Cost, q: Cost) -> bool:
 
 def steps(name: str) -> list[Cell]:
     """The steps (dx, dy) of a step set."""
-    reach = 2 if name == "sixteen" else 1
+    reach = 2 if name == "sixteen-connected" else 1
     box = product(range(-reach, reach + 1), repeat=2)
-    longest = 1 if name == "four" else 2 if reach == 1 else 5
+    longest = 1 if name == "four-connected" else 2 if reach == 1 else 5
     return [(x, y) for x, y in box if 0 < x * x + y * y <= longest and (x * x + y * y != 4)]
 
 

@@ -17,6 +17,7 @@ from lampyris.cli import outputs
 from lampyris.cli.exit_codes import BAD_INPUT, INTERNAL_FAULT, NO_ANSWER
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.options import (
+    ALatMax,
     AllowOutside,
     AMax,
     Colour,
@@ -26,7 +27,6 @@ from lampyris.cli.options import (
     GoalM,
     JerkMax,
     Json,
-    LatMax,
     Map,
     MaxCells,
     Mobility,
@@ -113,7 +113,7 @@ def compare(
     v_max: VMax = 1.0,
     a_max: AMax = 0.5,
     d_max: DMax = 1.0,
-    lat_max: LatMax = 1.0,
+    a_lat_max: ALatMax = 1.0,
     turn_radius: TurnRadius = 0.0,
     jerk_max: JerkMax = None,
     values: Values = "occupancy",
@@ -133,7 +133,7 @@ def compare(
 
     request = Request(
         map_, start, goal, start_m, goal_m, "astar", preset, moves, None, [], seed, resolution, radius,
-        v_max, a_max, d_max, values, colour, allow_outside, max_cells, lat_max, turn_radius, jerk_max,
+        v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
     )  # fmt: skip
     traffic = CompareTraffic(obstacles, mobility, rate, obstacle_radius, live, ticks)
     compare_request = CompareRequest(request, planners, laws, traffic, seeds, workers)
