@@ -270,7 +270,7 @@ def of_obstacles() -> list[Series]:
 
     def timed(side: int, number: int) -> Call:
         scene = scene_of(side)
-        change = Change(robot=scene.start, bodies=_seen(scene, number))
+        change = Change(robot=scene.start, obstacle_tracks=_seen(scene, number))
         session = Sipp().open(scene, np.random.default_rng(0))
         return lambda: session.plan(change)
 

@@ -225,7 +225,11 @@ def _whole(
     """Milliseconds of whole calls, by turns, each in a session of its own; and when all arrive."""
     rng = np.random.default_rng(0)
     start, goal = ends
-    scene, change, last = Scene(Grid(~free), start, goal), Change(robot=start, bodies=tuple(seen)), 600
+    scene, change, last = (
+        Scene(Grid(~free), start, goal),
+        Change(robot=start, obstacle_tracks=tuple(seen)),
+        600,
+    )
     ms: dict[str, list[float]] = {}
     arrivals: set[int] = set()
 

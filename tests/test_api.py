@@ -157,8 +157,8 @@ def test_simulate_takes_traffic_by_itself_or_from_the_scene() -> None:
     one = lampyris.simulate(scene, traffic=walk, seed=4)
     two = lampyris.simulate(dataclasses.replace(scene, traffic=(walk,)), seed=4)
     assert one.robot.tolist() == two.robot.tolist()
-    assert len(one.bodies) == 6
-    assert lampyris.simulate(scene, seed=4).bodies == ()
+    assert len(one.obstacle_specs) == 6
+    assert lampyris.simulate(scene, seed=4).obstacle_specs == ()
 
 
 def test_a_robot_already_moving_may_ask_for_its_profile() -> None:
@@ -203,11 +203,11 @@ def test_wrong_arguments_are_typed_errors(call: Callable[[lampyris.Scene], objec
 def test_numpy_numbers_and_lists_of_traffic_are_taken() -> None:
     scene = scene_of(3, 0.1)
     walk = lampyris.RandomWalk(count=np.int64(2), radius=np.float32(0.25))
-    assert len(lampyris.simulate(scene, traffic=[walk], seed=1).bodies) == 2
+    assert len(lampyris.simulate(scene, traffic=[walk], seed=1).obstacle_specs) == 2
 
 
 def test_a_blocked_end_is_the_answer_whatever_moves() -> None:
     scene = dataclasses.replace(scene_of(3, 0.1), robot=lampyris.Robot(radius=9))
     trace = lampyris.simulate(scene, traffic=lampyris.RandomWalk(count=1000))
     assert trace.outcome == "start-occupied"
-    assert not trace.bodies
+    assert not trace.obstacle_specs

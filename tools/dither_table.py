@@ -34,7 +34,7 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 def row(planner: str, settings: dict[str, Any], traffic: ObstacleSpec) -> str:
     """One line of the table."""
-    arrived = ticks = flips = waits = runs = 0
+    arrived = ticks = path_switches = waits = runs = 0
     for name in MAPS:
         document = load_map(name)
         for seed in SEEDS:
@@ -43,11 +43,15 @@ def row(planner: str, settings: dict[str, Any], traffic: ObstacleSpec) -> str:
             trace = api.simulate(scene, planner, traffic=traffic, seed=seed, **settings)
             runs += 1
             arrived += trace.arrived
-            ticks, flips, waits = ticks + trace.ticks, flips + trace.flips, waits + trace.waits
+            ticks, path_switches, waits = (
+                ticks + trace.ticks,
+                path_switches + trace.path_switches,
+                waits + trace.waits,
+            )
     told = ", ".join(f"{k}={v}" for k, v in settings.items())
     return (
         f"| `{planner}` {told} | {arrived} of {runs} | {ticks / runs:.1f} | {waits / runs:.2f} "
-        f"| {100 * flips / ticks:.2f} |"
+        f"| {100 * path_switches / ticks:.2f} |"
     )
 
 

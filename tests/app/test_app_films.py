@@ -104,7 +104,7 @@ def test_a_plan_says_the_cells_that_a_patrol_takes() -> None:
         ],
     }
     *_, last = work.answer({"verb": "plan", "scenario": scenario}, lambda: None)
-    bodies = json.loads(last[5:])["bodies"]
+    bodies = json.loads(last[5:])["obstacle_specs"]
     assert [body["kind"] for body in bodies] == ["random-walk", "patrol", "patrol"]
     assert "path" not in bodies[0]
     path = bodies[1]["path"]

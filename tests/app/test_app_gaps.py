@@ -293,7 +293,7 @@ def test_what_is_watched_is_the_same_run_as_what_is_not() -> None:
 
 
 def layer(name: str, scenario: dict[str, Any], **more: Any) -> tuple[float, float, np.ndarray, Any]:
-    frames = ask("layer", scenario, layer=name, bodies=None, tick=0, **more)
+    frames = ask("layer", scenario, layer=name, obstacle_cells=None, tick=0, **more)
     value = only(frames, "L")
     assert value[1 : 1 + value[0]] == name.encode()
     width, height, low, high = struct.unpack_from("<IIff", value, 1 + value[0])

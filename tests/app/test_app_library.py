@@ -318,10 +318,10 @@ def test_obstacles_drawn_in_a_map_reach_the_page(folder: Path, library: Library)
     row = library.add(container({"drawn.txt": b"S.o.\n....\no..G\n"}))
     for name in ("drawn.txt", row["id"]):
         (_, head), (_, cells) = framed(library.ground(name))
-        assert json.loads(head)["bodies"] == [[2, 0], [0, 2]]
+        assert json.loads(head)["obstacle_cells"] == [[2, 0], [0, 2]]
         assert cells == bytes(12)
     (_, head), *_ = framed(library.ground("map.png"))
-    assert json.loads(head)["bodies"] == []
+    assert json.loads(head)["obstacle_cells"] == []
     asked = {
         "version": 1, "map": row["id"], "start": [0, 0], "goal": [3, 2], "simulate": {},
         "obstacles": [{"kind": "random-walk", "count": 2, "starts": [[2, 0], [0, 2]]}],

@@ -252,13 +252,13 @@ def test_a_plan_has_its_jumps_and_gates_if_they_are_asked_for() -> None:
 
 def test_obstacles_stand_in_the_plan_where_the_run_will_have_them_at_first() -> None:
     scenario = state(obstacles=CROWD, seed=3)
-    told = only(ask("plan", scenario), "Z")["bodies"]
+    told = only(ask("plan", scenario), "Z")["obstacle_specs"]
     trace: Any = scenarios.run(said_scenario({"scenario": {**scenario, "simulate": {"ticks": 2}}}))
     there = [k for k, came in enumerate(trace.appears) if came == 0]
     assert [tuple(one["at"]) for one in told] == [tuple(trace.tracks[k][0]) for k in there]
-    assert [one["kind"] for one in told] == [trace.bodies[k].kind for k in there]
+    assert [one["kind"] for one in told] == [trace.obstacle_specs[k].kind for k in there]
     assert told
-    assert "bodies" not in only(ask("plan", state()), "Z")
+    assert "obstacle_specs" not in only(ask("plan", state()), "Z")
     # A start in a wall is an answer still.
     walled = state(
         map={"rows": ["#..G"]}, start=[0, 0], goal=[3, 0], obstacles=[{"kind": "random-walk", "count": 1}]
@@ -298,7 +298,7 @@ def test_frames_hold_the_whole_trace(monkeypatch: pytest.MonkeyPatch, slow: bool
     head, end = only(frames, "H"), only(frames, "Z")
     trace: Any = scenarios.run(said_scenario({"scenario": scenario}))
     assert (head["job"], head["planner"], head["law"], head["units"]) == (7, "ad-gso", "physical", "m/s")
-    kinds = [body["kind"] for body in head["bodies"]]
+    kinds = [body["kind"] for body in head["obstacle_specs"]]
     told = 0
     near = near_by_tick(trace)
     number = 0
@@ -327,7 +327,7 @@ def test_frames_hold_the_whole_trace(monkeypatch: pytest.MonkeyPatch, slow: bool
     assert (end["outcome"], end["sentence"]) == (trace.outcome.value, trace.sentence)
     assert end["last_tick"] == trace.last_tick
     assert tuple(end["metrics"]) == METRICS
-    assert len(end["bodies"]) == len(trace.bodies) == len(kinds)
+    assert len(end["obstacle_specs"]) == len(trace.obstacle_specs) == len(kinds)
     plain = json.dumps({**trace_record(trace), "timing": {}}, separators=(",", ":"))
     assert end["digest"] == hashlib.sha256(plain.encode()).hexdigest()
 
@@ -482,7 +482,7 @@ def test_reach_is_a_search_step_by_step(seed: int) -> None:
 def test_obstacles_are_never_outside_their_reach() -> None:
     scenario = state(obstacles=[{"kind": "random-walk", "count": 9}, *CROWD[1:]])
     trace: Any = scenarios.run(said_scenario({"scenario": scenario}))
-    _, _, shown = layer("reach", scenario, bodies=None)
+    _, _, shown = layer("reach", scenario, obstacle_cells=None)
     grid = trace.scene.grid
     ticks_ = reach(grid, trace.obstacles_at(0), trace.scene.moves.corner_cutting, 64)
     assert np.array_equal(shown > 0, np.isfinite(ticks_))
@@ -495,9 +495,9 @@ def test_obstacles_are_never_outside_their_reach() -> None:
     [
         ({"layer": "secret"}, "LAYER"),
         ({"layer": "cost", "tick": -1}, "TICK"),
-        ({"layer": "reach", "bodies": [[0.5, 1]]}, "TYPE"),
-        ({"layer": "reach", "bodies": [[99, 1]]}, "BODY_OUTSIDE"),
-        ({"layer": "reach", "bodies": "all"}, "TYPE"),
+        ({"layer": "reach", "obstacle_cells": [[0.5, 1]]}, "TYPE"),
+        ({"layer": "reach", "obstacle_cells": [[99, 1]]}, "BODY_OUTSIDE"),
+        ({"layer": "reach", "obstacle_cells": "all"}, "TYPE"),
     ],
 )
 def test_layers_that_are_none(more: dict[str, Any], code: str) -> None:

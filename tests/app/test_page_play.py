@@ -398,7 +398,7 @@ globalThis.window = globalThis;
 page.store = { scenario: { start: [0, 0], goal: [1, 0] } };
 page.api = { async *frames(path, body) {
   most = Math.max(most, ++flying);
-  asked.push([body.layer, body.tick, body.bodies]);
+  asked.push([body.layer, body.tick, body.obstacle_cells]);
   await new Promise((done) => (answer = done));
   yield { kind: "L", bytes: layer(body.tick) };
   flying--;

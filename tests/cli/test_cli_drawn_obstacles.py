@@ -35,17 +35,17 @@ def told(*words: str) -> dict[str, Any]:
 def test_simulate_and_drive_begin_with_them(drawn: Path) -> None:
     record = told("simulate", str(drawn), "--obstacles", "0")
     assert record["obstacles"][0] == DRAWN
-    assert [b["kind"] for b in record["bodies"]] == ["random-walk"] * 2
+    assert [b["kind"] for b in record["obstacle_specs"]] == ["random-walk"] * 2
     record = told("drive", str(drawn), "--obstacles", "1")
-    assert [b["xy"][0] for b in record["bodies"]][:2] == DRAWN
-    assert len(record["bodies"]) == 3
+    assert [b["xy"][0] for b in record["obstacle_specs"]][:2] == DRAWN
+    assert len(record["obstacle_specs"]) == 3
 
 
 def test_their_size_is_that_of_the_option(tmp_path: Path) -> None:
     path = tmp_path / "wide.txt"
     path.write_text("S.......\n" + "........\n" * 5 + ".....o..\n" + "........\n" * 5 + "G.......\n")
     record = told("simulate", str(path), "--obstacles", "0", "--obstacle-radius", "0.9")
-    assert [b["radius"] for b in record["bodies"]] == [0.9]
+    assert [b["radius"] for b in record["obstacle_specs"]] == [0.9]
 
 
 def test_a_saved_scenario_has_them_and_gives_the_same_run(tmp_path: Path, drawn: Path) -> None:

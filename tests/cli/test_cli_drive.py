@@ -40,13 +40,13 @@ def test_a_drive_is_told_whole() -> None:
     r = told(*CALL)
     assert (r["outcome"], r["law"], r["seed"], r["timing"]) == ("arrived", "physical", 3, {})
     n = len(r["t"])
-    assert {len(r[k]) for k in ("t", "s", "v", "a", "leg", "cause", "about", "why")} == {n}
+    assert {len(r[k]) for k in ("t", "s", "v", "a", "leg", "cause", "cause_index", "why")} == {n}
     assert r["t"][0] == r["v"][0] == r["v"][-1] == 0
     assert r["duration"] == r["t"][-1]
     assert r["duration"] >= r["optimum"] * (1 - 1e-9)
     assert sum(h["time"] for h in r["held"]) == pytest.approx(1)
-    assert len(r["bodies"]) == 2
-    assert all(len(b["t"]) == len(b["xy"]) for b in r["bodies"])
+    assert len(r["obstacle_specs"]) == 2
+    assert all(len(b["t"]) == len(b["xy"]) for b in r["obstacle_specs"])
     assert r["curves"][0]["xy"][0] == r["start"]
     assert r["curves"][-1]["end"] == r["goal"]
     assert r["moments"][-1]["word"] == "arrive"

@@ -98,7 +98,7 @@ def test_a_plan(line: str, ending: str) -> None:
 def test_a_simulation(line: str, code: int, ending: str) -> None:
     Path("t.csv").write_text("x,y,tick\n9,9,0\n9,8,5\n8,8,6\n")
     record = same_again("simulate", *line.split(), code=code, ending=ending)
-    assert record["bodies"]
+    assert record["obstacle_specs"]
     assert record["obstacles"][-1]
 
 

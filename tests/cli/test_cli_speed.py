@@ -59,7 +59,7 @@ def test_laws_side_by_side_and_what_holds_ours() -> None:
     assert {h["cause"] for h in r["held"]} == set(r["speed"]["cause"])
     n = r["way"]["nodes"]
     assert {
-        len(r["speed"][k]) for k in ("s", "v", "a", "t", "cause", "about", "why", "xy", "x_m", "y_m")
+        len(r["speed"][k]) for k in ("s", "v", "a", "t", "cause", "cause_index", "why", "xy", "x_m", "y_m")
     } == {n}
     assert {len(c["v"]) for c in r["speed"]["caps"]} == {n}
     assert r["way"]["from"] == "ad-gso"
@@ -184,7 +184,7 @@ def test_known_tracks_are_let_pass_or_passed_first() -> None:
     assert np.diff(r["speed"]["s"]).max() <= 0.25 / 4 * (1 + 1e-9), "the course's nodes are there, too"
     for n, word in enumerate(r["speed"]["cause"]):
         if word == "braking":
-            assert r["speed"]["about"][n] > n
+            assert r["speed"]["cause_index"][n] > n
     there = t < 7.5
     assert np.hypot(*(xy[there] - (10, 7)).T).min() * 0.25 >= 0.125 - 1e-6, "rims do not overlap"
     rest = [e["duration_s"] for e in r["laws"] if e["law"] != "physical"]
@@ -330,7 +330,7 @@ def test_the_page_names_every_key_and_column() -> None:
     keys = [*r, *r["way"], *r["laws"][0], *r["held"][0], *r["speed"], *r["speed"]["caps"][0]]
     assert not [key for key in keys if f"`{key}`" not in speeds]
     r = json.loads(run("drive", "guide", "--obstacles", "1", "--json").out)
-    keys = [*r, *r["curves"][0], *r["bodies"][0], *r["moments"][0]]
+    keys = [*r, *r["curves"][0], *r["obstacle_specs"][0], *r["moments"][0]]
     assert not [key for key in keys if f"`{key}`" not in drives]
     for columns in (PROFILE_COLUMNS, DRIVE_COLUMNS):
         assert f"`{', '.join(columns)}`" in page

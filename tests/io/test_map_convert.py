@@ -35,7 +35,7 @@ def made(seed: int, width: int = 23, height: int = 17, unknown: bool = True) -> 
     kind = rng.choice(3 if unknown else 2, (height, width))
     kind.flat[:4] = 0
     grid = Grid(kind > 0, unknown=kind == 2 if unknown else None, resolution=0.05, origin=(-3.25, 4.0, 0.5))
-    return MapDocument(grid, start=(0, 0), goal=(2, 0), bodies=((1, 0), (3, 0)))
+    return MapDocument(grid, start=(0, 0), goal=(2, 0), obstacle_cells=((1, 0), (3, 0)))
 
 
 def facts(document: MapDocument) -> dict[str, object]:
@@ -45,7 +45,7 @@ def facts(document: MapDocument) -> dict[str, object]:
     return {
         "blocked": grid.blocked.tolist(),
         "unknown": unknown.tolist(),
-        "marks": (document.start, document.goal, document.bodies),
+        "marks": (document.start, document.goal, document.obstacle_cells),
         "frame": (grid.resolution, grid.origin),
     }
 

@@ -52,7 +52,7 @@ def test_the_same_from_every_file(tmp_path: Path, kind: str) -> None:
     found = load_map(path, values="costmap")
     assert facts(found) == (CELLS, TERRAIN)
     assert found.notes == (NOTE,)
-    assert (found.start, found.goal, found.bodies) == (None, None, ())
+    assert (found.start, found.goal, found.obstacle_cells) == (None, None, ())
     # Without being asked for, nothing of it is terrain, and no grey between is free.
     if kind.startswith("npy"):
         with pytest.raises(FileError, match=r"NPY_VALUE.*values=\"costmap\""):

@@ -27,7 +27,7 @@ def test_occupancy(tmp_path: Path, separator: bytes, line: bytes, end: bytes, st
     found = load_bytes(tmp_path, data.replace(b"\n", line), "m.csv")
     assert cells(found) == [".#?", "#.."]
     assert (found.format, found.notes, found.grid.terrain) == ("csv", (), None)
-    assert (found.start, found.goal, found.bodies) == (None, None, ())
+    assert (found.start, found.goal, found.obstacle_cells) == (None, None, ())
 
 
 @pytest.mark.parametrize("data", [b"0", b"1\n", b"-1\r\n"])

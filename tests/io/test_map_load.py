@@ -145,4 +145,4 @@ def test_a_file_longer_than_any_map_is_not_read(tmp_path: Path) -> None:
 def test_too_many_obstacles_drawn(tmp_path: Path) -> None:
     with pytest.raises(LampyrisError, match="LIMIT"):
         load_bytes(tmp_path, (b"o" * 101 + b"\n") * 100)
-    assert len(load_bytes(tmp_path, (b"o" * 100 + b"\n") * 100).bodies) == 10_000
+    assert len(load_bytes(tmp_path, (b"o" * 100 + b"\n") * 100).obstacle_cells) == 10_000

@@ -58,7 +58,7 @@ def test_every_kind_of_colour_picture(tmp_path: Path) -> None:
         found = read(tmp_path, data)
         assert cells(found) == CELLS
         assert found.notes[0] == BRIGHTNESS
-        assert (found.start, found.goal, found.bodies) == (None, None, ())
+        assert (found.start, found.goal, found.obstacle_cells) == (None, None, ())
 
 
 def test_without_it_the_colour_is_named(tmp_path: Path) -> None:

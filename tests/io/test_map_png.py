@@ -66,7 +66,7 @@ LEGEND = [(0, 0, 0), (255, 0, 0), (255, 215, 0), (255, 20, 147), (255, 255, 255)
 def _marks(tmp_path: Path, data: bytes) -> None:
     found = load_bytes(tmp_path, data)
     assert cells(found) == ["#....?"]
-    assert (found.start, found.goal, found.bodies) == ((1, 0), (2, 0), ((3, 0),))
+    assert (found.start, found.goal, found.obstacle_cells) == ((1, 0), (2, 0), ((3, 0),))
 
 
 def test_the_legend_in_every_colour_type(tmp_path: Path) -> None:

@@ -318,7 +318,7 @@ def test_odd_names_are_quoted(tmp_path: Path, name: str) -> None:
 def test_marks_are_left_out(tmp_path: Path) -> None:
     save_map(load_map("guide"), tmp_path / "g.yaml")
     after = load_map(tmp_path / "g.yaml")
-    assert (after.start, after.goal, after.bodies) == (None, None, ())
+    assert (after.start, after.goal, after.obstacle_cells) == (None, None, ())
     assert cells(after) == cells(load_map("guide"))
 
 

@@ -48,7 +48,7 @@ def facts(document: MapDocument) -> dict[str, object]:
     return {
         "blocked": grid.blocked.tolist(),
         "unknown": unknown,
-        "marks": (document.start, document.goal, document.bodies),
+        "marks": (document.start, document.goal, document.obstacle_cells),
         "frame": (grid.resolution, grid.origin),
         "terrain": None if grid.terrain is None else grid.terrain.tolist(),
     }
@@ -66,7 +66,11 @@ def documents(seed: int, wanted: set[str], terrain: list[int]) -> Iterator[MapDo
             for x, y in spots:
                 kind[y, x] = 0
             bodies = tuple(sorted(spots[2:], key=lambda c: (c[1], c[0])))
-            marks = {"start": spots[0], "goal": spots[1] if len(spots) > 1 else None, "bodies": bodies}
+            marks = {
+                "start": spots[0],
+                "goal": spots[1] if len(spots) > 1 else None,
+                "obstacle_cells": bodies,
+            }
         grid = Grid(
             kind > 0,
             unknown=kind == 2,

@@ -21,7 +21,7 @@ def _document(seed: int, width: int, height: int) -> MapDocument:
     kind = rng.choice(3, (height, width), p=[0.6, 0.3, 0.1])
     kind.flat[:4] = 0
     grid = Grid(kind > 0, unknown=kind == 2)
-    return MapDocument(grid, start=(0, 0), goal=(2, 0), bodies=((1, 0), (3, 0)))
+    return MapDocument(grid, start=(0, 0), goal=(2, 0), obstacle_cells=((1, 0), (3, 0)))
 
 
 @pytest.mark.parametrize("ending", WRITERS)
@@ -36,9 +36,13 @@ def test_round_trip(tmp_path: Path, ending: str, shape: tuple[int, int]) -> None
         if ending != ".map":
             assert cells(after) == cells(before)
         if ending in (".png", ".txt"):
-            assert (after.start, after.goal, after.bodies) == (before.start, before.goal, before.bodies)
+            assert (after.start, after.goal, after.obstacle_cells) == (
+                before.start,
+                before.goal,
+                before.obstacle_cells,
+            )
         else:
-            assert (after.start, after.goal, after.bodies) == (None, None, ())
+            assert (after.start, after.goal, after.obstacle_cells) == (None, None, ())
         again = tmp_path / f"n{ending}"
         save_map(after, again)
         if ending in (".png", ".txt"):

@@ -18,7 +18,7 @@ from lampyris_selfcheck.reference.files.map_files import cells, load_bytes, npy
 def test_text(tmp_path: Path, start: bytes, end: bytes, line: bytes) -> None:
     found = load_bytes(tmp_path, (start + b"#.?S\nGo.o" + end).replace(b"\n", line))
     assert cells(found) == ["#.?.", "...."]
-    assert (found.start, found.goal, found.bodies) == ((3, 0), (0, 1), ((1, 1), (3, 1)))
+    assert (found.start, found.goal, found.obstacle_cells) == ((3, 0), (0, 1), ((1, 1), (3, 1)))
     assert found.format == "text"
 
 

@@ -27,7 +27,7 @@ def case(k: int) -> tuple[SampledPath, Profile, Profile, Robot]:
     cap[len(course) // 3 : len(course) // 2] = rng.uniform(0.3, 1.0)
     made = feasible_profile(course.s, [("clearance", cap)], a_max=robot.a_max, d_max=robot.d_max)
     still = Profile(
-        "physical", course.s, made.v, made.a, made.t, made.cause, "m/s", made.about,
+        "physical", course.s, made.v, made.a, made.t, made.cause, "m/s", made.cause_index,
         (("clearance", cap),), course.xy,
     )  # fmt: skip
     tracks = []
@@ -74,13 +74,13 @@ def test_causes_say_what_holds_each_node() -> None:
         made = with_nodes(found, still, course, robot.a_max)
         for n, word in enumerate(made.cause):
             words.add(word)
-            about = int(made.about[n])
+            cause_index = int(made.cause_index[n])
             if word == "braking":
-                assert about > n
-                assert made.cause[about] != "braking"
-                assert set(made.cause[n:about]) == {"braking"}
+                assert cause_index > n
+                assert made.cause[cause_index] != "braking"
+                assert set(made.cause[n:cause_index]) == {"braking"}
             elif word == "acceleration" and n + 1 < len(made.v):
                 assert made.a[n] > 0 or made.a[n - 1] > 0
             elif word in ("wait", "moving obstacle"):
-                assert about >= 0
+                assert cause_index >= 0
     assert {"start", "goal", "braking", "acceleration", "moving obstacle"} <= words

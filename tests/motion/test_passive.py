@@ -86,14 +86,14 @@ def test_every_push_is_safe_and_none_is_timid() -> None:
         if made.a > rest:
             assert dense_gap(rails, s, v, made.a, movers) >= -1e-6
         if made.cause == "moving obstacle":
-            assert 0 <= made.about < m
+            assert 0 <= made.cause_index < m
             # What the kernel did not find must be unsafe, or nearly, but for the parts it takes at once.
             for a in np.linspace(made.a, ROBOT.a_max, 12)[1:]:
                 way = motion(a, v, PERIOD, ROBOT.d_max)[1][-1]
                 top = np.interp(s + way, course.s, ceiling)
                 timid += a > made.a + 0.15 and dense_gap(rails, s, v, a, movers) > 0.05 and top > 0.1
         else:
-            assert made.about == -1
+            assert made.cause_index == -1
     assert min(seen.values()) > 5
     assert seen["moving obstacle"] > 50
     assert timid <= 8

@@ -75,8 +75,8 @@ def check_motion(p: Profile, robot: Robot, course: SampledPath, ceiling: np.ndar
     still = (p.cause[k] == "wait" for k in range(len(p.s)) if p.s[k] == p.s[max(k - 1, 0)] and k)
     assert all(still)
     for k, word in enumerate(p.cause):
-        assert word not in ("wait", "moving obstacle") or p.about[k] >= 0
-        assert word != "braking" or p.about[k] > k
+        assert word not in ("wait", "moving obstacle") or p.cause_index[k] >= 0
+        assert word != "braking" or p.cause_index[k] > k
     assert np.isfinite(p.xy).all()
 
 
@@ -314,7 +314,7 @@ def test_both_forms_say_the_same(form: str, monkeypatch: pytest.MonkeyPatch) -> 
     assert {"wait", "moving obstacle"} & set(p.cause)
     use(monkeypatch, form)
     q = through_tracks(course, cap, ROBOT, tracks, radius=0.1)
-    for name in ("s", "v", "a", "t", "about"):
+    for name in ("s", "v", "a", "t", "cause_index"):
         assert np.array_equal(getattr(p, name), getattr(q, name))
     assert p.cause == q.cause
 

@@ -169,16 +169,16 @@ def test_a_crossing_obstacle_slows_and_a_receding_one_does_not() -> None:
     assert crossing.v.min() < 0.3
     assert (np.minimum(receding.v, 1.0) > 0.95).all()
     assert crossing.cause == "danger"
-    assert crossing.about is not None
-    assert set(crossing.about[np.isfinite(crossing.v)].tolist()) == {0}
+    assert crossing.cause_index is not None
+    assert set(crossing.cause_index[np.isfinite(crossing.v)].tolist()) == {0}
 
 
 def test_nodes_beyond_the_horizon_are_not_judged() -> None:
     found = cap(one((60, 20), (-1, 0)))
     assert found is not None
     assert np.isinf(found.v[way().s > 6.0]).all()
-    assert found.about is not None
-    assert (found.about[way().s > 6.0] == -1).all()
+    assert found.cause_index is not None
+    assert (found.cause_index[way().s > 6.0] == -1).all()
 
 
 def test_a_course_of_one_node() -> None:
@@ -197,7 +197,7 @@ def test_the_worst_obstacle_is_named_and_more_obstacles_never_speed_up() -> None
         every = ObstacleStates(xy, np.full(m, 0.3), np.full(m, 1.0), rng.uniform(-0.7, 0.7, (m, 2)))
         whole = cap(every)
         assert whole is not None
-        assert whole.about is not None
+        assert whole.cause_index is not None
         alone = []
         for k in range(m):
             assert every.velocity is not None
@@ -206,8 +206,8 @@ def test_the_worst_obstacle_is_named_and_more_obstacles_never_speed_up() -> None
             alone.append(part.v)
         table = np.array(alone)
         assert (whole.v == table.min(axis=0)).all()
-        named = np.flatnonzero(whole.about >= 0)
-        assert (table[whole.about[named], named] == whole.v[named]).all()
+        named = np.flatnonzero(whole.cause_index >= 0)
+        assert (table[whole.cause_index[named], named] == whole.v[named]).all()
 
 
 def test_longer_sight_and_wider_berth_never_speed_up() -> None:

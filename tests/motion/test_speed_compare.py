@@ -95,7 +95,7 @@ def test_every_node_has_a_cause_that_binds(law: str) -> None:
                 assert x[k] - x[k + 1] == pytest.approx(
                     2 * robot.d_max * (made.s[k + 1] - made.s[k]), rel=1e-9
                 )
-                ahead = int(made.about[k])
+                ahead = int(made.cause_index[k])
                 assert ahead > k
                 assert set(made.cause[k:ahead]) == {"braking"}
                 assert made.cause[ahead] != "braking"

@@ -26,7 +26,7 @@ def test_braking_names_the_node_it_brakes_for() -> None:
         case = middling(rng)
         made = case.made()
         for i, cause in enumerate(made.cause):
-            k = int(made.about[i])
+            k = int(made.cause_index[i])
             if cause != "braking":
                 assert k == -1
                 continue
@@ -47,7 +47,7 @@ def test_what_a_cap_speaks_of_stays_with_its_nodes() -> None:
     ]
     made = feasible_profile(s, caps, a_max=1.0, d_max=0.1)
     assert made.cause == ("start", "braking", "moving obstacle", "clearance", "moving obstacle", "goal")
-    assert made.about.tolist() == [-1, 2, 3, -1, 5, -1]
+    assert made.cause_index.tolist() == [-1, 2, 3, -1, 5, -1]
 
 
 def test_hard_braking_names_what_it_brakes_for() -> None:
@@ -55,10 +55,10 @@ def test_hard_braking_names_what_it_brakes_for() -> None:
     caps = [("limit", np.full(6, 9.0)), ("obstacle", np.array([9.0, 9.0, 0.5, 9.0, 9.0, 9.0]))]
     made = feasible_profile(s, caps, a_max=1.0, d_max=1.0, v0=3.0, on_infeasible="brake")
     assert made.cause == ("start", "braking", "braking", "braking", "braking", "goal")
-    assert made.about.tolist() == [-1, 5, 5, 5, 5, -1]
+    assert made.cause_index.tolist() == [-1, 5, 5, 5, 5, -1]
     made = feasible_profile(s, caps, a_max=1.0, d_max=1.0, v0=5.0, on_infeasible="brake")
     assert made.v[-1] == pytest.approx(math.sqrt(15.0))  # told, not hidden
-    assert (made.cause[-1], made.about.tolist()) == ("braking", [-1] * 6)
+    assert (made.cause[-1], made.cause_index.tolist()) == ("braking", [-1] * 6)
 
 
 # ---- stops, blocked ways, edges at rest ----
@@ -99,8 +99,8 @@ def test_neighbouring_stops_are_driven_from_rest_to_rest() -> None:
 @pytest.mark.parametrize(("k", "of"), [(1, -1), (3, 4)])
 def test_a_cap_of_zero_on_the_way_is_refused_with_cause_and_place(k: int, of: int) -> None:
     s = np.arange(5.0) * 2
-    about = np.full(5, of)
-    shut = Cap("moving obstacle", np.where(np.arange(5) == k, 0.0, np.inf), about)
+    cause_index = np.full(5, of)
+    shut = Cap("moving obstacle", np.where(np.arange(5) == k, 0.0, np.inf), cause_index)
     with pytest.raises(SettingError) as raised:
         feasible_profile(s, [("limit", np.ones(5)), shut], a_max=1.0, d_max=1.0)
     told = str(raised.value)
@@ -188,7 +188,7 @@ def test_other_units_give_the_same_bits() -> None:
         assert (one.a * rate).tolist() == two.a.tolist()
         if np.diff(one.v).any():  # stop_to_stop adds up a time of several parts
             np.testing.assert_allclose(one.t * second, two.t, rtol=1e-15)
-        assert (one.cause, one.about.tolist()) == (two.cause, two.about.tolist())
+        assert (one.cause, one.cause_index.tolist()) == (two.cause, two.cause_index.tolist())
 
 
 def test_a_node_more_on_an_edge_changes_nothing_where_its_cap_is_between_and_helps_where_it_has_none() -> (
@@ -244,6 +244,6 @@ def test_both_forms_of_the_kernels_give_the_same_bytes(monkeypatch: pytest.Monke
         for _ in range(150):
             made = extreme(rng).made(v0=float(rng.uniform(0, 5)), on_infeasible="brake")
             results[form].append(
-                (made.v.tobytes(), made.a.tobytes(), made.t.tobytes(), made.cause, made.about.tobytes())
+                (made.v.tobytes(), made.a.tobytes(), made.t.tobytes(), made.cause, made.cause_index.tobytes())
             )
     assert results["plain"] == results["compiled"]

@@ -188,7 +188,7 @@ def test_causes_of_a_smooth_profile() -> None:
     made = feasible_profile(s, [("limit", 2 * np.ones(201))], a_max=0.5, d_max=0.5, jerk_max=1.0)
     assert "braking" in made.cause
     for k in np.flatnonzero(np.array(made.cause) == "braking").tolist():
-        assert made.cause[int(made.about[k])] != "braking"
+        assert made.cause[int(made.cause_index[k])] != "braking"
         assert made.a[k] == pytest.approx(-0.5, rel=1e-3)
 
 

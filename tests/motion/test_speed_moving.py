@@ -79,19 +79,19 @@ def test_beside_a_slow_twin(settings: MovingObstacles) -> None:
         movers = ObstacleStates(near, movers.radius, movers.top_speed, None, 0.2)
         made = moving_cap(course, SCENE, settings, Around(movers=movers))
         v = made[0].v if made else np.full(n, np.inf)
-        about = made[0].about if made else np.full(n, -1)
-        assert about is not None
+        cause_index = made[0].cause_index if made else np.full(n, -1)
+        assert cause_index is not None
         for k, (slow, who) in enumerate(zip(*slow_cap(course, movers, settings), strict=True)):
             if np.isinf(v[k]):
                 assert slow >= SCENE.robot.v_max - 1e-9
-                assert about[k] == -1
+                assert cause_index[k] == -1
                 continue
             # On samples the distance is a little greater than it is.
             assert v[k] <= slow + 1e-9
             assert v[k] == pytest.approx(slow, abs=2e-3)
             assert v[k] > 0.0 or slow < 2e-3
             if v[k] > 0.0:
-                assert about[k] == who
+                assert cause_index[k] == who
             bound += 1
             stood += v[k] == 0.0
     assert bound > 30

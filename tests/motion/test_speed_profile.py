@@ -163,7 +163,7 @@ def test_another_cap_never_raises_a_speed_whatever_happens_to_the_start() -> Non
 def test_one_node_stands_still() -> None:
     made = feasible_profile(np.array([3.0]), [("limit", np.ones(1))], a_max=1.0, d_max=1.0)
     assert [made.v.tolist(), made.a.tolist(), made.t.tolist()] == [[0.0]] * 3
-    assert (made.cause, made.about.tolist()) == (("start",), [-1])
+    assert (made.cause, made.cause_index.tolist()) == (("start",), [-1])
     with pytest.raises(SettingError, match="PROFILE_INFEASIBLE"):
         feasible_profile(np.array([3.0]), [("limit", np.ones(1))], a_max=1.0, d_max=1.0, v0=0.5)
 

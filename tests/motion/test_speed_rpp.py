@@ -207,7 +207,7 @@ def test_cause_and_cap_agree_and_braking_says_where_it_ends() -> None:
         caps, x, d_max = dict(made.caps), made.v**2, scene.robot.d_max
         least = np.minimum.reduce(list(caps.values()))
         for i, cause in enumerate(made.cause):
-            of = int(made.about[i])
+            of = int(made.cause_index[i])
             assert cause == "braking" or of == -1
             if cause in caps:
                 assert made.v[i] == pytest.approx(caps[cause][i], rel=1e-6)
@@ -234,7 +234,7 @@ def test_hard_braking_past_a_halt_is_told() -> None:
     made = laws.profile(course, scene_of(course), law="rpp", v0=9.0, on_infeasible="brake")
     assert made.v[-1] > 0.0
     assert set(made.cause[1:]) == {"braking"}
-    assert set(made.about.tolist()) == {-1}
+    assert set(made.cause_index.tolist()) == {-1}
 
 
 def test_a_start_too_fast_for_the_goal_is_refused_and_for_a_command_is_not() -> None:

@@ -260,7 +260,7 @@ def test_ways_through_tracks_touch_nobody() -> None:
         n, bodies = len(p.v), tuple(Obstacle("recorded", one.radius, False) for one in tracks)
         drive = Drive(
             scene, "", p.law, 0, Outcome.ARRIVED, (curve,), p.t, p.s, p.v, p.a, np.zeros(n, int), p.cause,
-            p.about, tuple(tracks), bodies, (), 0.1,
+            p.cause_index, tuple(tracks), bodies, (), 0.1,
         )  # fmt: skip
         verdict = check_drive(drive)
         assert verdict is None, (k, verdict)

@@ -40,7 +40,7 @@ def asked(
     planner, free, moves: str, start: Cell, goal: Cell, bodies: Sequence[ObstacleTrack], radius=0.0
 ) -> Plan:
     scene = Scene(Grid(~np.asarray(free)), start, goal, moves=moves, robot=Robot(radius=radius))
-    return planner.open(scene, RNG).plan(Change(robot=start, bodies=tuple(bodies)))
+    return planner.open(scene, RNG).plan(Change(robot=start, obstacle_tracks=tuple(bodies)))
 
 
 def by_tick(plan: Plan) -> list[Cell]:
@@ -164,7 +164,7 @@ def test_a_simulation_among_known_tracks_drives_the_plan_to_the_tick() -> None:
         assert trace.arrived
         assert plan.schedule is not None
         assert trace.ticks == plan.schedule[-1]
-        assert trace.replans == trace.flips == 0
+        assert trace.replans == trace.path_switches == 0
 
 
 @pytest.mark.parametrize("planner", ["sipp", "space-time-astar"])
@@ -179,7 +179,7 @@ def test_nobody_waits_for_ever_before_one_that_never_moves(planner: str, forecas
     trace = api.simulate(scene, planner, tracks="hidden", forecast=forecast)
     assert trace.arrived
     assert trace.waits <= 8
-    assert trace.flips <= 2
+    assert trace.path_switches <= 2
     assert api.simulate(scene, planner).waits == 0
 
 
@@ -188,7 +188,9 @@ def test_what_is_hidden_of_a_track_is_its_future() -> None:
     # Ended at tick 2, on the only way: at tick 9 it is still there.
     ended = ObstacleTrack(0, ((3, 0), (2, 0), (1, 0)), 0, 1)
     plan = (
-        Sipp(tracks="hidden", horizon=3).open(scene, RNG).plan(Change(robot=(0, 0), bodies=(ended,), tick=9))
+        Sipp(tracks="hidden", horizon=3)
+        .open(scene, RNG)
+        .plan(Change(robot=(0, 0), obstacle_tracks=(ended,), tick=9))
     )
     assert plan.schedule is not None
     assert plan.schedule[1] > 9 + 3
@@ -205,9 +207,9 @@ def test_a_margin_keeps_the_robot_on_its_way() -> None:
     seen = {}
     for margin in (0, 9):
         session = Sipp(margin=margin, forecast="still", horizon=50).open(scene, RNG)
-        first = session.plan(Change(robot=(0, 3), bodies=(still,)))
+        first = session.plan(Change(robot=(0, 3), obstacle_tracks=(still,)))
         # The obstacle leaves: straight on would now be as quick or quicker.
-        second = session.plan(Change(robot=(0, 3), bodies=()))
+        second = session.plan(Change(robot=(0, 3), obstacle_tracks=()))
         seen[margin] = first.path.cells.tolist() == second.path.cells.tolist()
     assert seen[9]
 

@@ -204,9 +204,9 @@ def drive_of(scene: Scene, curves: tuple[Curve, ...], t, s, v, a, leg) -> Drive:
         a=a,
         leg=leg,
         cause=("limit",) * len(t),
-        about=np.full(len(t), -1),
+        cause_index=np.full(len(t), -1),
         tracks=(),
-        bodies=(),
+        obstacle_specs=(),
         moments=(Moment(float(t[-1]), "arrive", scene.goal),),
         period=PERIOD,
     )
@@ -229,7 +229,7 @@ def random_track(
 
 def with_tracks(drive: Drive, tracks: list[Track], yields: bool = False) -> Drive:
     bodies = tuple(Obstacle("recorded", track.radius, yields) for track in tracks)
-    return replace(drive, tracks=tuple(tracks), bodies=bodies)
+    return replace(drive, tracks=tuple(tracks), obstacle_specs=bodies)
 
 
 def clear(drive: Drive, track: Track, step: float = 0.01) -> float:

@@ -305,7 +305,7 @@ def cut(trace: Trace, tick: int) -> Trace:
         robot=robot,
         tracks=tuple(trace.tracks[k][: n - trace.appears[k]] for k in keep),
         appears=tuple(trace.appears[k] for k in keep),
-        bodies=tuple(trace.bodies[k] for k in keep),
+        obstacle_specs=tuple(trace.obstacle_specs[k] for k in keep),
         speed=trace.speed[:n],
         cause=trace.cause[:n],
         events=tuple(e for e in trace.events if e.tick < n),
@@ -321,10 +321,10 @@ def with_body(trace: Trace, t0: int, track: list[Cell], radius: float = 0.0, yie
         trace,
         tracks=(*trace.tracks, np.array(track)),
         appears=(*trace.appears, t0),
-        bodies=(*trace.bodies, Obstacle(kind, radius, yields, footprint(radius))),
+        obstacle_specs=(*trace.obstacle_specs, Obstacle(kind, radius, yields, footprint(radius))),
     )
 
 
 def alone(trace: Trace) -> Trace:
     """The same trace without obstacles."""
-    return replace(trace, tracks=(), appears=(), bodies=())
+    return replace(trace, tracks=(), appears=(), obstacle_specs=())

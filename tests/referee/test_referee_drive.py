@@ -88,7 +88,7 @@ def parked(drive: Drive, seconds: float = 6.0) -> Drive:
         a=a,
         leg=np.zeros(len(t), int),
         cause=("wait", *drive.cause),
-        about=np.full(len(t), -1),
+        cause_index=np.full(len(t), -1),
         moments=(end,),
     )
 
@@ -194,7 +194,7 @@ def _leg_change(drive: Drive, at_rest: bool, shift: float = 0.0) -> Drive:
         a=a,
         leg=leg,
         cause=("limit",) * len(t),
-        about=np.full(len(t), -1),
+        cause_index=np.full(len(t), -1),
     )
 
 
@@ -215,7 +215,7 @@ def _collision(drive: Drive) -> Drive:
         a=np.append(drive.a[:MIDDLE], 0.0),
         leg=drive.leg[:n],
         cause=drive.cause[:n],
-        about=drive.about[:n],
+        cause_index=drive.cause_index[:n],
         outcome=Outcome.COLLISION,
         moments=(Moment(float(drive.t[MIDDLE]), "contact", (met[0], met[1]), body=0),),
     )
@@ -262,7 +262,9 @@ DEFECTS: list[tuple[str, str, Callable[[Drive], Drive]]] = [
     (
         "a body's size",
         "body size",
-        lambda d: replace(with_tracks(d, [still(20, 20)]), bodies=(Obstacle("recorded", 0.5, False),)),
+        lambda d: replace(
+            with_tracks(d, [still(20, 20)]), obstacle_specs=(Obstacle("recorded", 0.5, False),)
+        ),
     ),
     ("a track too many", "bodies", lambda d: replace(d, tracks=(still(20, 20),))),
     ("nobody tells of the hit", "untold contact", lambda d: with_tracks(parked(d), [visitor(d)])),
@@ -343,7 +345,7 @@ def test_hit_at_the_end_is_an_outcome() -> None:
         a=[0.0, 0.0],
         leg=[0, 0],
         cause=("wait", "wait"),
-        about=[-1, -1],
+        cause_index=[-1, -1],
         outcome=Outcome.HIT,
         moments=(Moment(2.9, "hit", (5.0, 5.0), body=0),),
     )

@@ -233,6 +233,6 @@ def test_footprints_are_those_of_the_builders() -> None:
     for radius in (0.0, 0.4, 0.8, 1.0, 1.2):
         trace = trace_of(ROW, (Edit(1, ((0, 0),)),))
         body = Obstacle("patrol", radius, True, footprint(radius))
-        far = replace(trace, tracks=(np.array([(3, 9)] * 6),), appears=(0,), bodies=(body,))
+        far = replace(trace, tracks=(np.array([(3, 9)] * 6),), appears=(0,), obstacle_specs=(body,))
         covered = edits._covered(far, 0)
         assert covered == {(0, 2)} | {(3 + dx, 9 + dy) for dx, dy in footprint(radius)}

@@ -37,7 +37,7 @@ def traces() -> list[Trace]:
     """Lawful traces of all moves, with robots and obstacles of several sizes."""
     rng = np.random.default_rng(31)
     made = [random_trace(rng, list(MOVES)[k % 4], 0.8 if k % 5 == 4 else 0.0) for k in range(60)]
-    assert sum(len(t.bodies) > 2 for t in made) > 30
+    assert sum(len(t.obstacle_specs) > 2 for t in made) > 30
     assert sum(t.waits > 0 for t in made) > 10
     return made
 
@@ -130,9 +130,9 @@ def driven_over(t: Trace, rng: Rng) -> Trace | None:
 
 
 def two_meet(t: Trace, rng: Rng) -> Trace | None:
-    if not t.bodies:
+    if not t.obstacle_specs:
         return None
-    k, who = t.ticks, int(rng.integers(len(t.bodies)))
+    k, who = t.ticks, int(rng.integers(len(t.obstacle_specs)))
     x, y = t.tracks[who][k - t.appears[who]].tolist()
     return with_body(t, k, [(x, y)])
 
@@ -221,7 +221,9 @@ def wall_under_a_body(t: Trace, rng: Rng) -> Trace | None:
     if not t.tracks:
         return None
     k = int(rng.integers(len(t.tracks)))
-    cells = cover(tuple(t.tracks[k][int(rng.integers(len(t.tracks[k])))].tolist()), t.bodies[k].footprint)
+    cells = cover(
+        tuple(t.tracks[k][int(rng.integers(len(t.tracks[k])))].tolist()), t.obstacle_specs[k].footprint
+    )
     spots = [c for c in sorted(cells) if t.scene.grid.contains(c) and list(c) not in t.robot.tolist()]
     if not spots or not small(t):
         return None
@@ -235,13 +237,13 @@ def wall_under_a_body(t: Trace, rng: Rng) -> Trace | None:
 
 
 def false_footprint(t: Trace, rng: Rng) -> Trace | None:
-    if not t.bodies:
+    if not t.obstacle_specs:
         return None
-    k = int(rng.integers(len(t.bodies)))
-    told = t.bodies[k].footprint
+    k = int(rng.integers(len(t.obstacle_specs)))
+    told = t.obstacle_specs[k].footprint
     other = (*told, (9, 9)) if rng.random() < 0.5 else tuple(c for c in told if c != (0, 0))
-    body = replace(t.bodies[k], footprint=other)
-    return replace(t, bodies=tuple(body if j == k else b for j, b in enumerate(t.bodies)))
+    body = replace(t.obstacle_specs[k], footprint=other)
+    return replace(t, obstacle_specs=tuple(body if j == k else b for j, b in enumerate(t.obstacle_specs)))
 
 
 def appears_out_of_order(t: Trace, rng: Rng) -> Trace | None:
@@ -252,7 +254,7 @@ def appears_out_of_order(t: Trace, rng: Rng) -> Trace | None:
         t,
         appears=tuple(t.appears[k] for k in order),
         tracks=tuple(t.tracks[k] for k in order),
-        bodies=tuple(t.bodies[k] for k in order),
+        obstacle_specs=tuple(t.obstacle_specs[k] for k in order),
     )
 
 
@@ -261,7 +263,7 @@ def appears_after_the_end(t: Trace, rng: Rng) -> Trace | None:
         t,
         appears=(*t.appears, t.ticks + 1),
         tracks=(*t.tracks, np.zeros((0, 2))),
-        bodies=(*t.bodies, Obstacle("random-walk", 0.0, True)),
+        obstacle_specs=(*t.obstacle_specs, Obstacle("random-walk", 0.0, True)),
     )
 
 
@@ -465,7 +467,7 @@ def test_only_an_unyielding_body_may_hit_and_only_a_standing_robot_at_the_end() 
 def test_a_hit_needs_somebody_who_hit() -> None:
     missed = run_into()
     assert judge(replace(missed, tracks=(missed.tracks[0] + np.array([2, 0]),))) == "outcome"
-    assert judge(replace(missed, tracks=(), appears=(), bodies=())) == "outcome"
+    assert judge(replace(missed, tracks=(), appears=(), obstacle_specs=())) == "outcome"
 
 
 def test_two_that_hit_at_once_are_still_two_in_one_cell() -> None:

@@ -39,18 +39,18 @@ def sample_course(law: str = "physical", top: float = 1.0, n: int = 300) -> Prof
     for k in range(1, n):
         if (most := squared[k - 1] + (s[k] - s[k - 1])) < squared[k]:
             squared[k], cause[k] = most, "acceleration"
-    about = np.full(n, -1)
+    cause_index = np.full(n, -1)
     for k in range(n - 2, -1, -1):
         if (most := squared[k + 1] + 2 * (s[k + 1] - s[k])) < squared[k]:
             squared[k], cause[k] = most, "braking"
-            about[k] = about[k + 1] if cause[k + 1] == "braking" else k + 1
+            cause_index[k] = cause_index[k + 1] if cause[k + 1] == "braking" else k + 1
     cause[0], cause[-1] = "start", "goal"
     v = np.sqrt(squared)
     a = np.append(np.diff(squared) / (2 * np.diff(s)), 0.0)
     t = np.append(0.0, np.cumsum(2 * np.diff(s) / (v[1:] + v[:-1])))
     turn = s / 9.0 * 1.8 * np.pi
     xy = np.stack((25 + 15 * np.cos(turn), 20 + 12 * np.sin(turn)), axis=-1)
-    return Profile(law, s, v, a, t, tuple(cause), "m/s", about, tuple(caps.items()), xy)
+    return Profile(law, s, v, a, t, tuple(cause), "m/s", cause_index, tuple(caps.items()), xy)
 
 
 def sample_drive() -> Drive:
@@ -63,7 +63,7 @@ def sample_drive() -> Drive:
         np.array([0, -1.0, 0]), (40.0, 10.0), 0.1,
     )  # fmt: skip
     t, s, v = [0.0], [0.0], [0.0]
-    a, cause, about = [], [], []
+    a, cause, cause_index = [], [], []
     for push, last, word, of in (
         (0.5, 1.6, "acceleration", -1), (0.0, 1.0, "limit", -1), (-1.0, 0.8, "moving obstacle", 0),
         (0.0, 2.0, "wait", 0), (0.5, 1.2, "acceleration", -1), (0.0, 1.5, "curvature", -1),
@@ -73,7 +73,7 @@ def sample_drive() -> Drive:
         last = last or (curve.length - s[-1] - 0.18) / 0.6
         a.append(push)
         cause.append(word)
-        about.append(of)
+        cause_index.append(of)
         t.append(t[-1] + last)
         s.append(s[-1] + last * (v[-1] + 0.5 * push * last))
         v.append(max(0.0, v[-1] + push * last))
@@ -90,6 +90,6 @@ def sample_drive() -> Drive:
     )
     return Drive(
         scene, "astar", "physical", 3, Outcome.ARRIVED, (curve,), np.array(t), np.array(s), np.array(v),
-        np.array([*a, 0.0]), np.zeros(len(t), dtype=np.int64), (*cause, "goal"), np.array([*about, -1]),
+        np.array([*a, 0.0]), np.zeros(len(t), dtype=np.int64), (*cause, "goal"), np.array([*cause_index, -1]),
         tracks, (Obstacle("crossing", 0.2, False), Obstacle("patrol", 0.3, False)), moments, 0.1, 5.0, 1, 20,
     )  # fmt: skip

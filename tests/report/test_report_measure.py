@@ -50,7 +50,7 @@ def trace_of(scene: Scene, robot: Any, tracks: Any = (), *, outcome: Outcome, **
     cells = np.array(robot)
     way = [robot[0]] + [b for a, b in itertools.pairwise(robot) if a != b]
     said = {
-        "planner": "hand", "seed": 0, "appears": (0,) * len(tracks), "bodies": (WALKER,) * len(tracks),
+        "planner": "hand", "seed": 0, "appears": (0,) * len(tracks), "obstacle_specs": (WALKER,) * len(tracks),
         "speed": np.zeros(len(cells)), "cause": ("limit",) * len(cells), "law": "physical", "units": "m/s",
         "events": (), "replans": 0, "waits": 0, "iterations": 0, "expansions": 0,
         "path": path_of(np.array(way), scene.moves),
@@ -83,7 +83,16 @@ def test_a_plan_by_hand() -> None:
     assert found["clearance_least_m"] == pytest.approx(0.25)
     assert found["clearance_mean_m"] == pytest.approx(0.5 * (0.5 + 0.5 + 0.5 * SQRT2 + 1.5) / 4)
     assert (found["ticks"], found["iterations"], found["expansions"]) == (3, 3, 9)
-    for name in ("time_s", "speed_mean", "speed_least", "hits", "near_m", "waits", "flips", "reference_ok"):
+    for name in (
+        "time_s",
+        "speed_mean",
+        "speed_least",
+        "hits",
+        "near_m",
+        "waits",
+        "path_switches",
+        "reference_ok",
+    ):
         assert found[name] is None
     longer = path_of(np.array([(0, 0), (0, 1), (1, 1), (2, 1), (3, 1), (3, 0)]), scene.moves)
     assert plan_metrics(replace(plan, path=longer), scene, known_of(scene))["gap"] == pytest.approx(
@@ -149,9 +158,11 @@ def test_discs_larger_than_their_cells_count_with_their_radii() -> None:
     grid = Grid(np.zeros((20, 20), dtype=np.bool_), resolution=0.5)
     scene = Scene(grid, (2, 2), (3, 2), moves="octile", robot=Robot(radius=0.6))
     big = Obstacle("crossing", 0.8, False)
-    made = trace_of(scene, [(2, 2), (3, 2)], [[(8, 2), (8, 2)]], outcome=Outcome.ARRIVED, bodies=(big,))
+    made = trace_of(
+        scene, [(2, 2), (3, 2)], [[(8, 2), (8, 2)]], outcome=Outcome.ARRIVED, obstacle_specs=(big,)
+    )
     assert near_by_tick(made) == pytest.approx([3.0 - 1.4, 2.5 - 1.4])
-    small = replace(made, bodies=(Obstacle("crossing", 0.1, False),))
+    small = replace(made, obstacle_specs=(Obstacle("crossing", 0.1, False),))
     assert near_by_tick(small) == pytest.approx([3.0 - 0.85, 2.5 - 0.85])
 
 
@@ -159,14 +170,19 @@ def test_a_hit_touches_and_has_no_way() -> None:
     scene = Scene(Grid(np.zeros((5, 5), dtype=np.bool_)), (0, 0), (4, 0), moves="octile")
     made = trace_of(
         scene, [(0, 0), (1, 0), (1, 0)], [[(3, 0), (2, 0), (1, 0)]], outcome=Outcome.HIT, waits=1, replans=4,
-        flips=1, iterations=2, expansions=30, speed=np.array([0.0, 0.5, 0.0]),
+        path_switches=1, iterations=2, expansions=30, speed=np.array([0.0, 0.5, 0.0]),
     )  # fmt: skip
     found = trace_metrics(made, known_of(scene))
     assert (found["hits"], found["collisions"], found["near_m"], found["near_misses"]) == (1, 0, 0.0, 2)
     assert (found["found"], found["arrived"], found["optimal"]) == (True, False, 4.0)
     for name in ("cost", "gap", "length_m", "ticks", "time_s", "cost_to_go", "turns", "clearance_mean_m"):
         assert found[name] is None
-    assert (found["waits"], found["replans"], found["flips"], found["flips_per_100"]) == (1, 4, 1, 50.0)
+    assert (found["waits"], found["replans"], found["path_switches"], found["path_switches_per_100"]) == (
+        1,
+        4,
+        1,
+        50.0,
+    )
     assert (found["speed_mean"], found["speed_least"]) == (0.5, 0.5)
 
 
@@ -174,11 +190,11 @@ def test_changes_of_mind_are_counted_by_the_hundred_ticks_whatever_the_replans()
     """AD-GSO changes its mind where it asks anew at a jump, which no replan is."""
     scene = Scene(Grid(np.zeros((5, 9), dtype=np.bool_)), (0, 0), (8, 0), moves="octile")
     robot = [(k, 0) for k in range(9)]
-    made = trace_of(scene, robot, outcome=Outcome.ARRIVED, replans=1, flips=2)
-    assert trace_metrics(made, known_of(scene))["flips_per_100"] == 25.0
-    assert trace_metrics(replace(made, replans=0), known_of(scene))["flips_per_100"] == 25.0
+    made = trace_of(scene, robot, outcome=Outcome.ARRIVED, replans=1, path_switches=2)
+    assert trace_metrics(made, known_of(scene))["path_switches_per_100"] == 25.0
+    assert trace_metrics(replace(made, replans=0), known_of(scene))["path_switches_per_100"] == 25.0
     still = trace_of(scene, robot[:1], outcome=Outcome.TIMEOUT)
-    assert trace_metrics(still, known_of(scene))["flips_per_100"] is None
+    assert trace_metrics(still, known_of(scene))["path_switches_per_100"] is None
 
 
 def test_an_obstacle_counts_from_the_tick_it_appears() -> None:
@@ -238,11 +254,11 @@ def test_a_drive_by_hand() -> None:
     # At 1 s the robot is at 0.25 m, the passer at (0, 1); at 3 s at 1.75 m, the passer at (2, 1.2).
     assert found["near_m"] == pytest.approx(0.25, abs=1e-9)
     assert found["near_misses"] == 3
-    for name in ("cost", "gap", "cost_to_go", "ticks", "flips", "iterations"):
+    for name in ("cost", "gap", "cost_to_go", "ticks", "path_switches", "iterations"):
         assert found[name] is None
     held = replace(
         drive, t=np.array([0.0, 2.0, 4.0, 9.0]), s=np.array([0.0, 1.0, 2.0, 2.0]), leg=np.zeros(4, int),
-        v=np.array([0.0, 1.0, 0.0, 0.0]), a=np.array([0.5, -0.5, 0.0, 0.0]), about=np.full(4, -1),
+        v=np.array([0.0, 1.0, 0.0, 0.0]), a=np.array([0.5, -0.5, 0.0, 0.0]), cause_index=np.full(4, -1),
         cause=("acceleration", "braking", "wait", "goal"), outcome=Outcome.BLOCKED,
     )  # fmt: skip
     found = drive_metrics(held, known_of(scene))
@@ -303,7 +319,7 @@ def twin(trace: Trace) -> dict[str, Any]:
     for tick in range(trace.ticks + 1):
         least = math.inf
         x, y = trace.robot[tick].tolist()
-        for track, t0, body in zip(trace.tracks, trace.appears, trace.bodies, strict=True):
+        for track, t0, body in zip(trace.tracks, trace.appears, trace.obstacle_specs, strict=True):
             if t0 <= tick:
                 a, b = track[tick - t0].tolist()
                 rims = max(scene.robot.radius, res / 2) + max(body.radius, res / 2)

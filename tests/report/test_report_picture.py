@@ -299,7 +299,7 @@ def test_a_profile_of_one_node_has_a_chart(tmp_path: Path) -> None:
         a=[0.0],
         t=[0.0],
         cause=("start",),
-        about=None,
+        cause_index=None,
         caps=(),
     )
     draw_speed(one, tmp_path / "one.svg")

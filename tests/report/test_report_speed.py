@@ -119,7 +119,7 @@ def test_shares_are_of_the_whole() -> None:
     ends = [c._replace(time=0.004 if c.cause == "goal" else 0.2) for c in found]
     assert {c.cause for c in worth_telling(ends)} == set(by) - {"goal"}
     one = replace(
-        profile, s=[0.0], v=[0.0], a=[0.0], t=[0.0], cause=("start",), about=None, caps=(), xy=[[1, 1]]
+        profile, s=[0.0], v=[0.0], a=[0.0], t=[0.0], cause=("start",), cause_index=None, caps=(), xy=[[1, 1]]
     )
     assert cause_shares(one) == (("start", 1.0, 1.0),)
     assert worth_telling(cause_shares(one)) == cause_shares(one)
@@ -209,7 +209,7 @@ def test_laws_are_compared_in_one_figure(tmp_path: Path, figures: list[Any]) -> 
 def test_many_causes_and_laws_still_have_room(tmp_path: Path, figures: list[Any]) -> None:
     profile = sample_course(n=380)
     names = sorted(set(style.CAUSES) - {"obstacle", "waiting", "ring 1", "ring 2", "angle"})
-    many = replace(profile, cause=tuple(names[k // 20] for k in range(380)), about=None)
+    many = replace(profile, cause=tuple(names[k // 20] for k in range(380)), cause_index=None)
     draw_course(sample_room(), many, tmp_path / "a.png", by="cause")
     draw_comparison([(name, many) for name in style.LAWS], 0, tmp_path / "b.png")
     for figure in figures:
@@ -255,9 +255,9 @@ def test_a_frame_is_what_was_at_that_moment() -> None:
 def test_a_drive_has_a_chart(tmp_path: Path, figures: list[Any]) -> None:
     drive = sample_drive()
     draw_drive(drive, tmp_path / "a.png")
-    draw_drive(replace(drive, tracks=(), bodies=()), tmp_path / "a.png")
+    draw_drive(replace(drive, tracks=(), obstacle_specs=()), tmp_path / "a.png")
     far = replace(drive.tracks[1], xy=np.array([[9e5, 5.0]]))
-    draw_drive(replace(drive, tracks=(far,), bodies=drive.bodies[1:]), tmp_path / "a.png")
+    draw_drive(replace(drive, tracks=(far,), obstacle_specs=drive.obstacle_specs[1:]), tmp_path / "a.png")
     both, alone, _ = figures
     assert (len(both.axes), len(alone.axes)) == (2, 1)
     assert {t.get_text().strip() for t in both.axes[0].texts} == {"wait", "replan"}
@@ -277,7 +277,7 @@ def test_the_distance_to_obstacles_is_between_rims() -> None:
     away = distance_to_obstacles(drive, t)
     assert away[:2] == pytest.approx(first[:2]), "the second is not there yet"
     assert away[2] == pytest.approx(min(first[2], second[2]))
-    assert np.isinf(distance_to_obstacles(replace(drive, tracks=(), bodies=()), t)).all()
+    assert np.isinf(distance_to_obstacles(replace(drive, tracks=(), obstacle_specs=()), t)).all()
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -324,4 +324,4 @@ def test_records_are_plain_and_finite() -> None:
     assert json.loads(json.dumps(r, allow_nan=False)) == r
     assert len(r["t"]) == len(r["why"]) == len(drive.t)
     assert r["curves"][0]["curvature"] == [0, -1, 0]
-    assert [b["kind"] for b in r["bodies"]] == ["crossing", "patrol"]
+    assert [b["kind"] for b in r["obstacle_specs"]] == ["crossing", "patrol"]

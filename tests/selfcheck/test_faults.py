@@ -104,7 +104,7 @@ def test_it_sees_a_robot_that_brakes_half_as_hard(monkeypatch: pytest.MonkeyPatc
 
     def tired(self: DriveSimulation, period: float) -> Decision:
         found = sound(self, period)
-        return Decision(0.5 * found.a, found.cause, found.about) if found.cause == "no data" else found
+        return Decision(0.5 * found.a, found.cause, found.cause_index) if found.cause == "no data" else found
 
     monkeypatch.setattr(DriveSimulation, "_decide", tired)
     assert run("stops", 8).failed >= 4

@@ -112,7 +112,7 @@ def test_traces_are_of_every_kind_that_is_judged(wrong_traces: list[tuple[str, T
     scenes_ = [trace.scene for _, trace in wrong_traces]
     assert {s.moves.name for s in scenes_} >= {"octile", "sixteen-connected"}
     assert any(s.edits for s in scenes_)
-    assert any(b.kind == "recorded" for _, trace in wrong_traces for b in trace.bodies)
+    assert any(b.kind == "recorded" for _, trace in wrong_traces for b in trace.obstacle_specs)
     assert any(s.robot.radius > 0 for s in scenes_)
 
 

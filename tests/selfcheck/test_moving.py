@@ -132,7 +132,7 @@ def test_a_drive_that_does_not_wait_is_seen(monkeypatch: pytest.MonkeyPatch) -> 
     def hasty(scene: Any, path: Any, *, tick_seconds: float) -> Profile:
         made = right(scene, path, tick_seconds=tick_seconds)
         return Profile(
-            made.law, made.s, made.v * 4, made.a * 16, made.t / 4, made.cause, made.units, made.about
+            made.law, made.s, made.v * 4, made.a * 16, made.t / 4, made.cause, made.units, made.cause_index
         )
 
     assert not ask("driven", 0, 20).failed

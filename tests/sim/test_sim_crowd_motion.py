@@ -86,7 +86,7 @@ def test_far_from_the_robot_it_is_the_tick_model(seed):
         here = [tuple(at(legs, b, float(tick) + 1e-9).round(6).tolist()) for b in range(len(roster.bodies))]
         assert here == [(float(x), float(y)) for x, y in trace.obstacles_at(tick)]
     assert seed or roster.whole[0].xy.tolist() == [[0, 5], [0, 6], [1, 7]]
-    assert [b.kind for b in roster.bodies] == [b.kind for b in trace.bodies]
+    assert [b.kind for b in roster.bodies] == [b.kind for b in trace.obstacle_specs]
 
 
 @pytest.mark.parametrize("seed", range(30))

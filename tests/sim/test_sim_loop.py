@@ -318,7 +318,7 @@ def told(trace):
         trace.robot.tolist(),
         [t.tolist() for t in trace.tracks],
         trace.appears,
-        trace.bodies,
+        trace.obstacle_specs,
         trace.speed.tolist(),
         trace.cause,
         trace.events,

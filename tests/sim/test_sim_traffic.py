@@ -61,8 +61,8 @@ def test_all_walkers_are_there_at_once_and_each_on_its_own_cell():
     trace = watch(Scene(OPEN, (0, 0), (11, 11), traffic=RandomWalk(30)), 1)
     assert trace.appears == (0,) * 30
     assert len(set(trace.obstacles_at(0))) == 30
-    assert {b.kind for b in trace.bodies} == {"random-walk"}
-    assert all(b.yields for b in trace.bodies)
+    assert {b.kind for b in trace.obstacle_specs} == {"random-walk"}
+    assert all(b.yields for b in trace.obstacle_specs)
 
 
 def test_first_places_are_uniform():
@@ -247,7 +247,7 @@ def test_crossing_goes_from_side_to_far_side_and_back():
     for seed in range(40):
         trace = watch(Scene(grid, (0, 0), (19, 19), traffic=Crossing(1)), 60, seed)
         here = places(trace, 0)
-        assert not trace.bodies[0].yields
+        assert not trace.obstacle_specs[0].yields
         x, y = [c[0] for c in here], [c[1] for c in here]
         across = min(x) < 2 and max(x) >= 18
         down = min(y) < 2 and max(y) >= 18
@@ -301,7 +301,9 @@ def test_more_crossing_than_there_is_room_for():
     assert "of 9 crossing" in said
     refused(Scene(grid_of(".."), (0, 0), (1, 0), traffic=Crossing(1)), "OBSTACLE_ROOM")
     assert (
-        run(Scene(grid_of(".."), (0, 0), (1, 0), traffic=Crossing(0)), Scripted((fail(),)), ticks=1).bodies
+        run(
+            Scene(grid_of(".."), (0, 0), (1, 0), traffic=Crossing(0)), Scripted((fail(),)), ticks=1
+        ).obstacle_specs
         == ()
     )
 
@@ -313,7 +315,7 @@ def test_a_recorded_track_is_replayed_and_then_stays():
     track = ((5, 5), (5, 5), (6, 6), (7, 6))
     trace = watch(Scene(OPEN, (0, 0), (11, 11), traffic=Recorded(track)), 6)
     assert places(trace, 0) == [*track, (7, 6), (7, 6), (7, 6)]
-    assert not trace.bodies[0].yields
+    assert not trace.obstacle_specs[0].yields
 
 
 def test_two_recorded_bodies_may_follow_each_other():
@@ -377,6 +379,6 @@ def test_lanes_of_recorded_tracks_are_left_alone():
 def test_bodies_are_in_order_of_specification_then_of_appearance():
     traffic = (RandomWalk(2), Recorded(((5, 5),)), Crossing(1), RandomWalk(3, rate=1.0), Patrol(((8, 8),)))
     trace = watch(Scene(OPEN, (0, 0), (11, 11), traffic=traffic), 5)
-    kinds = [b.kind for b in trace.bodies]
+    kinds = [b.kind for b in trace.obstacle_specs]
     assert kinds == ["random-walk"] * 2 + ["recorded", "crossing", "patrol"] + ["random-walk"] * 3
     assert trace.appears == (0, 0, 0, 0, 0, 1, 2, 3)

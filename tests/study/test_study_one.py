@@ -89,7 +89,11 @@ def test_a_simulation_is_that_of_the_loop(who: str, law_: str) -> None:
     told = loop.run(scene, registry.make(who), seed=seed, law=law_, ticks=ticks)
     assert np.array_equal(made.robot, told.robot)
     assert made.outcome == told.outcome
-    assert (made.expansions, made.replans, made.flips) == (told.expansions, told.replans, told.flips)
+    assert (made.expansions, made.replans, made.path_switches) == (
+        told.expansions,
+        told.replans,
+        told.path_switches,
+    )
     assert all(map(np.array_equal, made.tracks, told.tracks))
 
 

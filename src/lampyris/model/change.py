@@ -40,7 +40,7 @@ class Change(Noun):
     blocked, freed : cells of the map that turned blocked or free for good (a wall was found, a gate proved
         too narrow). A cell that a Change blocked and another frees has its terrain again.
     tick : when the robot stands there: its next step ends at ``tick + 1``.
-    bodies : the moving obstacles, for planners that see traffic; None: not told, then ``obstacles`` is all
+    obstacle_tracks : the moving obstacles, for planners that see traffic; None: not told, then ``obstacles`` is all
         that is known. The two say the same of ``tick``, or of ``tick + 1`` where the obstacles have made
         their step and the robot has not.
     terrain : cells whose terrain value changed, with the new value, 0 to 252
@@ -53,4 +53,4 @@ class Change(Noun):
     freed: tuple[Cell, ...] = ()
     terrain: tuple[tuple[Cell, int], ...] = ()
     tick: int = 0
-    bodies: tuple[ObstacleTrack, ...] | None = None
+    obstacle_tracks: tuple[ObstacleTrack, ...] | None = None

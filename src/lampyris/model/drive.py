@@ -63,9 +63,9 @@ class Drive(Value, Tabular):
     curves : the ways followed, one after the other.
     t, s, v, a : float64 (n,); seconds, metres, m/s, m/s2.
     leg : int64 (n,), index into ``curves``.
-    cause : what bound the speed of each stretch; ``about`` (int64 (n,)) which obstacle or node, -1 none.
+    cause : what bound the speed of each stretch; ``cause_index`` (int64 (n,)) which obstacle or node, -1 none.
     tracks : where each obstacle was.
-    bodies : what each was.
+    obstacle_specs : what each was.
     moments : events in order of time.
     period : seconds between two decisions.
     optimum : seconds that the fastest drive of the first curve takes without obstacles; None: not known.
@@ -91,9 +91,9 @@ class Drive(Value, Tabular):
     a: Floats
     leg: NDArray[np.int64]
     cause: tuple[str, ...]
-    about: NDArray[np.int64]
+    cause_index: NDArray[np.int64]
     tracks: tuple[Track, ...]
-    bodies: tuple[Obstacle, ...]
+    obstacle_specs: tuple[Obstacle, ...]
     moments: tuple[Moment, ...]
     period: float
     optimum: float | None = None
@@ -112,7 +112,7 @@ class Drive(Value, Tabular):
             ("v", float),
             ("a", float),
             ("leg", int),
-            ("about", int),
+            ("cause_index", int),
         ):
             checked = numbers_of if kind is float else whole_of
             object.__setattr__(self, name, checked("drive", name, getattr(self, name), (n,)))
@@ -157,7 +157,7 @@ class Drive(Value, Tabular):
 
     def why(self, k: int) -> str:
         """What bound the speed of stretch ``k``, in words."""
-        return self.cause[k] if self.cause[k] == "braking" else reason(self.cause, self.about, k)
+        return self.cause[k] if self.cause[k] == "braking" else reason(self.cause, self.cause_index, k)
 
     @property
     def sentence(self) -> str:

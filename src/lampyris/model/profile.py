@@ -35,7 +35,7 @@ class Profile(Value, Tabular):
     t : time of arrival at each node; seconds, or transfers.
     cause : what binds each speed, in one or two words.
     units : the unit of v.
-    about : int64 (n,): what the cause speaks of: for ``braking`` the node braked for, for ``moving
+    cause_index : int64 (n,): what the cause speaks of: for ``braking`` the node braked for, for ``moving
         obstacle`` and ``obstacle`` its number; -1: nothing. None: -1 everywhere.
     caps : (cause, speeds (n,)) before they were made feasible, infinity where a cap says nothing; what a
         chart draws as faint lines.
@@ -50,7 +50,7 @@ class Profile(Value, Tabular):
     t: Floats
     cause: tuple[str, ...]
     units: str
-    about: NDArray[np.int64] = field(default=None)  # type: ignore[arg-type]
+    cause_index: NDArray[np.int64] = field(default=None)  # type: ignore[arg-type]
     caps: tuple[tuple[str, Floats], ...] = ()
     xy: Points | None = None
     frame: MapFrame | None = None
@@ -59,8 +59,8 @@ class Profile(Value, Tabular):
         n = len(items_of("profile", "cause", self.cause))
         for name in "svat":
             object.__setattr__(self, name, numbers_of("profile", name, getattr(self, name), (n,)))
-        about = np.full(n, -1) if self.about is None else self.about
-        object.__setattr__(self, "about", whole_of("profile", "about", about, (n,)))
+        cause_index = np.full(n, -1) if self.cause_index is None else self.cause_index
+        object.__setattr__(self, "cause_index", whole_of("profile", "cause_index", cause_index, (n,)))
         caps = tuple(_cap(pair, n) for pair in items_of("profile", "caps", self.caps))
         object.__setattr__(self, "caps", caps)
         if self.xy is not None:
@@ -106,12 +106,12 @@ class Profile(Value, Tabular):
 
     def why(self, k: int) -> str:
         """The binding cause of node ``k`` in words: ``braking for node 41 (curvature)``."""
-        return reason(self.cause, self.about, k)
+        return reason(self.cause, self.cause_index, k)
 
 
-def reason(cause: tuple[str, ...], about: NDArray[np.int64], k: int) -> str:
+def reason(cause: tuple[str, ...], cause_index: NDArray[np.int64], k: int) -> str:
     """What binds node ``k``, in words."""
-    word, of = cause[k], int(about[k])
+    word, of = cause[k], int(cause_index[k])
     if of < 0:
         return word
     if word == "braking":

@@ -76,11 +76,11 @@ class Trace(Value, Tabular):
     robot : int32 (ticks + 1, 2); the robot's cell at each tick from 0. A waiting robot repeats its cell.
     tracks : one int32 (ticks + 1 - appears, 2) for each body, from the tick it appeared.
     appears : the tick each body appeared, never falling from one body to the next.
-    bodies : what each was.
+    obstacle_specs : what each was.
     speed, cause : the robot's speed at each tick and what bound it; ``law`` and ``units`` say by which rule.
     events : in order of time.
     replans, waits : how often.
-    flips : how often a new plan left the way of the old one although its next step could be made.
+    path_switches : how often a new plan left the way of the old one although its next step could be made.
     iterations : the planner's rounds that were driven.
     expansions : cells expanded, all plannings together.
     path : the way really driven, waits left out; None when the robot never could start.
@@ -101,7 +101,7 @@ class Trace(Value, Tabular):
     robot: Cells
     tracks: tuple[Cells, ...]
     appears: tuple[int, ...]
-    bodies: tuple[Obstacle, ...]
+    obstacle_specs: tuple[Obstacle, ...]
     speed: Floats
     cause: tuple[str, ...]
     law: str
@@ -115,7 +115,7 @@ class Trace(Value, Tabular):
     detail: str = ""
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)
     last_tick: int | None = None
-    flips: int = 0
+    path_switches: int = 0
     edits: tuple[Edit, ...] = ()
     notes: tuple[str, ...] = field(default=(), compare=False)
 

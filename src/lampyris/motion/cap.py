@@ -19,12 +19,12 @@ class Cap(NamedTuple):
     ----------
     cause : the rule's name, in one or two words.
     v : m/s (or velocity units), shape (n,), >= 0; infinity where the rule says nothing.
-    about : int64 (n,), what the rule speaks of at each node, such as an obstacle's number; None: nothing.
+    cause_index : int64 (n,), what the rule speaks of at each node, such as an obstacle's number; None: nothing.
     """
 
     cause: str
     v: Floats
-    about: NDArray[np.int64] | None = None
+    cause_index: NDArray[np.int64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

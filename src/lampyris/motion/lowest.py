@@ -32,13 +32,13 @@ class Lowest(NamedTuple):
     ----------
     v : float64 (n,).
     cause : int64 (n,), places in ``names``.
-    about : int64 (n,); -1: nothing.
+    cause_index : int64 (n,); -1: nothing.
     names : words of the causes, ``acceleration`` and ``braking`` first.
     """
 
     v: Floats
     cause: NDArray[np.int64]
-    about: NDArray[np.int64]
+    cause_index: NDArray[np.int64]
     names: tuple[str, ...]
 
     @property
@@ -73,9 +73,9 @@ def lowest(caps: Sequence[CapLike]) -> Lowest:
     table = np.array([cap[1] for cap in caps], dtype=np.float64)
     row = table.argmin(axis=0)
     nodes = np.arange(table.shape[1])
-    about = np.full(len(row), -1, dtype=np.int64)
+    cause_index = np.full(len(row), -1, dtype=np.int64)
     for k, cap in enumerate(caps):
         if len(cap) > 2 and cap[2] is not None:
-            about = np.where(row == k, cap[2], about)
+            cause_index = np.where(row == k, cap[2], cause_index)
     names = (*NAMES, *(cap[0] for cap in caps))
-    return Lowest(table[row, nodes], row + len(NAMES), about, names)
+    return Lowest(table[row, nodes], row + len(NAMES), cause_index, names)

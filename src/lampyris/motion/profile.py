@@ -39,7 +39,7 @@ _SMALL, _LARGE = 1e-100, 1e100
 class Feasible(NamedTuple):
     """Speeds, accelerations, times and causes, one a node; units are those of what was given.
 
-    ``about`` is what each cause speaks of, int64 (n,): for braking the node braked for, for a cap what the
+    ``cause_index`` is what each cause speaks of, int64 (n,): for braking the node braked for, for a cap what the
     cap says, -1: nothing.
     """
 
@@ -47,7 +47,7 @@ class Feasible(NamedTuple):
     a: Floats
     t: Floats
     cause: tuple[str, ...]
-    about: NDArray[np.int64]
+    cause_index: NDArray[np.int64]
 
 
 def start_speed(v0: float) -> float:
@@ -131,12 +131,12 @@ def feasible_profile(
         if on_infeasible == "raise":
             raise _infeasible(way, v0)
         swept = _swept(way, v0, hard=True)
-    x, cause, about = swept.v, swept.cause, swept.about
-    x[0], cause[0], about[0] = v0 * v0, START, -1
+    x, cause, cause_index = swept.v, swept.cause, swept.cause_index
+    x[0], cause[0], cause_index[0] = v0 * v0, START, -1
     if jerk_max is not None and feasible:
         smooth = limited(ds, x, a_max=a_max, d_max=d_max, jerk_max=_limit("jerk_max", jerk_max))
         if smooth is not None:
-            _name_again(way, x, smooth, cause, about)
+            _name_again(way, x, smooth, cause, cause_index)
             x = smooth
         elif on_infeasible == "raise":
             raise _too_jerky(way, v0, jerk_max)
@@ -146,7 +146,7 @@ def feasible_profile(
     # Where an edge is short for its speed, the difference of squares is mostly rounding.
     np.clip((x[1:] - x[:-1]) / (2.0 * ds), -d_max, a_max, out=a[:-1])
     clock(_durations(way, v, jerk_max), t)
-    return Feasible(v, a, t, swept.words, about)
+    return Feasible(v, a, t, swept.words, cause_index)
 
 
 class _Way(NamedTuple):
@@ -166,32 +166,32 @@ def _swept(way: _Way, v0: float, *, hard: bool = False) -> Lowest:
     ``hard`` raises them to what full braking from v0 cannot avoid.
     """
     x = way.low.v * way.low.v
-    cause, about = way.low.cause.copy(), way.low.about.copy()
+    cause, cause_index = way.low.cause.copy(), way.low.cause_index.copy()
     for where, code in ((way.halt, TURN), (-1, GOAL), (0, START)):
-        cause[where], about[where] = code, -1
+        cause[where], cause_index[where] = code, -1
     x[way.halt] = x[-1] = 0.0
     x[0] = min(x[0], v0 * v0)
-    out = Lowest(x, cause, about, way.low.names)
+    out = Lowest(x, cause, cause_index, way.low.names)
     keeps, down = out.keeps, 2.0 * way.d_max * way.ds
     if hard:
         brake_floor(x, down, v0 * v0, cause)
-    sweep(x, 2.0 * way.a_max * way.ds, down, keeps, cause, about)
+    sweep(x, 2.0 * way.a_max * way.ds, down, keeps, cause, cause_index)
     return out
 
 
 def _name_again(
-    way: _Way, fastest: Floats, x: Floats, cause: NDArray[np.int64], about: NDArray[np.int64]
+    way: _Way, fastest: Floats, x: Floats, cause: NDArray[np.int64], cause_index: NDArray[np.int64]
 ) -> None:
     """Causes of a profile with a limit on jerk: what bound the one without, where it is as fast, or jerk."""
     a = (x[1:] - x[:-1]) / (2.0 * way.ds)
     free = x < fastest * (1.0 - _BINDS)
-    cause[free], about[free] = JERK, -1
+    cause[free], cause_index[free] = JERK, -1
     cause[1:][free[1:] & (a >= way.a_max * (1.0 - _BINDS))] = ACCELERATION
     cause[:-1][free[:-1] & (a <= -way.d_max * (1.0 - _BINDS))] = BRAKING
     k = len(x) - 1
     for i in range(len(x) - 2, -1, -1):
         if cause[i] == BRAKING:
-            about[i] = k
+            cause_index[i] = k
         else:
             k = i
 
@@ -268,8 +268,8 @@ def _checked(
 
 
 def _told(low: Lowest, k: int) -> str:
-    """Cause and about of node k in words."""
-    word, of = low.names[low.cause[k]], int(low.about[k])
+    """Cause and cause_index of node k in words."""
+    word, of = low.names[low.cause[k]], int(low.cause_index[k])
     return word if of < 0 else f"{word} {of}"
 
 

@@ -65,7 +65,7 @@ def check_drive(drive: Drive) -> Violation | None:
         or _walls(drive)
         or tracks_violation(drive)
         or meetings_violation(drive, motion)
-        or bodies_violation(drive.tracks, drive.bodies, drive.scene.grid.resolution, drive.duration)
+        or bodies_violation(drive.tracks, drive.obstacle_specs, drive.scene.grid.resolution, drive.duration)
         or _end(drive)
         or _moments(drive)
         or _numbers(drive)
@@ -134,11 +134,13 @@ def _at(rule: str, bad: NDArray[np.bool_], sentence: str, *values: Floats) -> Vi
 
 def _shapes(drive: Drive) -> Violation | None:
     n = len(drive.t)
-    sizes = {len(x) for x in (drive.t, drive.s, drive.v, drive.a, drive.leg, drive.cause, drive.about)}
+    sizes = {len(x) for x in (drive.t, drive.s, drive.v, drive.a, drive.leg, drive.cause, drive.cause_index)}
     if len(sizes) != 1 or n == 0:
         return Violation("lengths", "drive", f"{sorted(sizes)} values; one or more of each, and all alike")
-    if len(drive.tracks) != len(drive.bodies):
-        return Violation("bodies", "drive", f"{len(drive.tracks)} tracks of {len(drive.bodies)} bodies")
+    if len(drive.tracks) != len(drive.obstacle_specs):
+        return Violation(
+            "bodies", "drive", f"{len(drive.tracks)} tracks of {len(drive.obstacle_specs)} bodies"
+        )
     if not np.isfinite(np.concatenate((drive.t, drive.s, drive.v, drive.a))).all():
         return Violation("lengths", "drive", "a value that is not a finite number")
     if drive.t[0] != 0:

@@ -80,7 +80,7 @@ def _covered(trace: Trace, tick: int) -> set[Cell]:
     """Every cell that the robot or a body covers at a tick."""
     resolution = trace.scene.grid.resolution
     at = [(trace.robot[tick], trace.scene.robot.radius)]
-    for track, since, body in zip(trace.tracks, trace.appears, trace.bodies, strict=True):
+    for track, since, body in zip(trace.tracks, trace.appears, trace.obstacle_specs, strict=True):
         if since <= tick:
             at.append((track[tick - since], body.radius))
     found: set[Cell] = set()

@@ -37,7 +37,7 @@ def pairs_in(drive: Drive, motion: RobotMotion) -> Pairs:
 def tracks_violation(drive: Drive) -> Violation | None:
     """Whether an obstacle's disc is smaller than its body, or faster than it can be."""
     resolution = drive.scene.grid.resolution
-    for k, (track, body) in enumerate(zip(drive.tracks, drive.bodies, strict=True)):
+    for k, (track, body) in enumerate(zip(drive.tracks, drive.obstacle_specs, strict=True)):
         # A small body of the tick model fills its cell: its disc may be larger than its radius.
         if track.radius < body.radius * (1 - ROUNDING):
             return Violation("body size", f"body {k}", f"{track.radius!r} m in its track, {body.radius!r}")
@@ -74,7 +74,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     # Whoever lets go and comes back between two decisions has not been away.
     episodes = standing_contacts(motion, pairs, drive.period)
     for one in episodes:
-        if drive.bodies[one.body].yields:
+        if drive.obstacle_specs[one.body].yields:
             what = f"is on the standing robot from {one.begin:.9g} s on, and it yields"
             return Violation("yield", f"body {one.body}", what)
     told = [(m.body, m.t) for m in drive.moments if m.word in _MET]

@@ -58,8 +58,8 @@ def _lengths(trace: Trace) -> Violation | None:
     for what, have in (("speeds", len(trace.speed)), ("causes", len(trace.cause))):
         if have != n:
             return Violation("lengths", "trace", f"{have} {what} for {n} ticks")
-    if not len(trace.tracks) == len(trace.appears) == len(trace.bodies):
-        told = f"{len(trace.tracks)} tracks, {len(trace.appears)} appearances, {len(trace.bodies)} bodies"
+    if not len(trace.tracks) == len(trace.appears) == len(trace.obstacle_specs):
+        told = f"{len(trace.tracks)} tracks, {len(trace.appears)} appearances, {len(trace.obstacle_specs)} bodies"
         return Violation("lengths", "trace", told)
     before = 0
     for k, (track, t0) in enumerate(zip(trace.tracks, trace.appears, strict=True)):
@@ -104,7 +104,7 @@ def _robot(trace: Trace, eras: list[Era]) -> Violation | None:
 def _bodies(trace: Trace, eras: list[Era]) -> Violation | None:
     """Each body alone: its size, its steps, the walls."""
     grid = trace.scene.grid
-    for k, body in enumerate(trace.bodies):
+    for k, body in enumerate(trace.obstacle_specs):
         inner = set(map(tuple, disc_cells(body.radius, grid.resolution).tolist()))
         told = set(body.footprint)
         if told != inner:
@@ -160,7 +160,7 @@ def _crowd(trace: Trace) -> AgentTracks:
         at[t0:, k + 1], there[t0:, k + 1] = track, True
         at[:t0, k + 1] = track[0]
     res = trace.scene.grid.resolution
-    radii = (trace.scene.robot.radius, *(b.radius for b in trace.bodies))
+    radii = (trace.scene.robot.radius, *(b.radius for b in trace.obstacle_specs))
     # A disc that reaches into no other cell covers one, whatever its radius: let all of those be one group.
     covers = [disc_cells(r if r > res / 2 else 0.0, res) for r in radii]
     return AgentTracks(at, there, covers)
@@ -196,7 +196,7 @@ def _hits(trace: Trace) -> frozenset[int]:
         return frozenset()
     return frozenset(
         k + 1
-        for k, (track, body) in enumerate(zip(trace.tracks, trace.bodies, strict=True))
+        for k, (track, body) in enumerate(zip(trace.tracks, trace.obstacle_specs, strict=True))
         if not body.yields and len(track) > 1 and (track[-1] != track[-2]).any()
     )
 

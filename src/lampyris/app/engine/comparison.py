@@ -197,7 +197,7 @@ def _one(
         if fault.exit_code == 6:
             raise
         if first and not begun:
-            yield json_frame("H", {**head, "units": "", "causes": [], "bodies": []})
+            yield json_frame("H", {**head, "units": "", "causes": [], "obstacle_specs": []})
         told.add(*at, "refused", fault.code, {})
         metrics = {"outcome": "refused", "found": False, "arrived": False}
         yield json_frame("Z", {**head, "outcome": "refused", "sentence": str(fault), "metrics": metrics})

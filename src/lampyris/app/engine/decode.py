@@ -48,7 +48,7 @@ def decode(container: bytes) -> dict[str, Any]:
 
     Returns
     -------
-    ``ground`` (as :func:`lampyris.study.design.study_map.pack` makes it), ``start``, ``goal``, ``bodies`` (cells of the
+    ``ground`` (as :func:`lampyris.study.design.study_map.pack` makes it), ``start``, ``goal``, ``obstacle_cells`` (cells of the
     moving obstacles drawn in it), ``name``, ``format``, ``notes``.
 
     Raises
@@ -214,7 +214,7 @@ def read_container(data: bytes, folder: Path) -> dict[str, Any]:
         "hash": map_hash(found.grid),
         "start": found.start,
         "goal": found.goal,
-        "bodies": [list(cell) for cell in found.bodies],
+        "obstacle_cells": [list(cell) for cell in found.obstacle_cells],
         "name": shown_name(main_),
         "format": found.format,
         "notes": list(found.notes),

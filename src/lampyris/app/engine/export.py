@@ -245,7 +245,7 @@ def run_page(scenario: Scenario, look: Look) -> str:
                 ("speed law", scenario.law),
                 ("map", f"{scene.grid.name}, {scene.grid.width} x {scene.grid.height} cells"),
                 ("from, to", f"{scene.start} to {scene.goal}"),
-                ("obstacles", str(len(trace.bodies))),
+                ("obstacles", str(len(trace.obstacle_specs))),
                 ("seed", str(scenario.seed)),
             )
         ),

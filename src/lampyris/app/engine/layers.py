@@ -130,16 +130,21 @@ def _reach(scene: Scene, scenario: Scenario, bodies: Any) -> Floats:
 def _cells(given: Any, grid: Grid) -> list[Cell]:
     if not isinstance(given, list) or len(given) > MAX_BODIES:
         raise FileError(
-            "TYPE", "bodies", where="bodies", allowed=f"null, or at most {MAX_BODIES:,} cells [x, y]"
+            "TYPE",
+            "obstacle_cells",
+            where="obstacle_cells",
+            allowed=f"null, or at most {MAX_BODIES:,} cells [x, y]",
         )
     cells = []
     for k, one in enumerate(given):
         if not (isinstance(one, list) and len(one) == 2 and all(type(c) is int for c in one)):
             raise FileError(
-                "TYPE", f"{one!r:.40}", where=f"bodies: /{k}", allowed="[x, y]: two whole numbers"
+                "TYPE", f"{one!r:.40}", where=f"obstacle_cells: /{k}", allowed="[x, y]: two whole numbers"
             )
         if not grid.contains((one[0], one[1])):
-            raise SceneError("BODY_OUTSIDE", f"{one}", where=f"bodies: /{k}", allowed="cells of the map")
+            raise SceneError(
+                "BODY_OUTSIDE", f"{one}", where=f"obstacle_cells: /{k}", allowed="cells of the map"
+            )
         cells.append((one[0], one[1]))
     return cells
 

@@ -157,7 +157,7 @@ def _events(news: list[Event], bodies: Sequence[Obstacle]) -> bytes:
 def _ticks(part: Trace, first: int) -> bytes:
     """The ticks of a part of a trace that begins at ``first``."""
     n = part.ticks + 1
-    places = np.full((n, len(part.bodies), 2), NOWHERE, dtype=np.int16)
+    places = np.full((n, len(part.obstacle_specs), 2), NOWHERE, dtype=np.int16)
     for k, (track, came) in enumerate(zip(part.tracks, part.appears, strict=True)):
         places[came:, k] = track
     other = _CODES["other"]
@@ -183,7 +183,7 @@ def body_record(body: Obstacle) -> dict[str, Any]:
 
 
 def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
-    """What is to come: who, by which law, where; ``bodies``: those that are there from the start."""
+    """What is to come: who, by which law, where; ``obstacle_specs``: those that are there from the start."""
     return {
         "planner": scenario.planner,
         "law": run.pace.name,
@@ -193,7 +193,7 @@ def header(run: Simulation, scenario: Scenario) -> dict[str, Any]:
         "start": list(scenario.scene.start),
         "goal": list(scenario.scene.goal),
         "causes": list(WORDS),
-        "bodies": [body_record(body) for body in run.crowd.bodies],
+        "obstacle_specs": [body_record(body) for body in run.crowd.bodies],
         "last_tick": run.last_tick,
         "notes": list(scenario.notes),
     }
@@ -209,7 +209,7 @@ def ending(trace: Trace, head: Mapping[str, Any]) -> dict[str, Any]:
         "last_tick": trace.last_tick,
         "metrics": trace_metrics(trace, known(trace.scene)),
         "notes": list(trace.notes),
-        "bodies": [body_record(body) for body in trace.bodies],
+        "obstacle_specs": [body_record(body) for body in trace.obstacle_specs],
         "digest": digest(trace),
         "timing": dict(trace.timing),
     }

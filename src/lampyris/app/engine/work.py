@@ -56,7 +56,7 @@ def plan(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         record["speed"] = profile_record(profile, caps=True)
     if scenario.scene.traffic and scenario.drive is None:
         with suppress(LampyrisError):  # the run says why
-            record["bodies"] = standing_records(scenario)
+            record["obstacle_specs"] = standing_records(scenario)
     record["notes"] = [
         *scenario.notes,
         *found.notes,
@@ -90,7 +90,7 @@ def layer(question: Mapping[str, Any], look: Look) -> Iterator[bytes]:
         raise UsageError("TICK", f"{tick!r:.40}", where="tick", allowed="a whole number >= 0")
     name = str(question.get("layer"))
     scenario = said_scenario(question)
-    made = layer_of(name, scenario, tick, question.get("bodies"))
+    made = layer_of(name, scenario, tick, question.get("obstacle_cells"))
     if name == "expanded":
         own = own_order(scene_at(scenario.scene, tick), scenario) is not None
         yield json_frame("H", {"layer": name, "planner": scenario.planner, "own": own})

@@ -139,7 +139,7 @@ class Library:
             "id": id, "name": name, "kind": kind, "width": grid.width, "height": grid.height,
             "resolution": grid.resolution, "origin": list(grid.origin), "hash": map_hash(grid),
             "start": found.start, "goal": found.goal, "notes": list(notes),
-            "bodies": [list(cell) for cell in found.bodies],
+            "obstacle_cells": [list(cell) for cell in found.obstacle_cells],
             "queries": [{"start": q.start, "goal": q.goal} for q in found.queries[:100]],
         }  # fmt: skip
         parts = [json_frame("H", head), frame("B", np.ascontiguousarray(grid_codes(grid)).tobytes())]
@@ -236,7 +236,9 @@ class Library:
             return bundled.load(id), id, "bundled", ()
         known, name, kind = self._known(id)
         packed = {**known["ground"], "start": known["start"], "goal": known["goal"]}
-        found = replace(unpacked(packed), bodies=tuple((x, y) for x, y in known.get("bodies", ())))
+        found = replace(
+            unpacked(packed), obstacle_cells=tuple((x, y) for x, y in known.get("obstacle_cells", ()))
+        )
         return found, name, kind, tuple(known["notes"])
 
     def _known(self, id: str) -> tuple[dict[str, Any], str, str]:
@@ -370,7 +372,7 @@ def _checked(known: dict[str, Any]) -> dict[str, Any]:
     if max(width, height) > MOST_SIDE:
         what = f"{width} x {height}"
         raise LimitError("MAP_SIDE", what, where=str(known["name"]), allowed=f"sides up to {MOST_SIDE:,}")
-    bodies = known.get("bodies", [])
+    bodies = known.get("obstacle_cells", [])
     if not isinstance(bodies, list) or len(bodies) > MAX_BODIES:
         raise FileError("PACKED_MAP", "moving obstacles", allowed=f"at most {MAX_BODIES:,} cells")
     for cell in bodies:

@@ -76,7 +76,7 @@ WAYS: Final = (
 ASKED: Final[Mapping[str, Form]] = {
     "plan": {"scenario": TABLE, "record": FLAG, "layers": WORDS},
     "simulate": {"scenario": TABLE},
-    "layer": {"scenario": TABLE, "layer": TEXT, "bodies": LIST, "tick": WHOLE},
+    "layer": {"scenario": TABLE, "layer": TEXT, "obstacle_cells": LIST, "tick": WHOLE},
     "compare": {"scenario": TABLE, "planners": LIST, "laws": LIST, "seeds": CHECKED_LATER},
     "export": {"scenario": TABLE, "what": TEXT, "settings": TABLE, "tick": WHOLE, "progress": FLAG},
     "make": {"map": TABLE},

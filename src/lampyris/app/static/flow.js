@@ -212,7 +212,7 @@ function placeless(obstacles) {
 
 /** The moving obstacles drawn in a map: random walkers that begin on their cells. @param {Ground} ground @returns {Array<Record<string, any>>} */
 function drawnIn(ground) {
-  return ground.bodies.length ? [{ kind: "random-walk", count: ground.bodies.length, starts: ground.bodies }] : [];
+  return ground.obstacle_cells.length ? [{ kind: "random-walk", count: ground.obstacle_cells.length, starts: ground.obstacle_cells }] : [];
 }
 
 /** The scenario as the server takes it: what is empty is left out. @param {Scenario} scenario @returns {Scenario} */

@@ -52,7 +52,7 @@ async function groundOfAnswer(answer, id, spec) {
 function blankGround(head) {
   return {
     id: head.id ?? "", name: head.name ?? "map", width: head.width, height: head.height, resolution: head.resolution ?? 1,
-    hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null, bodies: head.bodies ?? [],
+    hash: head.hash ?? "", cells: new Uint8Array(0), terrain: null, start: head.start ?? null, goal: head.goal ?? null, obstacle_cells: head.obstacle_cells ?? [],
   };
 }
 
@@ -75,7 +75,7 @@ function groundOfRows(spec) {
       else if (sign === "o") bodies.push([x, y]);
     }
   });
-  const head = { name: spec.name ?? "inline", width, height, resolution: spec.resolution, start: ends.S, goal: ends.G, bodies };
+  const head = { name: spec.name ?? "inline", width, height, resolution: spec.resolution, start: ends.S, goal: ends.G, obstacle_cells: bodies };
   return { ...blankGround(head), cells };
 }
 

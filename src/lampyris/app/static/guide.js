@@ -56,7 +56,7 @@ export async function numbers(page) {
 
 /** @param {Page} page @param {import("./types.js").Scenario} own @param {string} name */
 async function layer(page, own, name) {
-  const body = { scenario: { ...own, edits: undefined, simulate: {} }, layer: name, bodies: null, tick: 0 };
+  const body = { scenario: { ...own, edits: undefined, simulate: {} }, layer: name, obstacle_cells: null, tick: 0 };
   for await (const { kind, bytes } of page.api.frames("/api/layer", body)) {
     if (kind === "L") return layerOf(bytes);
     if (kind === "X") throw new ServerError(200, json(bytes));

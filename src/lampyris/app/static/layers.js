@@ -141,7 +141,7 @@ export class Source {
   async _fetch(name, signal) {
     const { page } = this;
     const tick = Math.floor(page.play.tick + 1e-6);
-    const body = { scenario: page.asked(), layer: name, bodies: name === "reach" ? bodiesNow(page) : null, tick };
+    const body = { scenario: page.asked(), layer: name, obstacle_cells: name === "reach" ? bodiesNow(page) : null, tick };
     /** @type {Layer | null} */
     let layer = null;
     /** @type {any} */

@@ -31,7 +31,7 @@ function marks(page) {
   if (store.scenario.goal) all.push(["goal (G)", (pen) => goalMark(pen, mid, mid, 6.5, GOAL)]);
   if (run?.ticks) all.push(["robot", (pen) => robotMark(pen, mid, mid, 6.5, ROBOT)]);
   // Before a run those that wait for one.
-  const kinds = new Set((run?.bodies ?? page.plan?.bodies ?? []).map((body) => body.kind));
+  const kinds = new Set((run?.bodies ?? page.plan?.obstacle_specs ?? []).map((body) => body.kind));
   for (const kind of kinds) {
     const look = KINDS[kind] ?? OTHER_KIND;
     all.push([NAMES[kind] ?? kind, (pen) => kindMark(pen, look, SIDE, page.dark)]);

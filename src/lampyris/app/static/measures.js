@@ -25,7 +25,7 @@ const MEASURES = [
   ["iterations", "iterations", "less", 1],
   ["expansions", "expansions", "less", 1],
   ["replans", "replans", "less", 1],
-  ["flips", "changes of mind", "less", 1],
+  ["path_switches", "path switches", "less", 1],
   ["plan_s", "planning (ms)", "less", 1000],
 ];
 

@@ -49,7 +49,7 @@ export class Patrols {
   /** The cells that a patrol takes, as the plan says; before it does, straight lines where no wall is. @param {Cell[]} waypoints @returns {Cell[][]} */
   _linesOf(waypoints) {
     const key = JSON.stringify(waypoints);
-    const path = this.page.plan?.bodies?.find((body) => body.waypoints && JSON.stringify(body.waypoints) === key)?.path;
+    const path = this.page.plan?.obstacle_specs?.find((body) => body.waypoints && JSON.stringify(body.waypoints) === key)?.path;
     return path ? [path] : this._clear(waypoints);
   }
 

@@ -236,7 +236,7 @@ export class Player {
   /** Obstacles where a run would begin, as the plan says. */
   _wait() {
     const { map, plan, ground } = this.page;
-    const bodies = plan?.bodies ?? [];
+    const bodies = plan?.obstacle_specs ?? [];
     this._known = 0;
     map.moment.kinds = bodies.map(({ kind }) => kind);
     map.moment.radii = bodies.map(({ radius }) => radius / (ground?.resolution || 1));

@@ -23,7 +23,7 @@
  * A map as the server sends it. `cells`: 0 free, 1 wall, 2 unknown; row by row from the top.
  * @typedef {{
  *   id: string, name: string, width: number, height: number, resolution: number, hash: string,
- *   cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null, bodies: Cell[],
+ *   cells: Uint8Array, terrain: Uint8Array | null, start: Cell | null, goal: Cell | null, obstacle_cells: Cell[],
  * }} Ground
  */
 
@@ -53,7 +53,7 @@
  *   speed: {v: number[], s: number[], t: number[], cause: string[], why: string[], units: string,
  *           caps: Array<{cause: string, v: Array<number | null>}>} | null,
  *   seconds: number, weakened?: string[],
- *   bodies?: Array<{kind: string, radius: number, yields: boolean, at: Cell, waypoints?: Cell[], path?: Cell[]}>,
+ *   obstacle_specs?: Array<{kind: string, radius: number, yields: boolean, at: Cell, waypoints?: Cell[], path?: Cell[]}>,
  * }} Plan
  */
 

@@ -301,7 +301,7 @@ def print_drive(run: Drive, *, name: str = "") -> None:
     grid = run.scene.grid
     text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
     kinds: dict[str, int] = {}
-    for body in run.bodies:
+    for body in run.obstacle_specs:
         kinds[body.kind] = kinds.get(body.kind, 0) + 1
     counts = ", ".join(f"{kind} x{n}" for kind, n in kinds.items()) or "none"
     after = f"{run.outcome.value} after {run.duration:.2f} s"
@@ -316,7 +316,7 @@ def print_drive(run: Drive, *, name: str = "") -> None:
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("from, to", f"{run.scene.start} to {run.scene.goal}"),
         ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}; {run.replans} replans"),
-        ("obstacles", f"{len(run.bodies)} ({counts})"),
+        ("obstacles", f"{len(run.obstacle_specs)} ({counts})"),
         ("outcome", after),
         ("corners", f"{turns['turns'] - turns['stops']} rounded, {turns['stops']} stops to turn"),
         ("met", hits),

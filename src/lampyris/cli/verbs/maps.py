@@ -188,7 +188,7 @@ def _describe(name: str, document: MapDocument, as_json: bool) -> None:
         "origin": list(grid.origin),
         "start": document.start,
         "goal": document.goal,
-        "moving_obstacles": len(document.bodies),
+        "moving_obstacles": len(document.obstacle_cells),
         "hash": map_hash(grid),
         "notes": list(document.notes),
     }

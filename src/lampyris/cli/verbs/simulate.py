@@ -171,16 +171,16 @@ def print_trace(run: Trace, *, name: str = "") -> None:
     """Print a simulation."""
     text.line(run.sentence, style=f"bold {'green' if run.arrived else 'red'}")
     grid = run.scene.grid
-    kinds = word_counts([b.kind for b in run.bodies]) or "none"
+    kinds = word_counts([b.kind for b in run.obstacle_specs]) or "none"
     moving = run.speed[run.speed > 0]
     mean = f"{moving.mean():.4g}" if len(moving) else "0"
-    counts = f"{run.replans} replans, {run.waits} waits, {run.flips} changes of mind"
+    counts = f"{run.replans} replans, {run.waits} waits, {run.path_switches} path switches"
     rows = [("scenario", name)] if name else []
     rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("from, to", f"{run.scene.start} to {run.scene.goal}"),
         ("planner", f"{run.planner}, {run.scene.moves.name} moves, seed {run.seed}"),
-        ("obstacles", f"{len(run.bodies)} ({kinds})"),
+        ("obstacles", f"{len(run.obstacle_specs)} ({kinds})"),
         (
             "outcome",
             f"{run.outcome.value} after {run.ticks} ticks; collisions {run.collisions}, hits {run.hits}",

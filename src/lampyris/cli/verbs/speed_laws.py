@@ -392,9 +392,11 @@ def course_at(profile: Profile, course: SampledPath) -> SampledPath:
 
 def runs(profile: Profile, every: bool) -> list[tuple[int, int]]:
     """(first, last) node of each stretch that one cause limits; every node alone if ``every``."""
-    cause, about = profile.cause, profile.about.tolist()
+    cause, cause_index = profile.cause, profile.cause_index.tolist()
     n = len(cause)
-    cuts = [k for k in range(1, n) if every or (cause[k], about[k]) != (cause[k - 1], about[k - 1])]
+    cuts = [
+        k for k in range(1, n) if every or (cause[k], cause_index[k]) != (cause[k - 1], cause_index[k - 1])
+    ]
     return [(a, b - 1) for a, b in zip([0, *cuts], [*cuts, n], strict=True)]
 
 

@@ -170,8 +170,8 @@ def losses(before: MapDocument, after: MapDocument) -> tuple[str, ...]:
     for what, cell, other in (("start", before.start, after.start), ("goal", before.goal, after.goal)):
         if cell != other:
             lost.append(f"the {what} ({cell[0]}, {cell[1]}) was left out" if cell else f"a {what} was added")
-    if before.bodies != after.bodies:
-        lost.append(f"{plural(len(before.bodies), 'moving obstacle')} left out")
+    if before.obstacle_cells != after.obstacle_cells:
+        lost.append(f"{plural(len(before.obstacle_cells), 'moving obstacle')} left out")
     if n := len(before.queries) - len(after.queries):
         lost.append(f"{f'{n} stored queries' if n > 1 else '1 stored query'} left out")
     if was.resolution != now.resolution:

@@ -93,7 +93,7 @@ def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CEL
     queries = _queries(entry)
     made = document(read(source), source, name=name, format="bundled", resolution=resolution, queries=queries)
     first = queries[0]
-    return MapDocument(made.grid, first.start, first.goal, made.bodies, queries, "bundled")
+    return MapDocument(made.grid, first.start, first.goal, made.obstacle_cells, queries, "bundled")
 
 
 def describe(name: str) -> MapInfo:

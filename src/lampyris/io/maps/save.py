@@ -120,7 +120,7 @@ def codes_of(what: MapDocument | Grid) -> CodeGrid:
     """The codes of a map, uint8 (height, width). A mark wins over its cell, start and goal over obstacles."""
     codes = grid_codes(what if isinstance(what, Grid) else what.grid)
     if isinstance(what, MapDocument):
-        for x, y in what.bodies:
+        for x, y in what.obstacle_cells:
             codes[y, x] = BODY
         for cell, code in ((what.goal, GOAL), (what.start, START)):
             if cell is not None:

@@ -189,7 +189,7 @@ class _Build:
 
     def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[ObstacleSpec, ...]:
         """What the file lists; if it has no list, what is drawn in the map."""
-        grid, drawn = (None, ()) if found is None else (found.grid, found.bodies)
+        grid, drawn = (None, ()) if found is None else (found.grid, found.obstacle_cells)
         if found is not None and "obstacles" not in self.file.model_fields_set:
             return found.traffic()
         made: list[ObstacleSpec] = []

@@ -18,9 +18,21 @@ from lampyris.kernels.adgso.walk import ARRIVED, AT, BODY, FIRST, HEMMED, LENGTH
 RUNNING, AT_GOAL, BLOCKED, TIMEOUT, ELSEWHERE, MORE_DRAWS = 0, 1, 2, 3, 4, 5
 """What :func:`drive_ticks` returns: out of this block's draws; the outcomes; not for this kernel."""
 
-NOW, BODIES, LEFT, ROBOT, PLACE, UNTIL, STEPS, PATIENT, REPLANS, WAITS, FLIPS, ITERATIONS, EXPANSIONS = range(
-    13
-)
+(
+    NOW,
+    BODIES,
+    LEFT,
+    ROBOT,
+    PLACE,
+    UNTIL,
+    STEPS,
+    PATIENT,
+    REPLANS,
+    WAITS,
+    PATH_SWITCHES,
+    ITERATIONS,
+    EXPANSIONS,
+) = range(13)
 HEMMED_AT, COUNTED, LAST_TICK, PATIENCE, MARKED = 13, 14, 15, 16, 17
 """Places in ``state``: ticks over, bodies there, cells in ``left``, the robot's cell, index of its cell in
 ``path``, last index committed to, steps of the way (-1: no way; NOT_ASKED), ticks of waiting in a row,
@@ -233,7 +245,7 @@ def ask(
         state[UNTIL] = max(tally[FIRST], min(state[STEPS], 1))
         state[COUNTED] = 0
         if ahead >= 0 and state[STEPS] > 0 and path[1] != ahead:
-            state[FLIPS] += 1
+            state[PATH_SWITCHES] += 1
     else:
         return False
     return True

@@ -13,8 +13,8 @@ ACCELERATION, BRAKING = 0, 1
 _EPSILON = 1.0 / 2**52
 
 
-@kernel(out=("x", "cause", "about"))
-def sweep(x, up, down, keeps, cause, about):
+@kernel(out=("x", "cause", "cause_index"))
+def sweep(x, up, down, keeps, cause, cause_index):
     """Lower ``x`` until it neither rises nor falls faster than it may, and note why.
 
     Parameters
@@ -23,7 +23,7 @@ def sweep(x, up, down, keeps, cause, about):
     up, down : float64 (n - 1,), > 0: the most x may rise, or fall, on the way from node i to i + 1.
     keeps : bool (n,): whether the node's cause keeps a tie with acceleration. Every cause keeps a tie with
         braking.
-    cause, about : out, int64 (n,): ``ACCELERATION`` or ``BRAKING`` where a pass binds. ``about`` of a braking
+    cause, cause_index : out, int64 (n,): ``ACCELERATION`` or ``BRAKING`` where a pass binds. ``cause_index`` of a braking
         node: the first node ahead that is not braking, whose bound it is that reaches back; -1 if every node
         ahead brakes, which only hard braking (:func:`brake_floor`) can leave behind. Of an accelerating
         node: -1.
@@ -39,7 +39,7 @@ def sweep(x, up, down, keeps, cause, about):
         if reach < at or (reach == at and not keeps[i]):
             x[i] = at = reach
             cause[i] = ACCELERATION
-            about[i] = -1
+            cause_index[i] = -1
     at = x[n - 1]
     last = n - 1
     if cause[last] == BRAKING:
@@ -51,7 +51,7 @@ def sweep(x, up, down, keeps, cause, about):
             x[i] = at = reach
             cause[i] = BRAKING
         if cause[i] == BRAKING:
-            about[i] = last
+            cause_index[i] = last
         else:
             last = i
 

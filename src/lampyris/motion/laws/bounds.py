@@ -140,4 +140,4 @@ def _profile(
         jerk_max=robot.jerk_max,
     )
     caps_ = tuple((cap.cause, cap.v) for cap in faint)
-    return Profile(name, s, made.v, made.a, made.t, made.cause, "m/s", made.about, caps_, places(way))
+    return Profile(name, s, made.v, made.a, made.t, made.cause, "m/s", made.cause_index, caps_, places(way))

@@ -177,11 +177,11 @@ def path_profile(
     SettingError : ``START_SPEED``, ``PATH_STEP``.
     """
     cells = path.cells.astype(np.int64)
-    v, cause, about = cell_speeds(cells, scene, law, obstacles, start_speed(v0), previous)
+    v, cause, cause_index = cell_speeds(cells, scene, law, obstacles, start_speed(v0), previous)
     a = np.zeros(len(v))
     np.subtract(v[1:], v[:-1], out=a[:-1])
     t = np.arange(len(v), dtype=np.float64)
-    return Profile("dissertation", path.arc, v, a, t, cause, "velocity units", about)
+    return Profile("dissertation", path.arc, v, a, t, cause, "velocity units", cause_index)
 
 
 def cell_speeds(
@@ -223,8 +223,8 @@ def _speeds(
     low = lowest(
         [("start", only(n, 0, v0)), *_caps(heading, n1, n2, law, came), ("goal", only(n, -1, 0.0))],
     )
-    sweep(low.v, up, np.full(n - 1, law.braking), low.keeps, low.cause, low.about)
-    return low.v, low.words, low.about
+    sweep(low.v, up, np.full(n - 1, law.braking), low.keeps, low.cause, low.cause_index)
+    return low.v, low.words, low.cause_index
 
 
 def ring_caps(

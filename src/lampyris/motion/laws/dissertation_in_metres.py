@@ -137,7 +137,7 @@ def course_profile(
     if n == 1:
         zero = np.zeros(1)
         return Profile("dissertation", zero, zero, zero, zero, ("goal",), "m/s", xy=course.xy)
-    x, cause, about = np.zeros(n), ["goal"] * n, np.full(n, -1, dtype=np.int64)
+    x, cause, cause_index = np.zeros(n), ["goal"] * n, np.full(n, -1, dtype=np.int64)
     x[0] = v0 * v0
     borders = [0, *(np.flatnonzero(course.stop[1:-1]) + 1).tolist(), n - 1]
     for a, b in pairwise(borders):
@@ -154,15 +154,15 @@ def course_profile(
         node = np.searchsorted(s, where, side="right") - 1 + int(a)
         for k, cell in zip(range(int(a), int(b) + 1), np.minimum(at, len(where) - 1).tolist(), strict=True):
             cause[k] = words[cell]
-            about[k] = node[of[cell]] if of[cell] >= 0 else -1
+            cause_index[k] = node[of[cell]] if of[cell] >= 0 else -1
             if words[cell] == "goal" and k < b:
-                cause[k], about[k] = "braking", b
+                cause[k], cause_index[k] = "braking", b
         if a == 0:
             x[0] = min(x[0], v0 * v0)
         else:
-            cause[a], about[a] = "turn", -1
+            cause[a], cause_index[a] = "turn", -1
     cause[0] = "start"
-    return _timed(course, scene, x, tuple(cause), about, law.a_straight * scale)
+    return _timed(course, scene, x, tuple(cause), cause_index, law.a_straight * scale)
 
 
 def _timed(
@@ -170,7 +170,7 @@ def _timed(
     scene: Scene,
     x: Floats,
     cause: tuple[str, ...],
-    about: NDArray[np.int64],
+    cause_index: NDArray[np.int64],
     rise: float,
 ) -> Profile:
     """A profile from squared speeds."""
@@ -185,7 +185,7 @@ def _timed(
     a, t = np.zeros(n), np.zeros(n)
     np.divide(x[1:] - x[:-1], 2.0 * ds, out=a[:-1])
     clock(dt, t)
-    return Profile("dissertation", course.s, v, a, t, cause, "m/s", about, (), course.xy)
+    return Profile("dissertation", course.s, v, a, t, cause, "m/s", cause_index, (), course.xy)
 
 
 def covered(movers: ObstacleStates | None, course: SampledPath, shape: tuple[int, int]) -> NDArray[np.int64]:

@@ -305,7 +305,7 @@ def physical_profile(
         made.t,
         made.cause,
         "m/s",
-        made.about,
+        made.cause_index,
         tuple((cap.cause, cap.v) for cap in found),
         places(way),
     )

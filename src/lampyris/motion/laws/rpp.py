@@ -215,7 +215,7 @@ def rpp_profile(
     The speed at a node is the command there, or what comes nearest to it from the speed at the node before:
     nothing farther ahead is braked for, so that the robot may be faster at a bend or a wall than the command
     there. The goal, and places where it must turn on the spot, are braked for in time: Nav2 leaves that to
-    its goal checker and to turning in place. ``about`` of a braking node: where the braking ends, because
+    its goal checker and to turning in place. ``cause_index`` of a braking node: where the braking ends, because
     the command is met or the robot stands; -1 where the command rises again before that. ``previous`` says
     nothing here.
 
@@ -243,9 +243,9 @@ def rpp_profile(
     hard = made.v > np.where(course.stop, 0.0, followed.v) * (1.0 + 1e-9)
     hard[0] = False
     cause = tuple("braking" if over else why for over, why in zip(hard, followed.cause, strict=True))
-    about = np.where(hard, made.about, followed.about)
+    cause_index = np.where(hard, made.cause_index, followed.cause_index)
     caps = tuple((cap.cause, cap.v) for cap in commands)
-    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", about, caps, places(way))
+    return Profile("rpp", course.s, made.v, made.a, made.t, cause, "m/s", cause_index, caps, places(way))
 
 
 class _Tracked(NamedTuple):
@@ -253,7 +253,7 @@ class _Tracked(NamedTuple):
 
     v: Floats
     cause: list[str]
-    about: NDArray[np.int64]
+    cause_index: NDArray[np.int64]
 
 
 def _tracked(
@@ -293,10 +293,10 @@ def _braked_for(cause: list[str]) -> NDArray[np.int64]:
 
     -1 where there is none: the command rose again before it was met.
     """
-    about, met = np.full(len(cause), -1, dtype=np.int64), -1
+    cause_index, met = np.full(len(cause), -1, dtype=np.int64), -1
     for k in range(len(cause) - 1, -1, -1):
         if cause[k] == "braking":
-            about[k] = met
+            cause_index[k] = met
         else:
             met = -1 if cause[k] == "acceleration" else k
-    return about
+    return cause_index

@@ -199,7 +199,7 @@ def cloud_cap(course: SampledPath, scene: Scene, settings: CloudModel, around: A
 
     Node k is judged for a robot that comes there at full speed, at ``s / v_max``, in its direction of travel;
     obstacles go on as they were seen to. One whose velocity is not known comes straight at the node at its
-    top speed. Nodes later than the horizon are not judged: infinity. ``about`` is the obstacle.
+    top speed. Nodes later than the horizon are not judged: infinity. ``cause_index`` is the obstacle.
     """
     movers, robot = around.movers, scene.robot
     if movers is None or len(movers) == 0:
@@ -208,12 +208,12 @@ def cloud_cap(course: SampledPath, scene: Scene, settings: CloudModel, around: A
     found = dangers(course, n, scene, settings, movers)
     worst = found.argmax(axis=1)
     danger = found[np.arange(n), worst]
-    v, about = np.full(len(course), np.inf), np.full(len(course), -1, dtype=np.int64)
+    v, cause_index = np.full(len(course), np.inf), np.full(len(course), -1, dtype=np.int64)
     v[:n] = np.where(
         danger > 0.0, slowed(danger, v_max=robot.v_max, creep=settings.creep * robot.v_max), np.inf
     )
-    about[:n] = np.where(danger > 0.0, worst, -1)
-    return [Cap("danger", v, about)]
+    cause_index[:n] = np.where(danger > 0.0, worst, -1)
+    return [Cap("danger", v, cause_index)]
 
 
 def dangers(

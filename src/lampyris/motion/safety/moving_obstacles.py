@@ -83,7 +83,7 @@ def moving(
 
 
 def moving_cap(course: SampledPath, scene: Scene, settings: MovingObstacles, around: Around) -> list[Cap]:
-    """The cap ``moving obstacle`` of a course, its ``about`` the number of the obstacle that binds.
+    """The cap ``moving obstacle`` of a course, its ``cause_index`` the number of the obstacle that binds.
 
     The distance at a node is the least on the edges that touch it, so what holds at two neighbours holds
     between them. Obstacles too far to slow the robot at its v_max are left out. What is known of the
@@ -197,15 +197,15 @@ def _least(edges: _Edges, pairs: _Pairs, v: Floats, nodes: int) -> list[Cap]:
     holds = v == np.repeat(least, count, axis=0)
     who = np.minimum.reduceat(np.where(holds, pairs.mover[:, None], np.iinfo(np.int64).max), first, axis=0)
     bound = np.full(edges.x.shape, np.inf)
-    about = np.full(edges.x.shape, -1, dtype=np.int64)
-    bound[pairs.block[first]], about[pairs.block[first]] = least, who
+    cause_index = np.full(edges.x.shape, -1, dtype=np.int64)
+    bound[pairs.block[first]], cause_index[pairs.block[first]] = least, who
     n = max(nodes - 1, 1)
-    bound, about = bound.reshape(-1)[:n], about.reshape(-1)[:n]
+    bound, cause_index = bound.reshape(-1)[:n], cause_index.reshape(-1)[:n]
     if not np.isfinite(bound).any():
         return []
     if nodes == 1:
-        return [Cap("moving obstacle", bound, np.where(np.isfinite(bound), about, -1))]
+        return [Cap("moving obstacle", bound, np.where(np.isfinite(bound), cause_index, -1))]
     leaving, coming = np.append(bound, np.inf), np.insert(bound, 0, np.inf)
     v = np.minimum(leaving, coming)
-    number = np.where(leaving <= coming, np.append(about, -1), np.insert(about, 0, -1))
+    number = np.where(leaving <= coming, np.append(cause_index, -1), np.insert(cause_index, 0, -1))
     return [Cap("moving obstacle", v, np.where(np.isfinite(v), number, -1))]

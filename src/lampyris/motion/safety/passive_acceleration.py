@@ -56,12 +56,12 @@ class Push(NamedTuple):
     """The acceleration of the next period, m/s2, and what binds it.
 
     ``cause`` is ``acceleration`` (a_max), ``limit`` (the ceiling) or ``moving obstacle`` (its number is
-    ``about``).
+    ``cause_index``).
     """
 
     a: float
     cause: str
-    about: int = -1
+    cause_index: int = -1
 
 
 def rails_of(course: SampledPath) -> Rails:

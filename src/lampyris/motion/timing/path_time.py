@@ -77,7 +77,7 @@ def through_tracks(
     _check_numbers(margin=margin, t0=t0, horizon=1.0 if horizon is None else horizon)
     plain = _feasible(course.s, v_cap, robot, v0, course.stop)
     fastest = Profile(
-        law, course.s, plain.v, plain.a, plain.t, plain.cause, "m/s", plain.about,
+        law, course.s, plain.v, plain.a, plain.t, plain.cause, "m/s", plain.cause_index,
         (("limit", np.asarray(v_cap, dtype=np.float64)),), course.xy,
     )  # fmt: skip
     if len(course) < 2:
@@ -145,14 +145,14 @@ def way_of(course: SampledPath, v_cap: Floats, v0: float, robot: Robot) -> Cappe
 
 @dataclass
 class _Part:
-    """Nodes of a motion with their causes; ``about`` numbers nodes of this part for ``braking``."""
+    """Nodes of a motion with their causes; ``cause_index`` numbers nodes of this part for ``braking``."""
 
     t: Floats
     s: Floats
     v: Floats
     a: Floats
     cause: list[str]
-    about: list[int]
+    cause_index: list[int]
 
 
 class _Search:
@@ -217,7 +217,7 @@ class _Search:
             made = _feasible(nodes, np.insert(cap, 0, np.inf), self.robot, v, np.insert(stop, 0, False))
         except SettingError:
             return None
-        part = _Part(made.t + t, nodes, made.v, made.a, list(made.cause), made.about.tolist())
+        part = _Part(made.t + t, nodes, made.v, made.a, list(made.cause), made.cause_index.tolist())
         return part, meeting(way, TimedNodes(part.t, part.s, part.v, part.a), self.discs)[1] < 0
 
     def blame(self, t: float, s: float, v: float) -> int:
@@ -243,7 +243,7 @@ class _Search:
         # The last state from which driving on as fast as can be would have met somebody: whom.
         before = max(high - 1, 0)
         culprit = self.blame(float(found.t[before]), float(found.s[before]), float(found.v[before]))
-        cause, about = self._causes(kept, culprit)
+        cause, cause_index = self._causes(kept, culprit)
         t, s, v, a = kept
         if end is not None:
             n = len(t) - 1
@@ -251,21 +251,21 @@ class _Search:
                 np.concatenate((x[:n], y)) for x, y in zip(kept, (end.t, end.s, end.v, end.a), strict=True)
             )
             cause += end.cause[1:]
-            about += [
+            cause_index += [
                 k + n if w == "braking" and k >= 0 else k
-                for w, k in zip(end.cause[1:], end.about[1:], strict=True)
+                for w, k in zip(end.cause[1:], end.cause_index[1:], strict=True)
             ]
-        _name_braking(cause, about)
+        _name_braking(cause, cause_index)
         ceiling = np.sqrt(elementary.interp(s, self.way.s, self.x))
         return Profile(
-            law, s, v, a, t, tuple(cause), "m/s", np.array(about), (("limit", ceiling),), self._xy(s)
+            law, s, v, a, t, tuple(cause), "m/s", np.array(cause_index), (("limit", ceiling),), self._xy(s)
         )
 
     def _causes(self, kept: TimedNodes, culprit: int) -> tuple[list[str], list[int]]:
         """What binds each node of the walk; braking is named later. ``culprit`` binds the last one."""
         t, s, v, a = kept
         top = np.sqrt(elementary.interp(s, self.way.s, self.x))
-        cause, about = ["start"], [-1]
+        cause, cause_index = ["start"], [-1]
         tight = 1e-6 * self.robot.v_max
         for k in range(1, len(t)):
             word, who = "limit", -1
@@ -277,7 +277,7 @@ class _Search:
             elif v[k] == 0.0:
                 word, who = "wait", culprit if last else self.blame(float(t[k]), float(s[k]), 0.0)
                 if who < 0 and cause[-1] == "wait":
-                    who = about[-1]
+                    who = cause_index[-1]
             elif not last and a[k] < 0.0:
                 word = "braking"
             elif v[k] >= top[k] - tight:
@@ -287,8 +287,8 @@ class _Search:
                 who = culprit if last else self.blame(float(t[k]), float(s[k]), float(v[k]))
                 word = "moving obstacle" if who >= 0 else "acceleration" if a[k - 1] > 0.0 else "limit"
             cause.append(word)
-            about.append(who)
-        return cause, about
+            cause_index.append(who)
+        return cause, cause_index
 
     def _xy(self, s: Floats) -> Points:
         if self.course.curve is not None:
@@ -322,11 +322,11 @@ def _merged(found: TimedNodes) -> TimedNodes:
     return TimedNodes(*(np.ascontiguousarray(x[keep]) for x in (t, s, v, np.append(a[:-1], 0.0))))
 
 
-def _name_braking(cause: list[str], about: list[int]) -> None:
+def _name_braking(cause: list[str], cause_index: list[int]) -> None:
     """Each braking node of the walk is braking for the next node that is not."""
     ahead = -1
     for k in range(len(cause) - 1, -1, -1):
         if cause[k] != "braking":
             ahead = k
-        elif about[k] < 0:
-            about[k] = ahead
+        elif cause_index[k] < 0:
+            cause_index[k] = ahead

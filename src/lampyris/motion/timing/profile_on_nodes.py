@@ -36,11 +36,11 @@ def with_nodes(found: Profile, still: Profile, course: SampledPath, a_max: float
     a, d = found.a[edge], course.s[at] - found.s[edge]
     v = np.sqrt(np.maximum(np.square(found.v[edge]) + 2.0 * a * d, 0.0))
     t = found.t[edge] + 2.0 * d / (found.v[edge] + v)
-    cause, about = _causes(found, still, at, edge, v, a_max)
+    cause, cause_index = _causes(found, still, at, edge, v, a_max)
     xy = None if found.xy is None else course.xy[at]
     # A stable order: those put in come after the node that their stretch begins with.
     order = np.argsort(np.concatenate((np.arange(len(found.s)), edge + share)), kind="stable")
-    words, number = (*found.cause, *cause), np.concatenate((found.about, about))
+    words, number = (*found.cause, *cause), np.concatenate((found.cause_index, cause_index))
 
     def joined(one: Floats, two: Floats) -> Floats:
         return np.concatenate((one, two))[order]
@@ -96,15 +96,15 @@ def _causes(
     v: Floats,
     a_max: float,
 ) -> tuple[list[str], NDArray[np.int64]]:
-    words, about = [], []
+    words, cause_index = [], []
     for node, k, speed in zip(at.tolist(), edge.tolist(), v.tolist(), strict=True):
         word, who = "limit", -1
-        before = (found.cause[k], int(found.about[k]))
-        after = (found.cause[k + 1], int(found.about[k + 1]))
+        before = (found.cause[k], int(found.cause_index[k]))
+        after = (found.cause[k + 1], int(found.cause_index[k + 1]))
         if found.a[k] < 0.0:
             word = "braking"
         elif speed >= still.v[node] * (1.0 - 1e-6):
-            word, who = still.cause[node], int(still.about[node])
+            word, who = still.cause[node], int(still.cause_index[node])
         elif found.a[k] >= a_max * (1.0 - 1e-6):
             word = "acceleration"
         elif before[0] in _MET:
@@ -114,5 +114,5 @@ def _causes(
         elif found.a[k] > 0.0:
             word = "acceleration"
         words.append(word)
-        about.append(who)
-    return words, np.array(about, dtype=np.int64)
+        cause_index.append(who)
+    return words, np.array(cause_index, dtype=np.int64)

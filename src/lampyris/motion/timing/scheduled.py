@@ -40,7 +40,7 @@ def scheduled_profile(
 
     Returns
     -------
-    A profile whose t begins at 0. ``about`` of ``wait`` and ``moving obstacle`` is the number of the obstacle
+    A profile whose t begins at 0. ``cause_index`` of ``wait`` and ``moving obstacle`` is the number of the obstacle
     in ``scene.traffic``.
 
     Raises
@@ -58,11 +58,11 @@ def scheduled_profile(
     made = through_tracks(course, v_cap, scene.robot, tracks, t0=begin * tick_seconds, law=still.law)
     made = with_nodes(made, still, course, scene.robot.a_max)
     number = np.array([k for k, one in enumerate(scene.traffic) if isinstance(one, Recorded)], dtype=np.int64)
-    whose = np.isin(made.cause, ("wait", "moving obstacle")) & (made.about >= 0)
-    about = made.about.copy()
-    about[whose] = number[about[whose]]
+    whose = np.isin(made.cause, ("wait", "moving obstacle")) & (made.cause_index >= 0)
+    cause_index = made.cause_index.copy()
+    cause_index[whose] = number[cause_index[whose]]
     return Profile(
-        made.law, made.s, made.v, made.a, made.t, made.cause, made.units, about, made.caps, made.xy
+        made.law, made.s, made.v, made.a, made.t, made.cause, made.units, cause_index, made.caps, made.xy
     )
 
 

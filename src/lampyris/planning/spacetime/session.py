@@ -123,7 +123,7 @@ class TimedSession(SessionBase):
     def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
         """The earliest arrival among what is known and guessed of the obstacles.
 
-        ``change.bodies`` says what is known; without it the cells of ``change.obstacles`` count as taken for
+        ``change.obstacle_tracks`` says what is known; without it the cells of ``change.obstacles`` count as taken for
         ever, save the robot's own and the goal; without either, the scene's recorded obstacles are known.
 
         Raises
@@ -177,7 +177,7 @@ class TimedSession(SessionBase):
         self._way = route
         # Where all is known there is nothing to ask again for; a call that is given no obstacles may yet meet some.
         known = all(s.period is not None for s in bodies)
-        settled = known and (change.bodies is None or bool(bodies))
+        settled = known and (change.obstacle_tracks is None or bool(bodies))
         return Plan(
             Status.FOUND,
             self._name,
@@ -190,7 +190,7 @@ class TimedSession(SessionBase):
 
     def _told(self, change: Change) -> tuple[list[ObstacleTrack], list[Cell]]:
         """The obstacles of this call, and cells that count as taken for ever."""
-        if change.bodies is None:
+        if change.obstacle_tracks is None:
             if change.obstacles:
                 contains, ends = self._scene.grid.contains, (self._robot, self._scene.goal)
                 return [], sorted(c for c in change.obstacles if c not in ends and contains(c))
@@ -213,9 +213,9 @@ class TimedSession(SessionBase):
                 for n, (cell, radius) in enumerate(begins)
             ]
         else:
-            seen = list(change.bodies)
+            seen = list(change.obstacle_tracks)
         if self._settings.tracks == "hidden":
-            now = change.tick + (change.bodies is not None and change.tick > 0)
+            now = change.tick + (change.obstacle_tracks is not None and change.tick > 0)
             seen = [_hidden(s, now) for s in seen]
         return seen, []
 

@@ -3,7 +3,7 @@
 A measure that is not defined for a run is None, never a number in its place. What a run did not reach has no
 length and no time: ``length``, ``cost``, ``gap``, ``cost_to_go``, ``ticks``, ``time_s``, turns and clearance
 are those of a whole way, and None where there is none. What was counted on the way (collisions, hits, near
-misses, replans, waits, flips, iterations, expansions) is reported for every run.
+misses, replans, waits, path_switches, iterations, expansions) is reported for every run.
 
 Distances between bodies are between discs. In a simulation in ticks a body, or the robot, that is smaller
 than its cell counts as the disc that fills the cell: its radius is half a cell. In a drive discs have the
@@ -35,7 +35,7 @@ METRICS = (
     "outcome", "found", "arrived", "collisions", "hits", "near_misses", "near_m", "length_cells", "length_m",
     "length_any_angle", "cost", "optimal", "gap", "cost_to_go", "ticks", "time_s", "speed_mean",
     "speed_least", "turns", "turn_deg", "smoothness", "clearance_mean_m", "clearance_least_m", "iterations",
-    "expansions", "replans", "waits", "flips", "flips_per_100", "reference_ok", "notes",
+    "expansions", "replans", "waits", "path_switches", "path_switches_per_100", "reference_ok", "notes",
 )  # fmt: skip
 """In the order of the columns.
 
@@ -69,10 +69,10 @@ METRICS = (
 * ``clearance_mean_m``, ``clearance_least_m``: from the robot's rim to the nearest wall, metres, over the
   cells of the way; of a drive every :data:`LOOK` seconds. A robot without a radius is a point here, and a
   place between cells has the clearance of the nearest cell's centre. None on a map without walls.
-* ``iterations``, ``expansions``, ``replans``, ``waits`` (ticks; of a drive seconds standing), ``flips``: as
-  the run counts them. ``flips_per_100``: flips in each hundred ticks of the whole run; None of a run without
-  a tick. Not flips in each replan: AD-GSO asks anew at each jump, which no replan is, and may change its
-  mind there, so that it had more flips than replans.
+* ``iterations``, ``expansions``, ``replans``, ``waits`` (ticks; of a drive seconds standing), ``path_switches``: as
+  the run counts them. ``path_switches_per_100``: path_switches in each hundred ticks of the whole run; None of a run without
+  a tick. Not path_switches in each replan: AD-GSO asks anew at each jump, which no replan is, and may change its
+  mind there, so that it had more path_switches than replans.
 * ``reference_ok``: whether ``optimal`` is the published length; None where none is published, or the moves
   are not those that it is of.
 * ``notes``: what was done otherwise than asked, such as attributes that were weakened (``Plan.notes``,
@@ -136,8 +136,8 @@ def trace_metrics(trace: Trace, known: Known, published: Published = None) -> Me
         expansions=trace.expansions,
         replans=trace.replans,
         waits=trace.waits,
-        flips=trace.flips,
-        flips_per_100=100.0 * trace.flips / trace.ticks if trace.ticks else None,
+        path_switches=trace.path_switches,
+        path_switches_per_100=100.0 * trace.path_switches / trace.ticks if trace.ticks else None,
         notes=_joined(trace.notes),
     )
     near = near_by_tick(trace)
@@ -194,7 +194,7 @@ def near_by_tick(trace: Trace) -> Floats:
     robot = trace.robot.astype(np.int64)
     own = disc(trace.scene.robot.radius, res)
     by_radius: dict[float, list[int]] = {}
-    for k, body in enumerate(trace.bodies):
+    for k, body in enumerate(trace.obstacle_specs):
         by_radius.setdefault(disc(body.radius, res), []).append(k)
     for radius, some in by_radius.items():
         squared = np.full(n, _FAR)

@@ -103,7 +103,7 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         "hits": trace.hits,
         "replans": trace.replans,
         "waits": trace.waits,
-        "flips": trace.flips,
+        "path_switches": trace.path_switches,
         "iterations": trace.iterations,
         "expansions": trace.expansions,
         "notes": list(trace.notes),
@@ -112,7 +112,9 @@ def trace_record(trace: Trace) -> dict[str, Any]:
         "robot": trace.robot.tolist(),
         "speed": trace.speed.tolist(),
         "cause": list(trace.cause),
-        "bodies": [{"kind": b.kind, "radius": b.radius, "yields": b.yields} for b in trace.bodies],
+        "obstacle_specs": [
+            {"kind": b.kind, "radius": b.radius, "yields": b.yields} for b in trace.obstacle_specs
+        ],
         "obstacles": [[list(c) for c in trace.obstacles_at(t)] for t in range(trace.ticks + 1)],
         "events": [
             {"tick": e.tick, "word": e.word, "cell": list(e.cell), "sentence": e.sentence}
@@ -157,12 +159,12 @@ def drive_record(drive: Drive) -> dict[str, Any]:
         "a": drive.a.tolist(),
         "leg": drive.leg.tolist(),
         "cause": list(drive.cause),
-        "about": drive.about.tolist(),
+        "cause_index": drive.cause_index.tolist(),
         "why": [drive.why(k) for k in range(n)],
         "held": shares_record(drive_shares(drive)),
         "corners": drive_corners(drive),
         "curves": [curve_record(c) for c in drive.curves],
-        "bodies": [
+        "obstacle_specs": [
             {
                 "kind": body.kind,
                 "radius": track.radius,
@@ -171,7 +173,7 @@ def drive_record(drive: Drive) -> dict[str, Any]:
                 "t": track.t.tolist(),
                 "xy": track.xy.tolist(),
             }
-            for body, track in zip(drive.bodies, drive.tracks, strict=True)
+            for body, track in zip(drive.obstacle_specs, drive.tracks, strict=True)
         ],
         "moments": [
             {"t": m.t, "word": m.word, "xy": list(m.xy), "sentence": m.sentence, "body": m.body}
@@ -249,7 +251,7 @@ def profile_record(profile: Profile, *, caps: bool = False) -> dict[str, Any]:
         "a": profile.a.tolist(),
         "t": profile.t.tolist(),
         "cause": list(profile.cause),
-        "about": profile.about.tolist(),
+        "cause_index": profile.cause_index.tolist(),
         "why": [profile.why(k) for k in range(len(profile.cause))],
         "mean": profile.mean,
         "duration": profile.duration,

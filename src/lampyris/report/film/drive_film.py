@@ -77,8 +77,8 @@ class DriveRenderer:
         self.drive = drive
         self._quick, self._step = quick, quick / fps / _FINE
         scene = drive.scene
-        self._sheet = sheet = Sheet(scene.grid, scene.goal, [b.kind for b in drive.bodies], scale)
-        looks = [sheet.look(b.kind) for b in drive.bodies]
+        self._sheet = sheet = Sheet(scene.grid, scene.goal, [b.kind for b in drive.obstacle_specs], scale)
+        looks = [sheet.look(b.kind) for b in drive.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
             sheet.disc(track.radius, colour) for track, (_, colour) in zip(drive.tracks, looks, strict=True)

@@ -53,15 +53,15 @@ class TraceRenderer:
         self._sheet = sheet = Sheet(
             scene.grid,
             scene.goal,
-            [b.kind for b in trace.bodies],
+            [b.kind for b in trace.obstacle_specs],
             scale,
             None if landscape is None else landscape.values(0),
             "" if landscape is None else landscape.name,
         )
-        looks = [sheet.look(b.kind) for b in trace.bodies]
+        looks = [sheet.look(b.kind) for b in trace.obstacle_specs]
         self._looks = [look for look, _ in looks]
         self._discs = [
-            sheet.disc(b.radius, colour) for b, (_, colour) in zip(trace.bodies, looks, strict=True)
+            sheet.disc(b.radius, colour) for b, (_, colour) in zip(trace.obstacle_specs, looks, strict=True)
         ]
         self._robot_disc = sheet.disc(scene.robot.radius, sprites.ROBOT)
         self._top_speed = float(trace.speed.max(initial=0.0)) or 1.0

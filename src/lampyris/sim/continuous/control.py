@@ -22,13 +22,13 @@ class Decision(NamedTuple):
     Parameters
     ----------
     a : m/s2.
-    cause, about : what bound it, and of whom that speaks (an obstacle, a node); -1: nobody.
+    cause, cause_index : what bound it, and of whom that speaks (an obstacle, a node); -1: nobody.
     rest : the node at which the robot comes to rest within the period, exactly; -1: none.
     """
 
     a: float
     cause: str
-    about: int = -1
+    cause_index: int = -1
     rest: int = -1
 
 
@@ -132,19 +132,19 @@ def under_ceiling(state: State) -> Decision:
     )
     if node < 0:
         return Decision(push, "acceleration")
-    cause, about = leg.profile.cause[node], int(leg.profile.about[node])
+    cause, cause_index = leg.profile.cause[node], int(leg.profile.cause_index[node])
     if cause in ("goal", "turn", "start"):
         return Decision(push, "braking", int(node), int(rest))
-    return Decision(push, cause, about, int(rest))
+    return Decision(push, cause, cause_index, int(rest))
 
 
-def towards(state: State, v: float, cause: str, about: int = -1) -> Decision:
+def towards(state: State, v: float, cause: str, cause_index: int = -1) -> Decision:
     """The push that comes nearest to speed ``v`` by the end of the period, and never above the ceiling."""
     wish = under_ceiling(state)
     a = (v - state.v) / state.period
     if a >= wish.a:
         return wish
-    return Decision(max(a, -state.robot.d_max), cause, about)
+    return Decision(max(a, -state.robot.d_max), cause, cause_index)
 
 
 @dataclass(frozen=True)

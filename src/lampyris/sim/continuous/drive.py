@@ -289,8 +289,8 @@ class DriveSimulation(Exclusive):
             return Decision(brake, "wait")
         made = self.wheel.controller.decide(self._state(period))
         # A message may list more obstacles than there are: nobody whom the drive could name.
-        named = made.cause not in WAITS or made.about < len(self.others.roster.bodies)
-        return made if named else made._replace(about=-1)
+        named = made.cause not in WAITS or made.cause_index < len(self.others.roster.bodies)
+        return made if named else made._replace(cause_index=-1)
 
     def _state(self, period: float) -> State:
         one, last = self.settings, self.watch.last
@@ -363,7 +363,7 @@ class DriveSimulation(Exclusive):
             cause = decision.cause
             if one.v == 0.0 and one.a == 0.0 and cause in ("acceleration", "limit", "braking"):
                 cause = "turn"
-            self.log.add(one, leg, cause, decision.about)
+            self.log.add(one, leg, cause, decision.cause_index)
         last, before = going.stretches[-1], self.t
         self.t = last.end
         self.s, self.v = last.after(self.t)
@@ -389,7 +389,9 @@ class DriveSimulation(Exclusive):
         elif kept:
             if not waiting.told:
                 waiting.told = True
-                self.log.tell(self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.about)
+                self.log.tell(
+                    self.t, "wait", self.xy, "The robot waits for obstacles.", self.decision.cause_index
+                )
             if waiting.waited > one.give_up:
                 where = f"at {self._here()}; the limit is {one.give_up:g} s"
                 self._end(Outcome.BLOCKED, f"Waited {waiting.waited:.4g} s {where}.")
@@ -419,8 +421,8 @@ class DriveSimulation(Exclusive):
         """
         log, guide = self.log.copy(), self.guide
         cause = "goal" if self.outcome is Outcome.ARRIVED else self.decision.cause
-        about = -1 if self.outcome is Outcome.ARRIVED else self.decision.about
-        log.close(self.t, self.s, self.v, max(len(self.curves) - 1, 0), cause, about)
+        cause_index = -1 if self.outcome is Outcome.ARRIVED else self.decision.cause_index
+        log.close(self.t, self.s, self.v, max(len(self.curves) - 1, 0), cause, cause_index)
         return Drive(
             scene=self.scene,
             planner=guide.planner.name,
@@ -434,9 +436,9 @@ class DriveSimulation(Exclusive):
             a=np.array(log.a),
             leg=np.array(log.leg, dtype=np.int64),
             cause=tuple(log.cause),
-            about=np.array(log.about, dtype=np.int64),
+            cause_index=np.array(log.cause_index, dtype=np.int64),
             tracks=self.others.tracks(self.t),
-            bodies=tuple(self.others.roster.bodies),
+            obstacle_specs=tuple(self.others.roster.bodies),
             moments=tuple(sorted((m for m in log.moments if m.t <= self.t), key=lambda m: m.t)),
             period=self.settings.decision_period,
             optimum=self.optimum,

@@ -21,32 +21,32 @@ class Log:
     a: list[float] = field(default_factory=list)
     leg: list[int] = field(default_factory=list)
     cause: list[str] = field(default_factory=list)
-    about: list[int] = field(default_factory=list)
+    cause_index: list[int] = field(default_factory=list)
     moments: list[Moment] = field(default_factory=list)
 
-    def add(self, one: Segment, leg: int, cause: str, about: int) -> None:
+    def add(self, one: Segment, leg: int, cause: str, cause_index: int) -> None:
         """A stretch, because of something."""
         still = one.v == 0.0 and one.a == 0.0
         goes_on = still and bool(self.t) and self.v[-1] == 0.0 and self.a[-1] == 0.0
-        if goes_on and (self.leg[-1], self.cause[-1], self.about[-1]) == (leg, cause, about):
+        if goes_on and (self.leg[-1], self.cause[-1], self.cause_index[-1]) == (leg, cause, cause_index):
             return
         if one.end > one.t:
-            self._put(one.t, one.s, one.v, one.a, leg, cause, about)
+            self._put(one.t, one.s, one.v, one.a, leg, cause, cause_index)
 
-    def close(self, t: float, s: float, v: float, leg: int, cause: str, about: int) -> None:
+    def close(self, t: float, s: float, v: float, leg: int, cause: str, cause_index: int) -> None:
         """The end."""
         if self.t and t <= self.t[-1]:
             return
-        self._put(t, s, v, 0.0, leg, cause, about)
+        self._put(t, s, v, 0.0, leg, cause, cause_index)
 
-    def _put(self, t: float, s: float, v: float, a: float, leg: int, cause: str, about: int) -> None:
+    def _put(self, t: float, s: float, v: float, a: float, leg: int, cause: str, cause_index: int) -> None:
         self.t.append(t)
         self.s.append(s)
         self.v.append(v)
         self.a.append(a)
         self.leg.append(leg)
         self.cause.append(cause)
-        self.about.append(about)
+        self.cause_index.append(cause_index)
 
     def copy(self) -> Log:
         """The same, apart."""

@@ -61,10 +61,10 @@ class Foresight:
         a = (v - state.v) / state.period
         if a >= free.a:
             return free
-        cause, about = self._profile.cause[node], int(self._profile.about[node])
+        cause, cause_index = self._profile.cause[node], int(self._profile.cause_index[node])
         if cause not in _MET:
-            cause, about = "moving obstacle", self._first()
-        return Decision(max(a, -state.robot.d_max), cause, about)
+            cause, cause_index = "moving obstacle", self._first()
+        return Decision(max(a, -state.robot.d_max), cause, cause_index)
 
     def _strayed(self, state: State) -> bool:
         if self._profile is None:
@@ -86,7 +86,9 @@ class Foresight:
         made = self._profile
         assert made is not None
         found = [
-            int(n) for c, n in zip(made.cause, made.about, strict=True) if c in ("wait", "moving obstacle")
+            int(n)
+            for c, n in zip(made.cause, made.cause_index, strict=True)
+            if c in ("wait", "moving obstacle")
         ]
         return found[0] if found else -1
 
@@ -109,10 +111,10 @@ class Foresight:
             made = through_tracks(course, cap, robot, tracks, margin=state.noise, v0=state.v)
         except LampyrisError:
             return None  # no way through is known: as fast as is safe, then
-        about = np.array(
-            [self._who[n] if c in _MET else n for c, n in zip(made.cause, made.about, strict=True)]
+        cause_index = np.array(
+            [self._who[n] if c in _MET else n for c, n in zip(made.cause, made.cause_index, strict=True)]
         )
-        return replace(made, about=about)
+        return replace(made, cause_index=cause_index)
 
     def _tracks(self, state: State, reach: float) -> Sequence[Track]:
         """Where those will be who can come near to so much of the way, from now on at time 0."""

@@ -113,7 +113,7 @@ def safe_push(state: State, wish: Decision, rails: Rails, above: Floats) -> Deci
         np.concatenate((told.top_speed, np.zeros(m))),
     )
     made = push(rails, above, state.s, state.v, near, state.period, wish.a, robot.d_max)
-    return wish if made.about < 0 else Decision(made.a, made.cause, made.about % m)
+    return wish if made.cause_index < 0 else Decision(made.a, made.cause, made.cause_index % m)
 
 
 def berth(state: State) -> Floats:

@@ -253,7 +253,7 @@ class FastRuns(Exclusive):
             robot=cells,
             tracks=tuple(map(_since, self._xy.take(tracks, axis=0), appears)),
             appears=appears,
-            bodies=(_WALKER,) * bodies,
+            obstacle_specs=(_WALKER,) * bodies,
             speed=told.speeds[: now + 1],
             cause=("start", *map(_CAUSES.__getitem__, told.causes[1 : now + 1].tolist())),
             law="dissertation",
@@ -267,7 +267,7 @@ class FastRuns(Exclusive):
             detail=self._detail(outcome, now, state),
             timing={"total_s": time.perf_counter() - began},
             last_tick=int(state[k.LAST_TICK]),
-            flips=int(state[k.FLIPS]),
+            path_switches=int(state[k.PATH_SWITCHES]),
         )
 
     def _events(

@@ -20,7 +20,7 @@ The planner is asked at tick 0, whenever the steps that its plan commits to have
 and whenever the next step is not legal or there is none because the robot waits (a replan). A gate that the
 plan reports as met is a replan too, and so is to be asked because walls have come into the way, or gone.
 Where the old plan's next step was legal and the new plan goes another way, the robot changed its mind, a
-*flip*: many of them are what people call dithering.
+*path switch*: many of them are what people call dithering.
 
 Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
 obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
@@ -155,7 +155,7 @@ class Simulation(Exclusive):
         self._events: list[Event] = []
         self._gates: set[Cell] = set()
         self._mended = False
-        self._replans = self._waits = self._flips = self._iterations = self._expansions = 0
+        self._replans = self._waits = self._path_switches = self._iterations = self._expansions = 0
         self._planning_s = self._total_s = self._loading_s = 0.0
         self._begin()
         self._total_s += time.perf_counter() - began
@@ -198,7 +198,7 @@ class Simulation(Exclusive):
     def _sense(self) -> Change:
         tick = max(self.now - 1, 0)  # obstacles have made the step of this tick, the robot has not
         told = seen_bodies(self.crowd, self.now) if self.planner.traits.sees_traffic else None
-        return sense(self.world, tick=tick, bodies=told)
+        return sense(self.world, tick=tick, obstacle_tracks=told)
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
@@ -222,7 +222,7 @@ class Simulation(Exclusive):
             self._tell("gate", gate, "A gate on the way proved too narrow; planned anew.")
         self._on = follow(plan, self._robot[-1])
         if ahead is not None and self._on.ahead not in (None, ahead):
-            self._flips += 1
+            self._path_switches += 1
 
     def _ahead(self) -> Cell | None:
         """The next cell of the present plan if it can be entered now, committed to or not."""
@@ -398,7 +398,7 @@ class Simulation(Exclusive):
             robot=np.array(self._robot, dtype=np.int32),
             tracks=tuple(map(self.world.space.cells, self._tracks)),
             appears=tuple(self.crowd.appears),
-            bodies=tuple(self.crowd.bodies),
+            obstacle_specs=tuple(self.crowd.bodies),
             speed=np.array(self._speed),
             cause=tuple(self._cause),
             law=self.pace.name,
@@ -406,7 +406,7 @@ class Simulation(Exclusive):
             events=tuple(self._events),
             replans=self._replans,
             waits=self._waits,
-            flips=self._flips,
+            path_switches=self._path_switches,
             iterations=self._iterations,
             expansions=self._expansions,
             path=path_of(way, moves_on(grid, self.scene.moves), grid.terrain) if self._started else None,

@@ -38,7 +38,7 @@ def seen_bodies(crowd: Traffic, now: int) -> tuple[ObstacleTrack, ...]:
 
     Parameters
     ----------
-    crowd : all bodies, at tick ``now``.
+    crowd : all obstacle_tracks, at tick ``now``.
     now : the tick of their places.
     """
     world = crowd.world
@@ -58,13 +58,15 @@ def seen_bodies(crowd: Traffic, now: int) -> tuple[ObstacleTrack, ...]:
     return tuple(seen)
 
 
-def sense(world: Occupancy, *, tick: int = 0, bodies: tuple[ObstacleTrack, ...] | None = None) -> Change:
+def sense(
+    world: Occupancy, *, tick: int = 0, obstacle_tracks: tuple[ObstacleTrack, ...] | None = None
+) -> Change:
     """What the robot tells its planner: where it stands, and every cell that is closed to its next step.
 
     Parameters
     ----------
     tick : when the robot stands there.
-    bodies : for planners that see traffic.
+    obstacle_tracks : for planners that see traffic.
 
     To the closed cells come those neighbours which nobody covers but which the robot could not enter in
     this tick without swapping places or crossing (an obstacle has just come from there). A planner that is
@@ -76,4 +78,4 @@ def sense(world: Occupancy, *, tick: int = 0, bodies: tuple[ObstacleTrack, ...] 
         if not world.robot_may(step):
             cells.add(world.space.cell(step[0]))
     robot = world.space.cell(world.robot)
-    return Change(robot=robot, obstacles=frozenset(cells), tick=tick, bodies=bodies)
+    return Change(robot=robot, obstacles=frozenset(cells), tick=tick, obstacle_tracks=obstacle_tracks)

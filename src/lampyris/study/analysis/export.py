@@ -24,12 +24,12 @@ _NAMES: dict[str, frozenset[str]] = {
     "bool_": frozenset(("reproducible", "found", "arrived", "reference_ok")),
     "int64": frozenset(
         ("index", "seed", "collisions", "hits", "near_misses", "turns", "iterations", "expansions", "replans",
-         "flips", "ticks")
+         "path_switches", "ticks")
     ),
     "float64": frozenset(
         ("published", "near_m", "length_cells", "length_m", "length_any_angle", "cost", "optimal", "gap",
          "cost_to_go", "time_s", "speed_mean", "speed_least", "turn_deg", "smoothness", "clearance_mean_m",
-         "clearance_least_m", "waits", "flips_per_100", *TIMING)
+         "clearance_least_m", "waits", "path_switches_per_100", *TIMING)
     ),
     "string": frozenset(
         ("key", "map", "query", "crowd", "planner", "law", "ending", "error", "outcome", "notes")

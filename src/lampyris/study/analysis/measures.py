@@ -72,8 +72,12 @@ WORK = (
     Measure("iterations", "iterations", "less", "rounds of the planner, whatever it calls one"),
     Measure("expansions", "expansions", "less", "cells that the planner looked at, the same measure for all"),
     Measure("replans", "replans", "less", "times that it planned anew on the way"),
-    Measure("flips", "changes of mind", "less", "times that a new plan left another way round than the last"),
-    Measure("flips_per_100", "changes of mind in 100 ticks", "less", "of the whole run, arrived or not"),
+    Measure(
+        "path_switches", "path switches", "less", "times that a new plan left another way round than the last"
+    ),
+    Measure(
+        "path_switches_per_100", "path switches in 100 ticks", "less", "of the whole run, arrived or not"
+    ),
 )
 TIMING = (
     Measure("cpu_s", "CPU (s)", "less", "processor time of the run on the machine that ran it"),

@@ -110,8 +110,8 @@ class Worlds:
             found, _ = self.files.map_of(spec, way)
             name = (None if isinstance(spec, str) else spec.name) or found.grid.name
             ground = self._ground(name, found.grid, way)
-            if found.bodies:
-                drawn = plural(len(found.bodies), "moving obstacle")
+            if found.obstacle_cells:
+                drawn = plural(len(found.obstacle_cells), "moving obstacle")
                 why = "the obstacles of a study are those under `traffic`"
                 self.notes.append(f"map {ground.name}: {drawn} drawn in it left out; {why}")
             kept = MapDocument(ground.grid, found.start, found.goal, queries=found.queries)

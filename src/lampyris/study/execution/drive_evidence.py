@@ -17,7 +17,7 @@ from lampyris.model.traffic import Obstacle
 from lampyris.study.execution import evidence as e
 
 _FORM = dict.fromkeys("tsva", ("<f8", 1)) | {
-    "leg": ("<i4", 1), "about": ("<i4", 1), "cause": ("<i2", 1), "pieces": ("<f8", 2), "ends": ("<f8", 2),
+    "leg": ("<i4", 1), "cause_index": ("<i4", 1), "cause": ("<i2", 1), "pieces": ("<f8", 2), "ends": ("<f8", 2),
     "piece_counts": ("<i4", 1), "stops": ("<i4", 1), "stop_counts": ("<i4", 1), "corners": ("<f8", 2),
     "corner_counts": ("<i4", 1), "discs": ("<f8", 2), "kinds": ("<i2", 1), "moments": ("<f8", 2),
     "moment_bodies": ("<i4", 1), "moment_words": ("<i2", 1),
@@ -28,14 +28,14 @@ def drive_evidence(drive: Drive) -> dict[str, Any]:
     """A drive as plain data."""
     words, cause = e.words(drive.cause)
     told, moment_words = e.words([m.word for m in drive.moments])
-    kinds, kind = e.words([body.kind for body in drive.bodies])
+    kinds, kind = e.words([body.kind for body in drive.obstacle_specs])
     curves, tracks = drive.curves, drive.tracks
     pieces = [np.column_stack((c.xy, c.heading, c.lengths, c.curvature)) for c in curves]
     corners = [np.column_stack((one.t, one.xy)) for one in tracks]
-    discs = [(t.radius, t.top_speed, b.radius) for t, b in zip(tracks, drive.bodies, strict=True)]
+    discs = [(t.radius, t.top_speed, b.radius) for t, b in zip(tracks, drive.obstacle_specs, strict=True)]
     arrays: dict[str, NDArray[Any]] = {name: getattr(drive, name) for name in ("t", "s", "v", "a", "leg")}
     arrays |= {
-        "about": drive.about,
+        "cause_index": drive.cause_index,
         "cause": cause,
         "pieces": _rows(pieces, 6),
         "piece_counts": _counts(pieces),
@@ -92,12 +92,12 @@ def drive_of(
         return Drive(
             scene=scene, planner=planner, law=law, seed=seed, outcome=Outcome(plain["outcome"]),
             curves=_curves(got, scene.grid.resolution), t=got["t"], s=got["s"], v=got["v"], a=got["a"],
-            leg=got["leg"], cause=e.said(plain, got["cause"]), about=got["about"],
+            leg=got["leg"], cause=e.said(plain, got["cause"]), cause_index=got["cause_index"],
             tracks=tuple(
                 Track(table[:, 0], table[:, 1:], radius, top)
                 for table, (radius, top, _) in zip(corners, discs, strict=True)
             ),
-            bodies=tuple(
+            obstacle_specs=tuple(
                 Obstacle(kind, own, kind in ("random-walk", "patrol"), footprints.get(own, ((0, 0),)))
                 for kind, (_, _, own) in zip(kinds, discs, strict=True)
             ),

@@ -44,7 +44,7 @@ _Noun = TypeVar("_Noun")
 
 _PLAN = {"cells": ("<i4", 2), "schedule": ("<i8", 1), "waypoints": ("<i4", 2)}
 _PROFILE = dict.fromkeys("svat", ("<f8", 1)) | {
-    "about": ("<i4", 1), "cause": ("<i2", 1), "xy": ("<f8", 2),
+    "cause_index": ("<i4", 1), "cause": ("<i2", 1), "xy": ("<f8", 2),
 }  # fmt: skip
 _TRACE = {
     "robot": ("<i4", 2), "tracks": ("<i4", 2), "appears": ("<i4", 1), "speed": ("<f8", 1),
@@ -228,7 +228,10 @@ def plan_of(plain: Any, scene: Scene, planner: str) -> tuple[Plan, Profile | Non
 
 def _profile_evidence(profile: Profile) -> dict[str, Any]:
     table, cause = words(profile.cause)
-    arrays = {name: getattr(profile, name) for name in "svat"} | {"about": profile.about, "cause": cause}
+    arrays = {name: getattr(profile, name) for name in "svat"} | {
+        "cause_index": profile.cause_index,
+        "cause": cause,
+    }
     if profile.xy is not None:
         arrays["xy"] = profile.xy
     return {
@@ -242,7 +245,7 @@ def _profile_of(plain: Mapping[str, Any]) -> Profile:
     s, v, a, t = (got[name] for name in "svat")
     cause = said(plain, got["cause"])
     return Profile(
-        str(plain["law"]), s, v, a, t, cause, str(plain["units"]), got["about"].astype(np.int64), (),
+        str(plain["law"]), s, v, a, t, cause, str(plain["units"]), got["cause_index"].astype(np.int64), (),
         got.get("xy"),
     )  # fmt: skip
 
@@ -272,10 +275,11 @@ def trace_evidence(trace: Trace, *, replayed: bool) -> dict[str, Any]:
         "told": told,
         "path": None if trace.path is None else _claimed(trace.path),
         "counts": [
-            int(n) for n in (trace.replans, trace.waits, trace.iterations, trace.expansions, trace.flips)
+            int(n)
+            for n in (trace.replans, trace.waits, trace.iterations, trace.expansions, trace.path_switches)
         ],
         "last_tick": trace.last_tick,
-        "bodies": len(trace.bodies),
+        "bodies": len(trace.obstacle_specs),
         "notes": list(trace.notes),
         "arrays": pack_arrays(arrays, _TRACE),
     }
@@ -324,13 +328,13 @@ def trace_of(
             for (tick, _, x, y), word in zip(got["events"].tolist(), told, strict=True)
         )
         path = plain["path"]
-        replans, waits, iterations, expansions, flips = (whole(n, "counts") for n in plain["counts"])
+        replans, waits, iterations, expansions, path_switches = (whole(n, "counts") for n in plain["counts"])
         moved = np.append(True, (robot[1:] != robot[:-1]).any(axis=1))
         return Trace(
             scene=scene, planner=planner, seed=seed, outcome=Outcome(plain["outcome"]), robot=robot,
-            tracks=tracks, appears=appears, bodies=everybody, speed=got["speed"],
+            tracks=tracks, appears=appears, obstacle_specs=everybody, speed=got["speed"],
             cause=said(plain, got["cause"]), law=law[0], units=law[1], events=events, replans=replans,
-            waits=waits, iterations=iterations, expansions=expansions, flips=flips,
+            waits=waits, iterations=iterations, expansions=expansions, path_switches=path_switches,
             path=None if path is None else _path(path, robot[moved], scene),
             last_tick=None if plain["last_tick"] is None else whole(plain["last_tick"], "last_tick"),
             notes=notes_of(plain),

@@ -5,7 +5,7 @@ of its own, has the referee look at it by other means than those that made it, c
 itself (where the obstacles of this world are, what the best way costs, how many ticks there are), and
 measures what is left. Nothing that is stored was measured by a worker, but seconds and bytes.
 
-What it cannot see: counts that leave no trace (expansions, iterations, flips), notes of the planner, speeds
+What it cannot see: counts that leave no trace (expansions, iterations, path_switches), notes of the planner, speeds
 of a simulation that are within the law's range, whether a planner that may miss a way really has missed it,
 and whether a run that is said to have failed could not have succeeded.
 """
@@ -255,8 +255,8 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, publishe
         _refuse(f"a decision every {drive.period!r} s; asked for was every {one.decision_period!r} s")
     if one.time_limit is not None and drive.duration > one.time_limit + drive.period + 1e-9:
         _refuse(f"{drive.duration!r} s; the limit is {one.time_limit!r} s")
-    expected = _bodies(world, len(drive.bodies))
-    for k, (body, own, track) in enumerate(zip(drive.bodies, expected, drive.tracks, strict=True)):
+    expected = _bodies(world, len(drive.obstacle_specs))
+    for k, (body, own, track) in enumerate(zip(drive.obstacle_specs, expected, drive.tracks, strict=True)):
         if (body.kind, body.radius, body.yields) != (own.kind, own.radius, own.yields):
             _refuse(f"obstacle {k} is a {body.kind} of {body.radius:g} m; in this world a {own.kind}")
         cell, speed = world.scene.grid.resolution, one.obstacle_speed

@@ -56,7 +56,7 @@ def _track(rng: np.random.Generator, scene: Scene) -> tuple[Cell, ...]:
 
 
 def _plan(chosen: Planner, scene: Scene, bodies: tuple[ObstacleTrack, ...]) -> Plan:
-    return chosen.open(scene, RNG).plan(Change(robot=scene.start, bodies=bodies))
+    return chosen.open(scene, RNG).plan(Change(robot=scene.start, obstacle_tracks=bodies))
 
 
 def _arrival(plan: Plan) -> int | None:

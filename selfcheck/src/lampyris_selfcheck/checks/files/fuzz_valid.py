@@ -66,7 +66,7 @@ def document(found: MapDocument) -> None:
             found.grid.terrain is not None or blocked[found.occupancy != 0].all(),
             "occupied or unknown is free",
         )
-    for cell in (found.start, found.goal, *found.bodies):
+    for cell in (found.start, found.goal, *found.obstacle_cells):
         if cell is not None:
             must(
                 found.grid.contains(cell) and not blocked[cell[1], cell[0]], f"{cell} is outside or in a wall"

@@ -51,7 +51,7 @@ def drawn(rng: np.random.Generator, wanted: frozenset[str], *, shared: bool) -> 
         for x, y in spots:
             kind[y, x] = 0
         bodies = tuple(sorted(spots[2:], key=lambda c: (c[1], c[0])))
-        marks = {"start": spots[0], "goal": spots[1] if len(spots) > 1 else None, "bodies": bodies}
+        marks = {"start": spots[0], "goal": spots[1] if len(spots) > 1 else None, "obstacle_cells": bodies}
     # Metres a cell and origins that are written and read as fractions: to the last bit all the same.
     east, north, yaw = (float(v) for v in rng.normal(0, 30, 3))
     frame = (float(rng.uniform(0.001, 10)), (east, north, yaw))
@@ -69,7 +69,7 @@ def facts(found: MapDocument) -> dict[str, Any]:
     return {
         "blocked": grid.blocked.tolist(),
         "unknown": unknown,
-        "marks": (found.start, found.goal, found.bodies),
+        "marks": (found.start, found.goal, found.obstacle_cells),
         "frame": (grid.resolution, grid.origin),
         "terrain": None if grid.terrain is None else grid.terrain.tolist(),
     }

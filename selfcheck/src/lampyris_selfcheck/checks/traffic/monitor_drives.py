@@ -243,7 +243,9 @@ def body_too_fast(drive: Drive, rng: np.random.Generator) -> Drive | None:
 
 def two_bodies_overlap(drive: Drive, rng: np.random.Generator) -> Drive | None:
     """A body goes beside another one, nearer than both radii, and clear of the robot."""
-    avoid = [k for k, body in enumerate(drive.bodies) if body.kind in ("random-walk", "patrol", "crossing")]
+    avoid = [
+        k for k, body in enumerate(drive.obstacle_specs) if body.kind in ("random-walk", "patrol", "crossing")
+    ]
     times = np.linspace(0.0, drive.duration, 2000)
     robot, cell = drive.at(times)[0], drive.scene.grid.resolution
     for k in rng.permutation(avoid).tolist():

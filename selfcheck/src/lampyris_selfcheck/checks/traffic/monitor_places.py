@@ -40,7 +40,7 @@ def taken(trace: Trace, t: int, but: int) -> set[Cell]:
 
 def drawn(trace: Trace, rng: np.random.Generator, but: int = -1) -> int | None:
     """Some body that is not recorded."""
-    some = [k for k, body in enumerate(trace.bodies) if body.kind != "recorded" and k != but]
+    some = [k for k, body in enumerate(trace.obstacle_specs) if body.kind != "recorded" and k != but]
     k: int | None = pick(rng, some)
     return k
 
@@ -76,7 +76,7 @@ def reach(trace: Trace) -> int:
 
 def body_reach(trace: Trace) -> int:
     """Cells that a body covers beyond its own, at most."""
-    return max((max(map(abs, c)) for b in trace.bodies for c in b.footprint), default=0)
+    return max((max(map(abs, c)) for b in trace.obstacle_specs for c in b.footprint), default=0)
 
 
 def is_small(trace: Trace) -> bool:
@@ -105,7 +105,7 @@ def appearing(trace: Trace, k: int | None, since: int, *cells: Cell) -> Trace | 
     robot over one, or edits, whose cells turn or not as bodies stand on them.
     """
     last = since + len(cells) - 1
-    if k is None or trace.bodies[k].kind == "recorded" or trace.scene.edits or last >= trace.ticks:
+    if k is None or trace.obstacle_specs[k].kind == "recorded" or trace.scene.edits or last >= trace.ticks:
         return None
     others = [b for b in range(len(trace.tracks)) if b != k]
     if any(trace.appears[b] > since for b in others):
@@ -113,7 +113,7 @@ def appearing(trace: Trace, k: int | None, since: int, *cells: Cell) -> Trace | 
     grid = trace.scene.grid
     for t, cell in enumerate(cells, since):
         x, y = cell
-        over = [(x + dx, y + dy) for dx, dy in trace.bodies[k].footprint]
+        over = [(x + dx, y + dy) for dx, dy in trace.obstacle_specs[k].footprint]
         free = grid.contains(cell) and not any(grid.contains(c) and grid.blocked[c[1], c[0]] for c in over)
         if not free or (t < last and cell in taken(trace, t, k)) or _driven_over(trace, t, cell):
             return None
@@ -121,7 +121,7 @@ def appearing(trace: Trace, k: int | None, since: int, *cells: Cell) -> Trace | 
     walked = np.array([*cells, *[cells[-1]] * (trace.ticks - last)])
     return replace(
         trace,
-        bodies=tuple(trace.bodies[b] for b in order),
+        obstacle_specs=tuple(trace.obstacle_specs[b] for b in order),
         appears=(*(trace.appears[b] for b in others), since),
         tracks=(*(trace.tracks[b] for b in others), walked),
     )

@@ -96,7 +96,7 @@ def out_of_order(trace: Trace, rng: np.random.Generator) -> Trace | None:
     order = [len(trace.appears) - 1, *range(len(trace.appears) - 1)]
     return replace(
         trace,
-        bodies=tuple(trace.bodies[k] for k in order),
+        obstacle_specs=tuple(trace.obstacle_specs[k] for k in order),
         appears=tuple(trace.appears[k] for k in order),
         tracks=tuple(trace.tracks[k] for k in order),
     )
@@ -104,7 +104,7 @@ def out_of_order(trace: Trace, rng: np.random.Generator) -> Trace | None:
 
 def not_asked_for(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """Bodies that the scene does not ask for."""
-    if not trace.bodies or any(isinstance(one, Recorded) for one in trace.scene.traffic):
+    if not trace.obstacle_specs or any(isinstance(one, Recorded) for one in trace.scene.traffic):
         return None
     return replace(trace, scene=replace(trace.scene, traffic=()))
 

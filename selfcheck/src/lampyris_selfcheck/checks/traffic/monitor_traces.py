@@ -149,7 +149,7 @@ def robot_in_a_wall(trace: Trace, rng: np.random.Generator) -> Trace | None:
 def _needed(trace: Trace) -> set[Cell]:
     """Cells that some body ever covers, or would cover beside a diagonal step."""
     needed: set[Cell] = set()
-    for track, body in zip(trace.tracks, trace.bodies, strict=True):
+    for track, body in zip(trace.tracks, trace.obstacle_specs, strict=True):
         beside = (np.stack((track[1:, 0], track[:-1, 1]), 1), np.stack((track[:-1, 0], track[1:, 1]), 1))
         offsets = np.array(body.footprint)
         needed |= {cell_of(c) for c in (np.concatenate((track, *beside))[:, None] + offsets).reshape(-1, 2)}
@@ -191,7 +191,7 @@ def corner_cut(trace: Trace, rng: np.random.Generator) -> Trace | None:
 def body_corner_cut(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A wall beside a diagonal step of a body, where nobody ever is."""
     t, k = walker(trace, rng)
-    if k is None or trace.scene.moves.corner_cutting or trace.bodies[k].kind == "recorded":
+    if k is None or trace.scene.moves.corner_cutting or trace.obstacle_specs[k].kind == "recorded":
         return None
     (x0, y0), (x1, y1) = place(trace, k, t - 1), place(trace, k, t)
     if x0 == x1 or y0 == y1:
@@ -268,9 +268,9 @@ def _larger(trace: Trace, k: int) -> Trace | None:
     if k < 0:
         robot = replace(trace.scene.robot, radius=radius)
         return replace(trace, scene=replace(trace.scene, robot=robot))
-    bodies = list(trace.bodies)
+    bodies = list(trace.obstacle_specs)
     bodies[k] = replace(bodies[k], radius=radius, footprint=tuple(sorted(offsets)))
-    return replace(trace, bodies=tuple(bodies))
+    return replace(trace, obstacle_specs=tuple(bodies))
 
 
 # ---- what obstacles promise ----
@@ -278,7 +278,7 @@ def _larger(trace: Trace, k: int) -> Trace | None:
 
 def track_left(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A recorded body is a cell beside its track."""
-    k = pick(rng, [k for k, body in enumerate(trace.bodies) if body.kind == "recorded"])
+    k = pick(rng, [k for k, body in enumerate(trace.obstacle_specs) if body.kind == "recorded"])
     if k is None:
         return None
     t = int(rng.integers(trace.appears[k], trace.ticks + 1))
@@ -290,7 +290,7 @@ def onto_the_robot(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """A body that yields comes to where the robot still stood."""
     t = pick(rng, short_steps(trace))
     k = drawn(trace, rng)
-    if t is None or k is None or not trace.bodies[k].yields:
+    if t is None or k is None or not trace.obstacle_specs[k].yields:
         return None
     return appearing(trace, k, t, cell_of(trace.robot[t - 1]))
 

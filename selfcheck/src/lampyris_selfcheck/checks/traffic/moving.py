@@ -167,7 +167,7 @@ def _ask(
         sessions[name] = PLANNERS[name].open(scene, RNG)
     told = ways[::-1] if turned else ways
     seen = tuple(ObstacleTrack(k, way, 0, 2) for k, way in enumerate(told))
-    plan = sessions[name].plan(Change(robot=start, bodies=seen))
+    plan = sessions[name].plan(Change(robot=start, obstacle_tracks=seen))
     if not judged:
         return "", "", None
     bodies: list[Body] = [(place(way, 2), ONE) for way in ways]

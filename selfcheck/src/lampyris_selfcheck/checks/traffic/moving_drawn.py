@@ -163,7 +163,7 @@ def judge_asked(tally: Tally, number: int, asked: Drawn, planners: Mapping[str, 
     for name, planner in planners.items():
         try:
             plan = planner.open(scene, RNG).plan(
-                Change(robot=scene.start, bodies=asked.bodies, tick=asked.tick)
+                Change(robot=scene.start, obstacle_tracks=asked.bodies, tick=asked.tick)
             )
             if closed:
                 wrong = "" if plan.status == closed else f"{plan.status}, should be {closed}"

@@ -75,7 +75,7 @@ def _apart(drive: Drive, places: list[list[float]], t: float) -> float:
     there = [k for k, track in enumerate(drive.tracks) if t >= track.t[0]]
     for n, j in enumerate(there):
         for k in there[:n]:
-            words = {drive.bodies[j].kind, drive.bodies[k].kind}
+            words = {drive.obstacle_specs[j].kind, drive.obstacle_specs[k].kind}
             if words & set(keeps) and words <= {*keeps, "recorded"}:
                 reach = drive.tracks[j].radius + drive.tracks[k].radius
                 best = min(best, math.dist(places[j], places[k]) - reach)

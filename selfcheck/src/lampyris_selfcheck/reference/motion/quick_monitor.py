@@ -116,9 +116,9 @@ def _crowd(trace: Trace) -> _Crowd:
         last = min(len(track), n - t0)
         places[t0 : t0 + last, k + 1], there[t0 : t0 + last, k + 1] = track[:last], True
         places[:t0, k + 1] = track[0]
-        if hit and not trace.bodies[k].yields:
+        if hit and not trace.obstacle_specs[k].yields:
             forgiven.add(k + 1)
-    radii = [trace.scene.robot.radius, *(b.radius for b in trace.bodies)]
+    radii = [trace.scene.robot.radius, *(b.radius for b in trace.obstacle_specs)]
     return _Crowd(places[..., 0], places[..., 1], there, radii, forgiven)
 
 
@@ -180,7 +180,7 @@ def _walls(trace: Trace, crowd: _Crowd, t0: int, t1: int, blocked: Bools) -> Ite
         free = scene.moves.corner_cutting and len(offsets) == 1
         dx, dy = x[1:] - x[:-1], y[1:] - y[:-1]
         turned = there[:-1] & (np.abs(dx * dy) == 1) & (not free)
-        turned[:, [k > 0 and trace.bodies[k - 1].kind == "recorded" for k in mine.tolist()]] = False
+        turned[:, [k > 0 and trace.obstacle_specs[k - 1].kind == "recorded" for k in mine.tolist()]] = False
         cut = turned & (shut[y[:-1], x[1:]] | shut[y[1:], x[:-1]])
         if cut.any():
             t, k = np.argwhere(cut)[0].tolist()
@@ -302,17 +302,19 @@ def _promises(trace: Trace, crowd: _Crowd) -> Iterator[str]:
     rx = np.append(crowd.x[:1, 0], crowd.x[:-1, 0])
     ry = np.append(crowd.y[:1, 0], crowd.y[:-1, 0])
     tracks = iter(s for s in scene.traffic if isinstance(s, Recorded))
-    for k, body in enumerate(trace.bodies, 1):
+    for k, body in enumerate(trace.obstacle_specs, 1):
         if body.kind == "recorded":
             track = np.array(next(tracks).track)
             want = track[np.minimum(np.arange(len(rx)), len(track) - 1)]
             if (want[:, 0] != crowd.x[:, k]).any() or (want[:, 1] != crowd.y[:, k]).any():
                 yield f"{_name(k)} leaves its track"
     for radius in sorted(set(crowd.radii[1:])):
-        own = [k for k, b in enumerate(trace.bodies, 1) if b.radius == radius and b.kind != "recorded"]
+        own = [
+            k for k, b in enumerate(trace.obstacle_specs, 1) if b.radius == radius and b.kind != "recorded"
+        ]
         there, x, y = crowd.there[:, own], crowd.x[:, own], crowd.y[:, own]
         table = _table(scene.robot.radius, radius, resolution)
-        yields = np.array([trace.bodies[k - 1].yields for k in own], dtype=np.bool_)
+        yields = np.array([trace.obstacle_specs[k - 1].yields for k in own], dtype=np.bool_)
         on = there & yields & _looked_up(table, x - rx[:, None], y - ry[:, None])
         if on.any():
             yield f"{_name(own[int(on.any(axis=0).argmax())])}, which yields, comes onto the robot"

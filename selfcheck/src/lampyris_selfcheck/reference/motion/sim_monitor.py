@@ -39,7 +39,7 @@ class Monitor:
         self.cutting = scene.moves.corner_cutting
         resolution = scene.grid.resolution
         self.robot_disc = disc(scene.robot.radius, resolution)
-        self.discs = [disc(b.radius, resolution) for b in trace.bodies]
+        self.discs = [disc(b.radius, resolution) for b in trace.obstacle_specs]
         self.found: list[str] = []
 
     def faults(self) -> list[str]:
@@ -117,7 +117,7 @@ class Monitor:
 
     def places(self, t):
         """Walls, and never two in one cell; the one thing allowed is a hit at the last tick."""
-        names = [-1, *range(len(self.trace.bodies))]
+        names = [-1, *range(len(self.trace.obstacle_specs))]
         covers = {}
         for name in names:
             cell, offsets = self.mover(name, t)
@@ -133,7 +133,7 @@ class Monitor:
             if covers[a] & covers[b]:
                 hit = (
                     a == -1
-                    and not self.trace.bodies[b].yields
+                    and not self.trace.obstacle_specs[b].yields
                     and t == self.trace.ticks
                     and self.trace.outcome is Outcome.HIT
                 )
@@ -145,7 +145,7 @@ class Monitor:
     def steps(self, t):
         """Single steps by the corner rule; no swap and no crossing for any pair."""
         moves = {}
-        for name in [-1, *range(len(self.trace.bodies))]:
+        for name in [-1, *range(len(self.trace.obstacle_specs))]:
             old, offsets = self.mover(name, t - 1)
             if old is None:
                 continue
@@ -171,7 +171,7 @@ class Monitor:
             return
         if max(abs(dx), abs(dy)) > 1:
             self.fault(t, f"{name} jumps")
-        if name >= 0 and self.trace.bodies[name].kind == "recorded":
+        if name >= 0 and self.trace.obstacle_specs[name].kind == "recorded":
             return
         if dx and dy and not (self.cutting and offsets == {(0, 0)}):
             for side in ((new[0], old[1]), (old[0], new[1])):
@@ -199,7 +199,7 @@ class Monitor:
             for cell in s.track:
                 lanes |= self.cover(cell, disc(s.radius, tr.scene.grid.resolution))
         replayed = iter(tracks)
-        for k, body in enumerate(tr.bodies):
+        for k, body in enumerate(tr.obstacle_specs):
             t0 = tr.appears[k]
             if body.kind == "recorded":
                 track = next(replayed).track
@@ -221,5 +221,5 @@ class Monitor:
             for s in specs
             if isinstance(s, RandomWalk | Crossing | Patrol | Recorded)
         )
-        if len(tr.bodies) > most:
-            self.fault(0, f"{len(tr.bodies)} bodies, at most {most} were asked for")
+        if len(tr.obstacle_specs) > most:
+            self.fault(0, f"{len(tr.obstacle_specs)} bodies, at most {most} were asked for")

@@ -27,7 +27,7 @@ class EditMonitor(Monitor):
         if edit is None:
             return before
         kept = {self.trace.scene.goal}
-        for name in (-1, *range(len(self.trace.bodies))):
+        for name in (-1, *range(len(self.trace.obstacle_specs))):
             cell, offsets = self.mover(name, t - 1)
             if cell is not None:
                 kept |= self.cover(cell, offsets)

@@ -65,7 +65,7 @@ class MapDocument:
     ----------
     grid : the occupancy grid; marks (start, goal, moving obstacles) are free cells in it.
     start, goal : the cells marked so, or None.
-    bodies : the cells where moving obstacles are drawn, by rows.
+    obstacle_cells : the cells where moving obstacles are drawn, by rows.
     queries : stored start and goal pairs.
     format : ``png``, ``bmp``, ``pgm``, ``movingai``, ``text``, ``numpy``, ``csv``, ``ros`` or ``bundled``.
     notes : sentences a person should read (what was read as unknown, what was left out).
@@ -78,7 +78,7 @@ class MapDocument:
     grid: Grid
     start: Cell | None = None
     goal: Cell | None = None
-    bodies: tuple[Cell, ...] = ()
+    obstacle_cells: tuple[Cell, ...] = ()
     queries: tuple[MapQuery, ...] = ()
     format: str = ""
     notes: tuple[str, ...] = ()
@@ -92,9 +92,9 @@ class MapDocument:
         ----------
         radius : metres, of each.
         """
-        if not self.bodies:
+        if not self.obstacle_cells:
             return ()
-        return (RandomWalk(len(self.bodies), None, radius, self.bodies),)
+        return (RandomWalk(len(self.obstacle_cells), None, radius, self.obstacle_cells),)
 
 
 @dataclass(frozen=True, slots=True)
