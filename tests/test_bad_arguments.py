@@ -39,8 +39,8 @@ from lampyris.errors import (
     UsageError,
     did_you_mean,
 )
+from lampyris.movingai import ask
 from lampyris.planning import registry
-from lampyris.scen import ask
 from lampyris.sim.continuous.settings import Settings
 
 CLASSES = dict(public_classes())

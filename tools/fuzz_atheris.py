@@ -17,7 +17,7 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["lampyris.io.maps", "lampyris.study", "lampyris.scen", "yaml"]):
+with atheris.instrument_imports(include=["lampyris.io.maps", "lampyris.study", "lampyris.movingai", "yaml"]):
     from lampyris_selfcheck.check import Ask
     from lampyris_selfcheck.checks.files import fuzz
     from lampyris_selfcheck.checks.files.fuzz_targets import TARGETS

@@ -30,7 +30,7 @@ from determinism_sets import said_sets
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "lampyris"
 
 ROOMS = (
-    "kernels", "planning", "motion", "sim", "model", "io", "study", "scenarios.py", "api.py", "scen.py",
+    "kernels", "planning", "motion", "sim", "model", "io", "study", "scenarios.py", "api.py", "movingai.py",
     "_core/elementary.py", "_core/values.py", "_core/arrays.py",
 )  # fmt: skip
 """What decides: rooms and modules of the package.
@@ -49,7 +49,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
         (
             (file, "time")
             for file in (
-                "api.py", "scen.py", "kernels/loading.py",
+                "api.py", "movingai.py", "kernels/loading.py",
                 "sim/continuous/drive.py", "sim/grid/fast_simulation.py", "sim/continuous/replanner.py", "sim/grid/loop.py",
                 "planning/incremental/session.py", "planning/graph/jps_search.py", "planning/graph/session.py",
                 "planning/spacetime/session.py", "planning/swarm/session.py", "planning/swarm/step_session.py",

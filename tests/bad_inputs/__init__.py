@@ -6,14 +6,14 @@ what it waits for.
 
 from __future__ import annotations
 
-from bad_inputs import command_line, movingai, pictures, ros, scen, scenarios, speed, studies
+from bad_inputs import command_line, movingai, pictures, queries, ros, scenarios, speed, studies
 from bad_inputs.case import Case
 
 CASES: tuple[Case, ...] = (
     *pictures.CASES,
     *ros.CASES,
     *movingai.CASES,
-    *scen.CASES,
+    *queries.CASES,
     *scenarios.CASES,
     *command_line.CASES,
     *speed.CASES,

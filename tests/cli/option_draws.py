@@ -133,7 +133,7 @@ class Ended:
         if "Traceback" in self.err or "Traceback" in self.out:
             return f"a traceback: {self.err[-600:]}"
         told = [line for line in self.err.splitlines() if line.startswith("error[")]
-        disagrees = self.words[:1] == ("scen",) and "--strict" in self.words and self.code == 3
+        disagrees = self.words[:1] == ("movingai",) and "--strict" in self.words and self.code == 3
         if self.code in (2, 3) and self.words and not (told or disagrees or "Usage: " in self.err):
             return f"exit {self.code} and no error is told: {self.err[-600:]!r}"
         return ""
@@ -402,6 +402,7 @@ def warm() -> None:
     import lampyris.cli.verbs.study.files
     import lampyris.cli.verbs.study.running
     import lampyris.cli.verbs.study.tables
+    import lampyris.movingai
     import lampyris.report.charts.drive_chart
     import lampyris.report.charts.speed_compare
     import lampyris.report.data.adgso_tables
@@ -410,7 +411,6 @@ def warm() -> None:
     import lampyris.report.film.drive_film
     import lampyris.report.film.simulation_film
     import lampyris.report.pictures.plan_picture
-    import lampyris.scen
     import lampyris.scenarios
     import lampyris.sim.continuous.settings
     import lampyris.study.execution.run  # noqa: F401

@@ -28,7 +28,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "speed": ("guide",),
     "drive": ("guide",),
     "compare": ("guide", "--obstacles", "2", "--live"),
-    "scen": ("q.scen",),
+    "movingai": ("q.scen",),
     "run": ("s.yaml",),
     "selfcheck": ("grids",),
     "reproduce": ("--quick", "--out", "new"),

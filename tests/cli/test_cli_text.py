@@ -28,7 +28,7 @@ TEXT: dict[str, tuple[str, ...]] = {
     "planners": ("planners",),
     "laws": ("laws",),
     "a law": ("laws", "physical"),
-    "scen": ("scen", "q.scen"),
+    "movingai": ("movingai", "q.scen"),
     "studies": ("study", "list"),
     "run": ("run", "s.yaml"),
 }
@@ -100,7 +100,7 @@ def test_a_comb_of_gates_is_summed_up(tmp_path: Path, here: Callable[..., Outcom
         (("drive", "guide", "--obstacles", "0"), "t_s,x_m,y_m,yaw,v,a,s,leg,cause,why"),
         (("speed", "guide"), "x_m,y_m,yaw,v,t_s,s,a,cause,why"),
         (("compare", "guide", "--planners", "astar"), None),
-        (("scen", "q.scen"), None),
+        (("movingai", "q.scen"), None),
         (("run", "s.yaml"), "x_m,y_m,yaw,v,t_s,s,a,cause,x,y,why"),
     ],
 )
@@ -136,7 +136,7 @@ def test_a_device_that_keeps_nothing_may_be_written_to(here: Callable[..., Outco
         (("drive", "guide", "--chart", "p.jpg"), ".svg"),
         (("speed", "guide", "--csv", "p.xlsx"), ".csv"),
         (("compare", "guide", "--csv", "p.parquet"), ".csv"),
-        (("scen", "q.scen", "--csv", "p.yaml"), ".csv"),
+        (("movingai", "q.scen", "--csv", "p.yaml"), ".csv"),
         (("run", "s.yaml", "--picture", "p.gif"), ".svg"),
         (("study", "export", "x.study.db", "--latex", "t.csv"), ".tex"),
         (("study", "export", "x.study.db", "--parquet", "t.csv"), ".parquet"),

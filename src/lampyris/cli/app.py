@@ -14,11 +14,11 @@ from lampyris.cli.verbs import (
     drive,
     laws,
     maps,
+    movingai,
     plan,
     planners,
     reproduce,
     run,
-    scen,
     schema,
     simulate,
     speed,
@@ -66,7 +66,7 @@ def _root(
 
 
 for verb in (
-    plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, scen.scen, speed.speed, laws.laws,
+    plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, movingai.movingai, speed.speed, laws.laws,
     drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
 ):  # fmt: skip
     app.command(cls=Command)(verb)

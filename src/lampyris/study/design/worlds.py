@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris import scen
+from lampyris import movingai
 from lampyris._core import elementary
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import FileError, LimitError, SceneError, plural
@@ -215,7 +215,7 @@ class Worlds:
         chosen = None if spec.map is None else self.files.path(spec.map, (*way, "map"))
         seen: set[tuple[str, Cell, Cell]] = set()
         for one in _scens(path):
-            found = scen.load(one, self._map_for(one, chosen, way), max_cells=self.files.max_cells)
+            found = movingai.load(one, self._map_for(one, chosen, way), max_cells=self.files.max_cells)
             # Published lengths are of octile moves, of a robot that fits wherever a cell is free.
             compared = self.moves == "octile" and 2.0 * self.robot.radius <= found.document.grid.resolution
             grounds: dict[bool, StudyMap] = {}
@@ -236,7 +236,7 @@ class Worlds:
         """The map of a ``.scen``: the one given, or of the folder given, or beside it; no link leads out."""
         queries = read_scen(one)
         if chosen is None or not queries:
-            found = scen.beside(one, queries) if queries else Path(one)
+            found = movingai.beside(one, queries) if queries else Path(one)
         elif os.path.isdir(chosen):
             stem = Path(chosen, re.sub(r"\.scen$", "", Path(one).name, flags=re.IGNORECASE))
             found = stem if stem.is_file() else Path(chosen, re.split(r"[/\\]", queries[0].map)[-1])

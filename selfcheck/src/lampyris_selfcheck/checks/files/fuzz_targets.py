@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lampyris import scen
+from lampyris import movingai
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.zones import read_zones
@@ -125,7 +125,7 @@ TARGETS: Mapping[str, Target] = {
     ),
     "map": _of_maps(corpora.MAP, "m.map"),
     "scen": Target(
-        corpora.SCEN, "m.scen", lambda p, k: scen.load(p), valid.benchmark, {"a.map": corpora.SCEN_MAP}
+        corpora.SCEN, "m.scen", lambda p, k: movingai.load(p), valid.benchmark, {"a.map": corpora.SCEN_MAP}
     ),
     "scenario-json": Target(corpora.SCENARIO_JSON, "s.json", _scenario, valid.scenario, _BESIDE),
     "study-json": Target(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris import scen
+from lampyris import movingai
 from lampyris._core.limits import MAX_CELLS
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.paths import PathPoints
@@ -86,7 +86,7 @@ def as_the_file_says(found: MapDocument, data: bytes) -> None:
     must((taken.width, taken.height) == (width, height), said)
 
 
-def benchmark(found: scen.Benchmark) -> None:
+def benchmark(found: movingai.Benchmark) -> None:
     """A ``.scen`` with its map."""
     document(found.document)
     must(found.queries, "no query")

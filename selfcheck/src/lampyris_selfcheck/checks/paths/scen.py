@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from lampyris import scen
+from lampyris import movingai
 from lampyris.errors import FileError, LampyrisError, UsageError
 from lampyris.io.maps.formats.movingai import ScenQuery, grid_for
 from lampyris.model.moves import MOVES
 from lampyris.model.scene import Scene
+from lampyris.movingai import Benchmark
 from lampyris.referee import check_plan
-from lampyris.scen import Benchmark
 from lampyris_selfcheck.check import KEPT_FAILURES, Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.paths import drawn_maps, worlds
 from lampyris_selfcheck.checks.paths.answers import asked, exact, in_cells
@@ -57,7 +57,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
             off, fault = _difference(benchmark, query, name)
         except Exception as error:
             off, fault = None, f"raises {type(error).__name__}: {error}"
-        slack = min(scen.tolerances(benchmark.queries)[line], _loosest(query))
+        slack = min(movingai.tolerances(benchmark.queries)[line], _loosest(query))
         if off is not None and abs(off) > slack:
             fault = f"{query.length + off!r} cells, published {query.length!r}, may differ by {slack:.2g}"
         tally.case(f"by {name}")
@@ -133,7 +133,9 @@ def _tried(folder: Path, kind: str) -> Benchmark | Exception:
     path = _files(folder)[kind]
     beside = path.with_name(path.name.removesuffix(".scen"))
     try:
-        made = scen.load(path) if beside.is_file() else scen.load(path, _maps(folder).get(beside.name))
+        made = (
+            movingai.load(path) if beside.is_file() else movingai.load(path, _maps(folder).get(beside.name))
+        )
     except (LampyrisError, OSError) as error:
         return error
     if len(made.queries) != _lines(path):
@@ -181,7 +183,7 @@ def _made(ask: Ask, group: int) -> Benchmark:
             "\n".join([f"type octile\nheight {height}\nwidth {width}\nmap", *rows, ""])
         )
         (Path(folder) / "of-our-own.map.scen").write_text("\n".join([*lines, ""]))
-        return scen.load(Path(folder) / "of-our-own.map.scen")
+        return movingai.load(Path(folder) / "of-our-own.map.scen")
 
 
 def _kinds(ask: Ask) -> Mapping[str, Kind]:

@@ -1,4 +1,4 @@
-"""``lampyris scen``: all queries of a MovingAI ``.scen``, beside the published lengths.
+"""``lampyris movingai``: all queries of a MovingAI ``.scen``, beside the published lengths.
 
 Heavy modules are imported when the verb runs, so that --help is instant.
 """
@@ -19,7 +19,7 @@ from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes
 
 if TYPE_CHECKING:
-    from lampyris.scen import Benchmark, QueryResult, QueryResults
+    from lampyris.movingai import Benchmark, QueryResult, QueryResults
 
 DISAGREED = 3
 COLUMNS = (
@@ -34,7 +34,7 @@ RULES = {
 """What agreeing means, in words."""
 
 
-def scen(
+def movingai(
     file: Annotated[Path, typer.Argument(metavar="MAP.scen", help="A file of queries.")],
     map_: Annotated[
         str | None,
@@ -77,7 +77,7 @@ def scen(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Ask every query of a MovingAI .scen and compare with the published lengths."""
-    from lampyris import scen as benchmarks
+    from lampyris import movingai as benchmarks
     from lampyris.cli.request import parse_settings
     from lampyris.model.moves import MOVES
 

@@ -23,7 +23,7 @@ def _scen(
     return Case(
         row,
         name,
-        ("scen", "m.scen", *words),
+        ("movingai", "m.scen", *words),
         {"m.scen": text.encode(), "m.map": MAP},
         code,
         exit if exit is not None else 3 if code else 0,
@@ -64,7 +64,7 @@ CASES: list[Case] = [
     Case(
         66,
         "no such map",
-        ("scen", "alone.scen"),
+        ("movingai", "alone.scen"),
         {"alone.scen": RIGHT.encode()},
         "FILE_MISSING",
         3,

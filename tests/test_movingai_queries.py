@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lampyris import scen
+from lampyris import movingai as benchmarks
 from lampyris.errors import FileError, LampyrisError, SceneError
 from lampyris.io.maps.formats.movingai import ScenQuery
 from lampyris.io.maps.recipes.make import make
@@ -61,19 +61,19 @@ def test_it_agrees_with_a_twin_that_shares_no_code(tmp_path: Path) -> None:
                 line((sx, sy), (gx, gy), f"{n + m * math.sqrt(2):.{k % 7 + 2}f}", "x/m.map", "30\t20", k // 5)
             )
         (tmp_path / "m.map.scen").write_text("version 1.0\n" + "".join(lines))
-        benchmark = scen.load(tmp_path / "m.map.scen")
+        benchmark = benchmarks.load(tmp_path / "m.map.scen")
         for planner in ("astar", "dijkstra"):
-            made = scen.ask(benchmark, planner)
+            made = benchmarks.ask(benchmark, planner)
             assert made.rule == "equal"
             assert made.disagreements == ()
             assert made.summary["solved"] == 25
         assert list(made.buckets) == [0, 1, 2, 3, 4]
         assert sum(b["expansions"] for b in made.buckets.values()) == made.summary["expansions"] > 0
-        greedy = scen.ask(benchmark, "ad-gso")
+        greedy = benchmarks.ask(benchmark, "ad-gso")
         assert greedy.rule == "not shorter"
         assert greedy.disagreements == ()
         assert greedy.summary["worst_ratio"] >= greedy.summary["mean_ratio"] > 0.999
-        exact = scen.ask(benchmark, "ad-gso", choice="exact")
+        exact = benchmarks.ask(benchmark, "ad-gso", choice="exact")
         assert [a.cost for a in exact.answers] == [a.cost for a in made.answers]
 
 
@@ -86,21 +86,21 @@ def test_disagreements_are_found_on_either_side(tmp_path: Path) -> None:
         line((0, 0), (2, 2), "7"),  # really 4 + 2 sqrt 2 or so: no whole number
         line((0, 0), (0, 0), "0"),
     )
-    benchmark = scen.load(path)
-    assert [a.query.line for a in scen.ask(benchmark).disagreements] == [3, 4, 5]
+    benchmark = benchmarks.load(path)
+    assert [a.query.line for a in benchmarks.ask(benchmark).disagreements] == [3, 4, 5]
     # A planner that need not be optimal disagrees only when it is shorter than the optimum.
-    assert [a.query.line for a in scen.ask(benchmark, "ad-gso").disagreements] == [4, 5]
+    assert [a.query.line for a in benchmarks.ask(benchmark, "ad-gso").disagreements] == [4, 5]
     # By other moves nothing can be compared, but each must be found.
-    four = scen.ask(benchmark, moves="four-connected")
+    four = benchmarks.ask(benchmark, moves="four-connected")
     assert (four.rule, four.disagreements) == ("found", ())
     assert [a.ratio for a in four.answers[-2:]] == [6 / 7, None]
-    short = scen.ask(benchmark, limit=2)
+    short = benchmarks.ask(benchmark, limit=2)
     assert short.summary["queries"] == 2
-    assert short.answers == scen.ask(benchmark).answers[:2]
+    assert short.answers == benchmarks.ask(benchmark).answers[:2]
 
 
 def test_water_is_a_country_of_its_own(tmp_path: Path) -> None:
-    benchmark = scen.load(
+    benchmark = benchmarks.load(
         files(
             tmp_path,
             line((3, 3), (4, 2), "2"),
@@ -109,7 +109,7 @@ def test_water_is_a_country_of_its_own(tmp_path: Path) -> None:
             line((5, 3), (0, 3), "9.00000"),
         )
     )
-    made = scen.ask(benchmark)
+    made = benchmarks.ask(benchmark)
     assert [a.status for a in made.answers] == [Status.FOUND, *[Status.GOAL_OCCUPIED] * 2, Status.FOUND]
     assert made.summary["unreachable"] == 2
     assert [a.query.line for a in made.disagreements] == [3, 4, 5]
@@ -137,28 +137,28 @@ def test_lengths_are_compared_to_the_digits_they_are_printed_with(
 ) -> None:
     one = query(printed, len(printed.partition(".")[2]))
     # Beside a line with digits; see tolerances.
-    slack = scen.tolerances([one, query("1.4142", 4)])[0]
+    slack = benchmarks.tolerances([one, query("1.4142", 4)])[0]
     assert (abs(ours - one.length) <= slack) is agrees
 
 
 def test_whole_numbers_are_rounded_only_where_all_are() -> None:
-    assert scen.tolerances([query("6", 0), query("8", 0)]) == [0.5, 0.5]
-    assert scen.tolerances([query("6", 0), query("8.5", 1)]) == [pytest.approx(6e-5), 0.05]
+    assert benchmarks.tolerances([query("6", 0), query("8", 0)]) == [0.5, 0.5]
+    assert benchmarks.tolerances([query("6", 0), query("8.5", 1)]) == [pytest.approx(6e-5), 0.05]
 
 
 def test_the_map_is_the_one_beside_the_file(tmp_path: Path) -> None:
     one = line((0, 0), (5, 0), "5", "maps/dao/a.map")
-    assert scen.load(files(tmp_path, one)).document.grid.name == "a.map"
+    assert benchmarks.load(files(tmp_path, one)).document.grid.name == "a.map"
     windows = files(tmp_path, line((0, 0), (5, 0), "5", r"maps\dao\a.map"), called="other.scen")
-    assert scen.load(windows).document.grid.name == "a.map"
+    assert benchmarks.load(windows).document.grid.name == "a.map"
     # Called after a map of another format, and of any name, where that is said.
     (tmp_path / "b.txt").write_text("......\n......\n......\n......\n")
     elsewhere = files(tmp_path, line((0, 0), (5, 0), "5", "gone.map"), called="b.txt.scen")
-    assert scen.load(elsewhere).document.grid.name == "b.txt"
-    given = scen.load(elsewhere, tmp_path / "a.map")
+    assert benchmarks.load(elsewhere).document.grid.name == "b.txt"
+    given = benchmarks.load(elsewhere, tmp_path / "a.map")
     assert given.notes[0] == "the queries name gone.map; a.map was given"
     assert [q.line for q in given.queries] == [2]
-    assert scen.ask(given).disagreements == ()
+    assert benchmarks.ask(given).disagreements == ()
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_what_is_refused_is_named_with_its_line(
     tmp_path: Path, lines: tuple[str, ...], code: str, says: str
 ) -> None:
     with pytest.raises((FileError, SceneError)) as caught:
-        scen.load(files(tmp_path, *lines))
+        benchmarks.load(files(tmp_path, *lines))
     assert caught.value.code == code
     assert says in str(caught.value)
     assert caught.value.exit_code == 3
@@ -189,13 +189,13 @@ def test_what_is_refused_is_named_with_its_line(
 def test_a_map_that_is_not_there_is_asked_for(tmp_path: Path) -> None:
     path = files(tmp_path, line((0, 0), (5, 0), "5", "b.map"), called="c.scen")
     with pytest.raises(FileError, match=r"FILE_MISSING.*line 2: map 'b.map'.*map=FILE"):
-        scen.load(path)
+        benchmarks.load(path)
     for name in ("x" * 5000, "b\0.map", "maps/", "."):
         path.write_text(line((0, 0), (5, 0), "5", name))
         with pytest.raises(FileError, match="FILE_MISSING"):
-            scen.load(path)
+            benchmarks.load(path)
     with pytest.raises(LampyrisError, match="MAP_TOO_LARGE"):
-        scen.load(files(tmp_path, line((0, 0), (5, 0), "5")), max_cells=23)
+        benchmarks.load(files(tmp_path, line((0, 0), (5, 0), "5")), max_cells=23)
 
 
 @pytest.mark.parametrize(
@@ -204,14 +204,14 @@ def test_a_map_that_is_not_there_is_asked_for(tmp_path: Path) -> None:
      ({"planner": "a*"}, "PLANNER"), ({"moves": "five"}, "MOVES"), ({"rho": 1}, "SETTING")],
 )  # fmt: skip
 def test_a_wrong_word_is_refused(tmp_path: Path, given: dict[str, object], code: str) -> None:
-    benchmark = scen.load(files(tmp_path, line((0, 0), (5, 0), "5")))
+    benchmark = benchmarks.load(files(tmp_path, line((0, 0), (5, 0), "5")))
     with pytest.raises(LampyrisError) as caught:
-        scen.ask(benchmark, **given)  # type: ignore[arg-type]
+        benchmarks.ask(benchmark, **given)  # type: ignore[arg-type]
     assert caught.value.code == code
 
 
 def test_a_sample_of_the_published_files(movingai: Path) -> None:
     for path in sorted(movingai.glob("*.scen")):
-        made = scen.ask(scen.load(path), limit=20)
+        made = benchmarks.ask(benchmarks.load(path), limit=20)
         assert made.disagreements == (), path.name
         assert made.summary["solved"] == 20
