@@ -23,7 +23,7 @@ with a tenth of the cells blocked.
 Of a field 13 bytes a cell are the result (luciferin 8, cost 4, parent 1), with octile moves 17 (cost 8). On
 maps of 8 million cells and more the lists that the wavefront needs lie where the luciferin will be. Over
 terrain its calendar takes 9 to 14 bytes more. Searches that only look at some cells hold 18 bytes for each of
-them; those that mend what they know keep it in two numbers of 64 bits and links; `sipp` keeps times. Swarm
+them; those that repair what they know keep it in two numbers of 64 bits and links; `sipp` keeps times. Swarm
 planners hold the ways of all their individuals and remember what steps between them cost. A plan's own
 processes are past the referee, with the map's gates and the optimum.
 
@@ -112,7 +112,7 @@ def _jobs(figures: list[Figure], quick: bool) -> Table:
             "loading:png",
             "layer:clearance",
             "layer:gates",
-            "mender:octile",
+            "repairer:octile",
             "plan:ad-gso",
             "drive",
             "profile",
@@ -123,8 +123,8 @@ def _jobs(figures: list[Figure], quick: bool) -> Table:
         jobs = [f"loading:{kind}" for kind in FILES]
         jobs += [f"layer:{what}" for what in ("grid", "inflate", "clearance", "gates")]
         jobs += [
-            "mender:dissertation",
-            "mender:octile",
+            "repairer:dissertation",
+            "repairer:octile",
             "frames",
             "picture",
             "simulation",

@@ -1,4 +1,4 @@
-"""The mended field and D* Lite after k cells changed, beside solving from scratch by our own fast field."""
+"""The repaired field and D* Lite after k cells changed, beside solving from scratch by our own fast field."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from lampyris.planning.incremental.dstar_lite import DStarLite
 TITLE = "Replanning"
 HOW = """What a change of k cells takes, in microseconds of this thread's processor time:
 
-- mend: `FieldRepairer.mend`, the whole public call, cells in a list; cost, parents and luciferin of every cell.
+- repair: `FieldRepairer.repair`, the whole public call, cells in a list; cost, parents and luciferin of every cell.
 - solve: `lampyris.planning.field.solve.solve` of the changed map, the rival of the former and equal to it.
 - D* Lite: `session.plan(change)`, the whole public call, path included.
 - to robot: `solve(..., stop=robot)`, the field as far as the robot, and
@@ -43,23 +43,23 @@ answers are checked against each other, the whole field of them.
 Cold: just before every call, ours or rival, another field of {other} x {other} cells is solved, as in a
 program that does something else between two changes; what is claimed, and what the ratios of the first table
 are of, is this. Warm: everybody has just made the same change and taken it back, so that all it works on lies
-in the caches. Mending touches little and gains most by that, many times over for one cell.
+in the caches. Repairing touches little and gains most by that, many times over for one cell.
 
 Where repair loses, the table says so. On 50 x 50 little is to be had: the whole field is solved in the time
-that a few dozen cells take to mend, D* Lite is the slower way even for one cell, and cold all of them mostly
+that a few dozen cells take to repair, D* Lite is the slower way even for one cell, and cold all of them mostly
 wait for memory. On large maps repair loses from some hundreds of scattered cells on. `FieldRepairer` sees that
 coming and solves anew; D* Lite, which does not, then takes longer than A* would.
 
 The rivals are our own, but for one: python-motion-planning 1.1.1 has a D* Lite in plain Python (later
 releases have none), by our rules. It stands on a small map alone, for it looks through its whole list of open
 cells for each that it takes; it is given a cell as its own handler of mouse clicks does it, and wrong paths
-of it are counted, not mended. Its picture of the map is not drawn, nor counted."""
+of it are counted, not repaired. Its picture of the map is not drawn, nor counted."""
 
 OTHER = 1024
 """Cells a side of the map of the other field."""
-WHO = ("mend", "solve", "D* Lite", "to robot", "A*")
+WHO = ("repair", "solve", "D* Lite", "to robot", "A*")
 ASKED = {50: 1.0, 128: 3.0, 512: 30.0, 1024: 40.0, 2048: 60.0}
-"""How many times as quick as solving anew mending one cell anywhere shall be, by size of the map."""
+"""How many times as quick as solving anew repairing one cell anywhere shall be, by size of the map."""
 ASKED_OF_PATHS = {1024: 2.0, 2048: 4.0}
 """The same of D* Lite's path and the quicker of A* and the field to the robot."""
 Cells = list[tuple[int, int]]
@@ -87,7 +87,7 @@ class Bench:
         self.goal = middle(free)
         self.robot = self._nearest(free, size // 4, size // 4)
         self.moves = moves
-        self.mender = FieldRepairer(free, moves, self.goal)
+        self.repairer = FieldRepairer(free, moves, self.goal)
         scene = Scene(Grid(~free), self.robot, self.goal, moves)
         rng = np.random.default_rng(0)
         self.sessions = {"D* Lite": DStarLite().open(scene, rng), "A*": AStar().open(scene, rng)}
@@ -130,7 +130,10 @@ class Bench:
         changes = [Change(blocked=tuple(cells)), Change(freed=tuple(cells))]
         solving = [partial(solve, free, self.moves, self.goal) for free in maps]
         calls: dict[str, list[Callable[[], Any]]] = {
-            "mend": [partial(self.mender.mend, blocked=cells), partial(self.mender.mend, freed=cells)],
+            "repair": [
+                partial(self.repairer.repair, blocked=cells),
+                partial(self.repairer.repair, freed=cells),
+            ],
             "solve": list(solving),
             "to robot": [partial(call, stop=self.robot) for call in solving],
         }
@@ -151,7 +154,7 @@ class Bench:
             for call in pair:
                 call()
             spent[who] = sum(timed(call)[1] for call in pair) / 2
-        # What is mended is written over by the next mend: each change is checked before the next is made.
+        # What is repaired is written over by the next repair: each change is checked before the next is made.
         for answers in zip(*calls.values(), strict=True):
             self._check([call() for call in answers])
         return spent
@@ -168,9 +171,9 @@ class Bench:
 
     def _check(self, answers: list[Any]) -> None:
         x, y = self.robot
-        mended, solved, part, *plans = answers
+        repaired, solved, part, *plans = answers
         for what in ("exact", "step", "luciferin"):
-            np.testing.assert_array_equal(getattr(mended, what), getattr(solved, what))
+            np.testing.assert_array_equal(getattr(repaired, what), getattr(solved, what))
         best = int(solved.exact[y, x])
         assert best == int(part.exact[y, x])
         for plan in plans:
@@ -190,13 +193,13 @@ class Row:
     anew: float
 
     def figures(self) -> Iterator[Figure]:
-        """Mending beside solving, D* Lite beside the quicker way from scratch: cold, then warm."""
+        """Repairing beside solving, D* Lite beside the quicker way from scratch: cold, then warm."""
         task = f"{self.size} {self.moves}, {self.k} {self.place}"
         one = self.k == 1 and self.place == "anywhere"
         for how, us in (("cold", self.cold), ("warm", self.warm)):
             claimed = one and how == "cold"
             yield Figure(
-                f"mend, {task}, {how}", "us a change", us["mend"], "solving anew", us["solve"],
+                f"repair, {task}, {how}", "us a change", us["repair"], "solving anew", us["solve"],
                 asked=ASKED.get(self.size) if claimed else None,
             )  # fmt: skip
             # There are two ways to a path from scratch; the quicker counts.
@@ -229,9 +232,9 @@ def _rows(quick: bool) -> Iterator[Row]:
             for place in ("near", "anywhere") if quick else ("near", "far", "anywhere"):
                 for k in (1, 100) if quick else (1, 10, 100, 1000):
                     rounds = (9 if quick else 25) if size <= 128 else 9 if size <= 512 else 5
-                    before = bench.mender.solved
+                    before = bench.repairer.solved
                     warm = [bench.round(bench.pick(k, place, rng)) for _ in range(rounds)]
-                    anew = (bench.mender.solved - before) / (6 * rounds)
+                    anew = (bench.repairer.solved - before) / (6 * rounds)
                     cold = [
                         bench.cold(bench.pick(k, place, rng)) for _ in range(3 if quick else min(9, rounds))
                     ]
@@ -245,14 +248,25 @@ def _spreads(times: list[dict[str, float]]) -> dict[str, Spread]:
 def _table(rows: list[Row], how: str) -> Table:
     out = []
     for row in rows:
-        mend, path = (f.ratio for f in row.figures() if f.task.endswith(how))
+        repair, path = (f.ratio for f in row.figures() if f.task.endswith(how))
         us = row.cold if how == "cold" else row.warm
         told = f"{row.size} x {row.size}", row.moves, str(row.k), row.place
         gains = (
-            f"{ratio:.1f} x" if ratio >= 1 else f"**loses, {ratio:.2f} x**" for ratio in (mend, path) if ratio
+            f"{ratio:.1f} x" if ratio >= 1 else f"**loses, {ratio:.2f} x**"
+            for ratio in (repair, path)
+            if ratio
         )
         out.append((*told, *(f"{us[who].middle:.1f}" for who in WHO), *gains, f"{row.anew:.0%}"))
-    heads = ("map", "moves", "cells", "where", *WHO, "mend / solve", "D* Lite / scratch", "mended by solving")
+    heads = (
+        "map",
+        "moves",
+        "cells",
+        "where",
+        *WHO,
+        "repair / solve",
+        "D* Lite / scratch",
+        "repaired by solving",
+    )
     return Table(heads, tuple(out), f"Microseconds a change, 10 % blocked, {how}")
 
 
@@ -289,7 +303,7 @@ def _theirs(figures: list[Figure], quick: bool) -> Table:
 
 def _verdicts(figures: list[Figure]) -> list[Verdict]:
     out = []
-    for what, rival in (("mend", "solving anew"), ("D* Lite", "the quicker path from scratch")):
+    for what, rival in (("repair", "solving anew"), ("D* Lite", "the quicker path from scratch")):
         for f in figures:
             if f.asked is not None and f.task.startswith(what) and f.ratio is not None:
                 text = f"{f.task}: at least {f.asked:g} times as quick as {rival}: {f.ratio:.1f}"

@@ -309,14 +309,14 @@ def of_changes() -> list[Series]:
         pick = np.random.default_rng(7).choice(len(xs), (often(number), number), replace=False)
         return [[(int(xs[k]) + 8, int(ys[k]) + 8) for k in row] for row in pick]
 
-    def mended(number: int) -> Call:
+    def repaired(number: int) -> Call:
         scene = scene_of(1024)
         kept, some = FieldRepairer(~scene.grid.blocked, MOVES["octile"], scene.goal), groups(scene, number)
 
         def run() -> None:
             for cells in some:
-                kept.mend(blocked=cells)
-                kept.mend(freed=cells)
+                kept.repair(blocked=cells)
+                kept.repair(freed=cells)
 
         return run
 
@@ -334,7 +334,7 @@ def of_changes() -> list[Series]:
 
     sizes, short = (1, 4, 16, 64, 256, 1024, 4096), (1, 16, 128)
     return [
-        Series("mended field", "changed cells", sizes, short, mended, times=often),
+        Series("repaired field", "changed cells", sizes, short, repaired, times=often),
         Series("D* Lite", "changed cells", sizes, short, replanned, times=often),
     ]
 

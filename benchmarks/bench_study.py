@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from benchmarks.about import versions
 from benchmarks.figures import Figure, Section, Spread, Table, Verdict
-from benchmarks.plain_simulator import NeedsMending, Simulator
+from benchmarks.plain_simulator import NeedsRepair, Simulator
 
 import lampyris
 from lampyris._core.processors import processors
@@ -129,8 +129,8 @@ class Query:
             return "the public call"
         try:
             story = self.plain.run(seed, TICKS)
-        except NeedsMending:
-            return "" if made is None else "mending"
+        except NeedsRepair:
+            return "" if made is None else "repairing"
         if made is None:
             return "the kernel gave up"
         for name, a, b, c in (
@@ -164,10 +164,10 @@ def microseconds(call: Callable[[int], Any], seeds: range) -> float:
 
 
 def plainly(query: Query) -> Callable[[int], Any]:
-    """Runs of the plain simulator; one that would have to mend its field is over there."""
+    """Runs of the plain simulator; one that would have to repair its field is over there."""
 
     def call(seed: int) -> None:
-        with contextlib.suppress(NeedsMending):
+        with contextlib.suppress(NeedsRepair):
             query.plain.run(seed, TICKS)
 
     return call

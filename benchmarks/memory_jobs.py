@@ -72,8 +72,8 @@ def field(size: int, kind: str, over: str = "") -> Job:
     return lambda: solve(free, moves, (size // 2, size // 2), terrain=terrain)
 
 
-def mender(size: int, kind: str) -> Job:
-    """A field that is kept, and mended once."""
+def repairer(size: int, kind: str) -> Job:
+    """A field that is kept, and repaired once."""
     from lampyris.model.moves import MOVES
     from lampyris.planning.field.repair import FieldRepairer
 
@@ -82,7 +82,7 @@ def mender(size: int, kind: str) -> Job:
 
     def run() -> Any:
         kept = FieldRepairer(free, MOVES[kind], (size // 2, size // 2))
-        kept.mend(blocked=[(0, 0)])
+        kept.repair(blocked=[(0, 0)])
         return kept
 
     return run
@@ -262,7 +262,7 @@ def rival(size: int, who: str) -> Job:
 
 
 MAKERS: dict[str, Callable[..., Job]] = {
-    "field": field, "mender": mender, "layer": layer, "plan": plan, "simulation": simulation,
+    "field": field, "repairer": repairer, "layer": layer, "plan": plan, "simulation": simulation,
     "drive": drive, "profile": profile, "study": study, "picture": picture,
     "loading": loading, "frames": frames, "rival": rival,
 }  # fmt: skip

@@ -36,8 +36,8 @@ AHEAD = 4
 """Cells ahead of the robot's that its speed can depend on."""
 
 
-class NeedsMending(Exception):
-    """Hemmed in twice at one cell: the planner would mend its field, which is not written here."""
+class NeedsRepair(Exception):
+    """Hemmed in twice at one cell: the planner would repair its field, which is not written here."""
 
 
 @dataclass
@@ -273,7 +273,7 @@ class _Run:
         bodies = {*self.taken, *(c for c in around if c in self.s.free and not self._may_enter(c))}
         way, until = self.s.plan(self.robot, bodies)
         if not way and self.hemmed == self.robot:
-            raise NeedsMending
+            raise NeedsRepair
         self.hemmed = None if way else self.robot
         return way, until
 

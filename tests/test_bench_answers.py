@@ -24,15 +24,15 @@ def _importable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT))
 
 
-def test_a_mender_that_does_nothing_is_found() -> None:
+def test_a_repairer_that_does_nothing_is_found() -> None:
     """Its field is right again once the cells are free again; in between it is not."""
     from benchmarks.bench_repair import Bench
 
     bench, rng = Bench(20, MOVES["octile"]), np.random.default_rng(1)
     cells = bench.pick(5, "near", rng)
-    assert set(bench.round(cells)) == {"mend", "solve", "to robot", "D* Lite", "A*"}
-    mend = bench.mender.mend
-    bench.mender = SimpleNamespace(mend=lambda **_: mend())  # type: ignore[assignment]
+    assert set(bench.round(cells)) == {"repair", "solve", "to robot", "D* Lite", "A*"}
+    repair = bench.repairer.repair
+    bench.repairer = SimpleNamespace(repair=lambda **_: repair())  # type: ignore[assignment]
     with pytest.raises(AssertionError):
         bench.round(cells)
 

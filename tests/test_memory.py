@@ -106,10 +106,10 @@ def test_a_field(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("compiled")
-def test_a_field_that_is_mended() -> None:
+def test_a_field_that_is_repaired() -> None:
     def run() -> FieldRepairer:
         kept = FieldRepairer(FREE, MOVES["octile"], GOAL)
-        kept.mend(blocked=[(5, 5)])
+        kept.repair(blocked=[(5, 5)])
         return kept
 
     peak, kept = bytes_a_cell(run)

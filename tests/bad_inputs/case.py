@@ -124,7 +124,7 @@ class Outcome:
 
 def run(*words: str) -> Outcome:
     """Run the real command line's ``main`` in this process and folder."""
-    # Real files: what goes wrong with standard output is mended by its number.
+    # Real files: what goes wrong with standard output is repaired by its number.
     with NamedTemporaryFile("w", encoding="utf-8") as out, io.StringIO() as err:
         with mock.patch.object(sys, "argv", ["lampyris", *words]), memory() as grown:
             began = time.process_time()

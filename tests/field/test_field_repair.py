@@ -1,4 +1,4 @@
-"""Mending a field costs what changed. That it equals one solved from scratch is the check ``repair``."""
+"""Repairing a field costs what changed. That it equals one solved from scratch is the check ``repair``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lampyris.model.moves import MOVES, PELL_P, PELL_Q, Moves
 from lampyris.planning.field import repair
 from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
-from lampyris_selfcheck.checks.changes.repair_story import mend_through
+from lampyris_selfcheck.checks.changes.repair_story import repair_through
 from lampyris_selfcheck.reference.paths import field as field_twin
 from lampyris_selfcheck.reference.paths.edit_stories import story
 from reference.kernel_forms import use
@@ -33,20 +33,20 @@ def same(a: Field, b: Field) -> bool:
 
 @pytest.fixture(autouse=True)
 def _never_gives_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small maps are mended here, where solving them would be quicker."""
+    """Small maps are repaired here, where solving them would be quicker."""
     monkeypatch.setattr(repair, "GIVE_UP", 1)
     monkeypatch.setattr(repair, "HOPELESS", 1)
 
 
 @pytest.mark.parametrize("form", ["plain", "compiled"])
-def test_both_forms_of_the_kernels_mend(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_forms_of_the_kernels_repair(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     use(monkeypatch, form)
-    mended = solved = 0
+    repaired = solved = 0
     for number in range(60):
-        mender = mend_through(story(11, number))
-        mended += mender.mended
-        solved += mender.solved - 1
-    assert mended > 10 * solved > 0
+        repairer = repair_through(story(11, number))
+        repaired += repairer.repaired
+        solved += repairer.solved - 1
+    assert repaired > 10 * solved > 0
 
 
 DEFECTS = {
@@ -90,7 +90,7 @@ def test_seeded_defects_are_found(name: str, monkeypatch: pytest.MonkeyPatch) ->
 
     def lives() -> None:
         for number in range(100):
-            mend_through(story(11, number))
+            repair_through(story(11, number))
 
     with pytest.raises((AssertionError, IndexError)):
         lives()
@@ -99,41 +99,41 @@ def test_seeded_defects_are_found(name: str, monkeypatch: pytest.MonkeyPatch) ->
 # ---- the choice, the work, the views ----------------------------------------------------------------------
 
 
-def test_too_much_to_mend_is_solved_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_much_to_repair_is_solved_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(21)
     monkeypatch.setattr(repair, "GIVE_UP", 24)
     free = rng.random((60, 60)) >= 0.1
     free[30, 30] = True
-    mender = FieldRepairer(free, MOVES["octile"], (30, 30))
+    repairer = FieldRepairer(free, MOVES["octile"], (30, 30))
     for k in (3, 200, 3, 1500, 3):
         ys, xs = rng.integers(0, 60, (2, k))
         keep_goal = (xs != 30) | (ys != 30)
         cells = np.stack((xs, ys), axis=1)[keep_goal]
         before = free.copy()
         free[cells[:, 1], cells[:, 0]] = False
-        assert same(mender.mend(blocked=cells), solve(free, MOVES["octile"], (30, 30)))
+        assert same(repairer.repair(blocked=cells), solve(free, MOVES["octile"], (30, 30)))
         free = before
         assert same(
-            mender.mend(freed=[(x, y) for x, y in cells.tolist() if free[y, x]]),
+            repairer.repair(freed=[(x, y) for x, y in cells.tolist() if free[y, x]]),
             solve(free, MOVES["octile"], (30, 30)),
         )
-    assert mender.solved >= 4
-    assert mender.mended >= 2
-    assert mender.solved + mender.mended == 11
+    assert repairer.solved >= 4
+    assert repairer.repaired >= 2
+    assert repairer.solved + repairer.repaired == 11
 
 
 def test_a_goal_that_is_blocked_and_freed() -> None:
-    mender = FieldRepairer(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1))
-    blocked = mender.mend(blocked=[(2, 1), (0, 0)])
+    repairer = FieldRepairer(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1))
+    blocked = repairer.repair(blocked=[(2, 1), (0, 0)])
     assert (blocked.exact == -1).all()
     assert np.isinf(blocked.luciferin).all()
-    assert (mender.mend(freed=[(0, 0)]).exact == -1).all()
-    again = mender.mend(freed=[(2, 1)])
+    assert (repairer.repair(freed=[(0, 0)]).exact == -1).all()
+    again = repairer.repair(freed=[(2, 1)])
     assert same(again, solve(np.ones((4, 5), np.bool_), MOVES["octile"], (2, 1)))
     assert again.revision == 3
     assert (
         FieldRepairer(~np.ones((2, 2), np.bool_), MOVES["four-connected"], (0, 0))
-        .mend(freed=[(0, 0)])
+        .repair(freed=[(0, 0)])
         .exact[0, 0]
         == 0
     )
@@ -143,18 +143,18 @@ def test_work_is_in_proportion_to_what_changed() -> None:
     """One wall, far from the goal: tens of cells out of ninety thousand."""
     free = np.random.default_rng(22).random((300, 300)) >= 0.1
     free[150, 150] = True
-    mender = FieldRepairer(free, MOVES["octile"], (150, 150))
-    assert mender.field.expansions > 70_000
+    repairer = FieldRepairer(free, MOVES["octile"], (150, 150))
+    assert repairer.field.expansions > 70_000
     work = []
     for x, y in np.random.default_rng(23).integers(0, 300, (200, 2)).tolist():
         if free[y, x] and (x, y) != (150, 150):
-            work.append(mender.mend(blocked=[(x, y)]).expansions)
-            work.append(mender.mend(freed=[(x, y)]).expansions)
-    assert mender.solved == 1
+            work.append(repairer.repair(blocked=[(x, y)]).expansions)
+            work.append(repairer.repair(freed=[(x, y)]).expansions)
+    assert repairer.solved == 1
     assert np.median(work) < 30
     assert max(work) < 10_000
-    assert mender.mend().expansions == mender.mend(blocked=[(0, 0)], freed=[]).expansions * 0
-    assert same(mender.mend(freed=[(0, 0)]), mender.snapshot())
+    assert repairer.repair().expansions == repairer.repair(blocked=[(0, 0)], freed=[]).expansions * 0
+    assert same(repairer.repair(freed=[(0, 0)]), repairer.snapshot())
 
 
 def test_costs_that_outgrow_32_bits() -> None:
@@ -164,23 +164,23 @@ def test_costs_that_outgrow_32_bits() -> None:
     free[1, 0] = True
     moves = Moves("long", MOVES["four-connected"].offsets, (63 * 3000,) * 4, 63 * 3000, False, 63)
     terrain = np.full(free.shape, 252, dtype=np.uint8)
-    mender = FieldRepairer(free, moves, (0, 0), terrain=terrain)
-    narrow = mender.field.exact.dtype
-    field = mender.mend(blocked=[(0, 1)])
+    repairer = FieldRepairer(free, moves, (0, 0), terrain=terrain)
+    narrow = repairer.field.exact.dtype
+    field = repairer.repair(blocked=[(0, 1)])
     free[1, 0] = False
     assert same(field, solve(free, moves, (0, 0), terrain=terrain))
     assert (narrow, field.exact.dtype) == (np.int32, np.int64)
     free[1, 0] = True
-    assert same(mender.mend(freed=[(0, 1)]), solve(free, moves, (0, 0), terrain=terrain))
+    assert same(repairer.repair(freed=[(0, 1)]), solve(free, moves, (0, 0), terrain=terrain))
 
 
-def test_fields_are_views_until_the_next_mend_and_snapshots_for_good() -> None:
+def test_fields_are_views_until_the_next_repair_and_snapshots_for_good() -> None:
     free = np.ones((6, 7), dtype=np.bool_)
-    mender = FieldRepairer(free, MOVES["octile"], (3, 3))
+    repairer = FieldRepairer(free, MOVES["octile"], (3, 3))
     free[:] = False
-    first, kept = mender.field, mender.snapshot()
+    first, kept = repairer.field, repairer.snapshot()
     assert first.free.all()
-    second = mender.mend(blocked=[(2, 3)])
+    second = repairer.repair(blocked=[(2, 3)])
     assert first.exact.base is second.exact.base
     assert not same(first, kept)
     assert same(kept, solve(np.ones((6, 7), np.bool_), MOVES["octile"], (3, 3)))
@@ -193,17 +193,17 @@ def test_fields_are_views_until_the_next_mend_and_snapshots_for_good() -> None:
 @pytest.mark.parametrize(
     "way", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)), FieldRepairer.copy]
 )
-def test_copies_are_mended_apart(way: Callable[[FieldRepairer], FieldRepairer]) -> None:
-    """What a copy showed, before, was not what it mended."""
+def test_copies_are_repaired_apart(way: Callable[[FieldRepairer], FieldRepairer]) -> None:
+    """What a copy showed, before, was not what it repaired."""
     free = np.random.default_rng(24).random((12, 15)) >= 0.2
     free[4, 4] = True
     first = FieldRepairer(free, MOVES["octile"], (4, 4))
-    first.mend(blocked=[(5, 5)])
+    first.repair(blocked=[(5, 5)])
     second = way(first)
     assert same(second.field, first.field)
     assert (second.field.revision, second.padded.cost.base is None) == (1, False)
     for one, cell in ((second, (3, 4)), (first, (4, 5))):
-        one.mend(blocked=[cell])
+        one.repair(blocked=[cell])
     for one, cell in ((second, (3, 4)), (first, (4, 5))):
         now = free.copy()
         now[5, 5] = now[cell[1], cell[0]] = False
@@ -224,23 +224,23 @@ def test_copies_are_mended_apart(way: Callable[[FieldRepairer], FieldRepairer]) 
     ],
 )
 def test_mistakes_change_nothing(given: dict[str, object], error: type[Exception], word: str) -> None:
-    mender = FieldRepairer(
+    repairer = FieldRepairer(
         np.ones((2, 3), np.bool_),
         MOVES["four-connected"].weighed(),
         (0, 0),
         terrain=np.zeros((2, 3), np.uint8),
     )
-    before = mender.snapshot()
+    before = repairer.snapshot()
     with pytest.raises(error, match=word):
-        mender.mend(**{"blocked": [(1, 0)], **given})  # type: ignore[arg-type]
-    assert same(mender.field, before)
-    assert mender.field.revision == 0
+        repairer.repair(**{"blocked": [(1, 0)], **given})  # type: ignore[arg-type]
+    assert same(repairer.field, before)
+    assert repairer.field.revision == 0
 
 
-def test_what_a_mender_cannot_keep() -> None:
+def test_what_a_repairer_cannot_keep() -> None:
     plain = FieldRepairer(np.ones((2, 3), np.bool_), MOVES["four-connected"], (0, 0))
     with pytest.raises(SettingError, match="field that has none"):
-        plain.mend(terrain=[((1, 1), 5)])
+        plain.repair(terrain=[((1, 1), 5)])
     with pytest.raises(SettingError, match="opposite"):
         FieldRepairer(np.ones((2, 2), np.bool_), Moves("east", ((1, 0),), (10,), 10, False), (0, 0))
     with pytest.raises(SettingError, match="RHO"):
@@ -254,9 +254,9 @@ def test_pell_costs_stay_exact_far_from_the_goal() -> None:
     free = np.ones((41, 400), dtype=np.bool_)
     free[1::4, :-1] = False
     free[3::4, 1:] = False
-    mender = FieldRepairer(free, MOVES["octile"], (0, 0))
+    repairer = FieldRepairer(free, MOVES["octile"], (0, 0))
     free[21, 10] = True
-    field = mender.mend(freed=[(10, 21)])
+    field = repairer.repair(freed=[(10, 21)])
     cost, _ = field_twin.field(free.tolist(), "octile", (0, 0))
     longest = max(cost.values())
     assert int(field.exact.max()) == int(longest.n) * PELL_Q + int(longest.m) * PELL_P

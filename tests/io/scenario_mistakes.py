@@ -84,7 +84,7 @@ MISTAKES = [
     (
         HEAD + "drive: {obstacle_info: all}",
         "DRIVE_SETTING",
-        "3:15: /drive/obstacle_info",
+        "3:24: /drive/obstacle_info",
         "positions, velocities or tracks",
     ),
     (HEAD + "drive: {perid: 1}", "KEY", "3:9: /drive/perid", "did you mean /drive/period?"),

@@ -88,7 +88,7 @@ def mutate(rng: np.random.Generator, data: bytes) -> bytes:
     return bytes(out)
 
 
-def mend(data: bytes) -> bytes:
+def repair(data: bytes) -> bytes:
     """Make the checksums of a mutated PNG right again, so that mutations reach what lies behind them."""
     out, at = bytearray(data[:8]), 8
     while at + 12 <= len(data):
@@ -102,7 +102,7 @@ def mend(data: bytes) -> bytes:
 def mutate_png(rng: np.random.Generator, data: bytes) -> bytes:
     """A mutation that keeps checksums; every third time, one inside the packed pixels."""
     if rng.integers(0, 3):
-        return mend(mutate(rng, data))
+        return repair(mutate(rng, data))
     at = data.find(b"IDAT") - 4
     (length,) = struct.unpack_from(">I", data, at)
     raw = zlib.decompress(data[at + 8 : at + 8 + length])

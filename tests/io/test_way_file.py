@@ -105,7 +105,7 @@ def test_metres_of_cells_come_back_as_those_cells(grid: Grid, tmp_path: Path) ->
     assert (way.on(grid) == cells).all()
     raw = grid.to_points(way.points[:, 0], way.points[:, 1])
     assert np.abs(raw - cells).max() < 1e-12
-    assert (raw != cells).any(), "or there is nothing to mend"
+    assert (raw != cells).any(), "or there is nothing to repair"
 
 
 def test_a_point_between_cells_stays_where_it_is_and_a_repeated_one_is_left_out() -> None:

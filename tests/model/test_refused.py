@@ -58,7 +58,7 @@ def test_a_profile_of_other_length_or_not_finite(name: str, values: list[float])
 @pytest.mark.parametrize("words", [{"cause_index": [0]}, {"caps": (("limit", [1.0]),)}])
 def test_a_profile_whose_causes_do_not_go_with_it(words: dict[str, Any]) -> None:
     zero = np.zeros(2)
-    with pytest.raises(SettingError, match=r"profile\.(about: .* shape \(2,\)|caps: .* 2 numbers)"):
+    with pytest.raises(SettingError, match=r"profile\.(cause_index: .* shape \(2,\)|caps: .* 2 numbers)"):
         Profile("physical", zero, zero, zero, zero, ("limit", "approach"), "m/s", **words)
 
 

@@ -407,7 +407,7 @@ def test_the_first_sub_path_respects_obstacles_and_corners() -> None:
                 assert (x1, y0) not in bodies
 
 
-def test_hemmed_in_wait_mend_keep_release() -> None:
+def test_hemmed_in_wait_repair_keep_release() -> None:
     scene = scene_of(LOOP, "four-connected")
     session = open_(scene)
     straight = cells(session.plan())

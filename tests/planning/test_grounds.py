@@ -1,4 +1,4 @@
-"""Fields with sealed cells, mended from one to the next: each is the one solved from scratch."""
+"""Fields with sealed cells, repaired from one to the next: each is the one solved from scratch."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_a_field_once_asked_for_is_kept() -> None:
     sets = [frozenset[tuple[int, int]](), *(frozenset({(k, 3), (k, 4)}) for k in range(3))]
     for sealed in sets:
         grounds.sealed(sealed)
-    assert 1600 < grounds.spent < 2 * 1600, "one field was solved, three were mended"
+    assert 1600 < grounds.spent < 2 * 1600, "one field was solved, three were repaired"
     before = grounds.spent
     for sealed in sets * 2:
         grounds.sealed(sealed)
@@ -79,10 +79,10 @@ def test_a_field_once_asked_for_is_kept() -> None:
 def test_a_copy_goes_its_own_way() -> None:
     free = np.ones((12, 12), np.bool_)
     one = FieldRepairer(free, MOVES["sixteen-connected"], (5, 5))
-    one.mend(blocked=[(4, 4)])
+    one.repair(blocked=[(4, 4)])
     two = one.copy()
-    one.mend(blocked=[(6, 6)])
-    two.mend(freed=[(4, 4)])
+    one.repair(blocked=[(6, 6)])
+    two.repair(freed=[(4, 4)])
     assert (two.field.exact == solve(free, MOVES["sixteen-connected"], (5, 5)).exact).all()
     free[4, 4] = free[6, 6] = False
     assert (one.field.exact == solve(free, MOVES["sixteen-connected"], (5, 5)).exact).all()

@@ -1,4 +1,4 @@
-"""Jump point search: exact on every kind of map, its bits packed and mended, both forms of its kernels."""
+"""Jump point search: exact on every kind of map, its bits packed and repaired, both forms of its kernels."""
 
 from __future__ import annotations
 
@@ -293,7 +293,7 @@ def unpacked(packed: PackedMap, shape: tuple[int, int]) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("cutting", [False, True])
-def test_stops_are_where_the_definition_says_packed_or_mended(cutting: bool) -> None:
+def test_stops_are_where_the_definition_says_packed_or_repaired(cutting: bool) -> None:
     rng = np.random.default_rng([50, cutting])
     for shape in ((1, 1), (1, 64), (3, 62), (62, 3), (9, 63), (5, 65), (11, 130)):
         free = rng.random(shape) >= 0.3
@@ -309,7 +309,7 @@ def test_stops_are_where_the_definition_says_packed_or_mended(cutting: bool) -> 
             packed.edit(x, y, blocked=blocked)
 
 
-def test_many_changes_are_packed_anew_and_few_are_mended(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_changes_are_packed_anew_and_few_are_repaired(monkeypatch: pytest.MonkeyPatch) -> None:
     free = np.ones((20, 30), dtype=bool)
     one = JumpSearch(free, MOVES["octile"])
     packed = one.packed

@@ -59,7 +59,7 @@ def opened(planner: Planner) -> Session:
 def told(plan: Plan) -> tuple[object, ...]:
     cells = None if plan.cells is None else plan.cells.tolist()
     schedule = None if plan.schedule is None else plan.schedule.tolist()
-    ends = plan.optimal_exact, plan.sum_cost_to_go, plan.mended, plan.detail
+    ends = plan.optimal_exact, plan.sum_cost_to_go, plan.repaired, plan.detail
     return plan.status, cells, schedule, plan.commit, plan.iterations, plan.expansions, *ends
 
 

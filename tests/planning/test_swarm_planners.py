@@ -96,10 +96,10 @@ def test_without_a_seed_a_maze_is_not_solved_and_not_called_impossible() -> None
         plan = planned(kind(**settings), scene)
         assert plan.status is Status.ITERATION_LIMIT
         assert "There is one" in plan.sentence
-        mended = planned(kind(**settings, repair=True), scene)
-        assert mended.status is Status.FOUND
-        assert "replacing" in mended.sentence
-        assert check_plan(mended, scene) is None
+        repaired = planned(kind(**settings, repair=True), scene)
+        assert repaired.status is Status.FOUND
+        assert "replacing" in repaired.sentence
+        assert check_plan(repaired, scene) is None
         assert planned(kind(**{**settings, "seeded": True}), scene).gap == 0.0
 
 

@@ -126,12 +126,12 @@ def test_a_field_that_is_repaired_has_the_terrain_again() -> None:
     for number in range(12):
         scene, _ = life(number)
         moves, terrain = MOVES[scene.moves.name].weighed(), scene.grid.terrain
-        mender = FieldRepairer(~scene.grid.blocked, moves, scene.goal, terrain=terrain)
-        before = mender.snapshot()
+        repairer = FieldRepairer(~scene.grid.blocked, moves, scene.goal, terrain=terrain)
+        before = repairer.snapshot()
         free = [(int(x), int(y)) for y, x in np.argwhere(~scene.grid.blocked)]
         cells = [c for c in free if c != scene.goal][::3]
-        mender.mend(blocked=cells)
-        after = mender.mend(freed=cells)
+        repairer.repair(blocked=cells)
+        after = repairer.repair(freed=cells)
         for what in ("exact", "step", "luciferin"):
             np.testing.assert_array_equal(getattr(after, what), getattr(before, what))
 

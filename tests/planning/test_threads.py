@@ -237,22 +237,22 @@ def test_ten_threads_drive_one_drive_to_the_end_of_one_thread() -> None:
     assert one.s.tolist() == other.s.tolist()
 
 
-def test_ten_threads_mend_one_field() -> None:
+def test_ten_threads_repair_one_field() -> None:
     scene = scene_of(40)
-    mender = FieldRepairer(~scene.grid.blocked, moves_for(scene), scene.goal)
-    want, cell = mender.snapshot(), (20, 21)
+    repairer = FieldRepairer(~scene.grid.blocked, moves_for(scene), scene.goal)
+    want, cell = repairer.snapshot(), (20, 21)
     turns, count = Lock(), [0]
 
     def call() -> bool:
         with turns:
             count[0] += 1
-        mender.mend(blocked=[cell])
-        mender.snapshot()
-        mender.copy()
+        repairer.repair(blocked=[cell])
+        repairer.snapshot()
+        repairer.copy()
         return count[0] > 200
 
     from_ten_threads(call)
-    got = mender.mend(freed=[cell]) if not scene.grid.blocked[cell[1], cell[0]] else mender.field
+    got = repairer.repair(freed=[cell]) if not scene.grid.blocked[cell[1], cell[0]] else repairer.field
     assert got.exact.tolist() == want.exact.tolist()
     assert got.luciferin.tolist() == want.luciferin.tolist()
 

@@ -1,4 +1,4 @@
-"""The check of mended fields and incremental planners can fail."""
+"""The check of repaired fields and incremental planners can fail."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lampyris.planning.field import repair as mending
+from lampyris.planning.field import repair as repairing
 from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.incremental.search import Estimates, Waves
 from lampyris.planning.incremental.session import IncrementalSession
@@ -39,17 +39,17 @@ def test_a_part_that_begins_anywhere_says_the_same() -> None:
     assert whole == ask("3x3", 1000, 17) + ask("3x3", 1017, 43)
 
 
-def test_small_maps_are_mended_and_the_rule_is_put_back() -> None:
-    before = mending.GIVE_UP, mending.HOPELESS
+def test_small_maps_are_repaired_and_the_rule_is_put_back() -> None:
+    before = repairing.GIVE_UP, repairing.HOPELESS
     seen = ask("stories", 0, 20)
-    assert seen.counts["fields mended"] > 5 * seen.counts["fields solved anew"]
-    assert before == (mending.GIVE_UP, mending.HOPELESS)
+    assert seen.counts["fields repaired"] > 5 * seen.counts["fields solved anew"]
+    assert before == (repairing.GIVE_UP, repairing.HOPELESS)
 
 
-def test_large_maps_are_mended_by_the_real_rule() -> None:
+def test_large_maps_are_repaired_by_the_real_rule() -> None:
     seen = ask("long", 5, 1)
     assert not seen.failed
-    assert seen.counts["fields mended"] > 100
+    assert seen.counts["fields repaired"] > 100
     assert seen.counts["answers: found"] > 20
 
 
@@ -58,13 +58,13 @@ def test_large_maps_are_mended_by_the_real_rule() -> None:
 
 @pytest.mark.parametrize("kind", ["3x3", "stories", "long"])
 @pytest.mark.parametrize("deaf", ["freed", "blocked"])
-def test_a_mender_that_does_not_hear(kind: str, deaf: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    right = FieldRepairer.mend
+def test_a_repairer_that_does_not_hear(kind: str, deaf: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = FieldRepairer.repair
 
-    def mend(self: FieldRepairer, **given: Any) -> Any:
+    def repair(self: FieldRepairer, **given: Any) -> Any:
         return right(self, **{**given, deaf: ()})
 
-    monkeypatch.setattr(FieldRepairer, "mend", mend)
+    monkeypatch.setattr(FieldRepairer, "repair", repair)
     assert ask(kind, 0, {"3x3": 300, "stories": 20, "long": 1}[kind]).failed
 
 
@@ -107,10 +107,10 @@ def test_a_map_that_forgets_terrain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_exception_is_a_failure_and_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    def mend(self: FieldRepairer, **given: Any) -> Any:
+    def repair(self: FieldRepairer, **given: Any) -> Any:
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(FieldRepairer, "mend", mend)
+    monkeypatch.setattr(FieldRepairer, "repair", repair)
     for kind, cases in (("3x3", 20), ("stories", 3)):
         seen = ask(kind, 0, cases)
         assert (seen.cases, seen.failed) == (cases, cases)

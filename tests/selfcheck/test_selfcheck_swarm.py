@@ -90,7 +90,7 @@ def test_a_way_denied_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("kind", ["ad-gso", "dstar-lpso", "igso"])
-def test_only_a_swarm_without_a_seed_and_without_mending_may_give_up(
+def test_only_a_swarm_without_a_seed_and_without_repairing_may_give_up(
     kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     may, genuine = [], swarm.wrong
@@ -108,7 +108,7 @@ def test_only_a_swarm_without_a_seed_and_without_mending_may_give_up(
     assert all("iteration-limit, the reference found" in f.what for f in made.failures)
     told = [f.data["settings"] for f in made.failures]
     if kind == "igso":
-        assert 0 < may.count(True) < 20  # one run of five is without a seed, half of these mend
+        assert 0 < may.count(True) < 20  # one run of five is without a seed, half of these repair
         assert all(how.get("seeded", True) or how["repair"] for how in told)
     else:
         assert may.count(True) == 0

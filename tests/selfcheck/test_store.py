@@ -98,7 +98,7 @@ def test_rows_that_repair_does_not_save_are_seen(lost: int, monkeypatch: pytest.
 
     monkeypatch.setattr(repair, "_of_study", lossy)
     outcome = ran("foreign", 20)
-    assert outcome.failed == 7, outcome.failures  # all that is to be mended, but what is not damaged
+    assert outcome.failed == 7, outcome.failures  # all that is to be repaired, but what is not damaged
 
 
 def test_another_study_must_be_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,7 +123,7 @@ def test_a_process_that_ends_otherwise_is_seen(monkeypatch: pytest.MonkeyPatch) 
     fails("processes", 1, "ended with 1: broken")
 
 
-def test_whole_stores_are_read_written_and_mended(tmp_path: Any) -> None:
+def test_whole_stores_are_read_written_and_repaired(tmp_path: Any) -> None:
     """Nothing of the check takes a good store for a bad one."""
     for sample in (damage.closed(), damage.opened()):
         assert damage.judged(tmp_path / "a", sample.files, sample) == ([], ["read whole"])

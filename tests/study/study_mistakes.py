@@ -12,7 +12,7 @@ MISTAKES = [
     ("version: 2\nx: 1", "VERSION", "1:10: /version", "2: made for a newer release"),
     (ALL + "sedes: 3", "KEY", "4:1: /sedes", "did you mean /seeds?"),
     (ALL + "kind: plann", "KIND", "4:7: /kind", "did you mean plan?"),
-    (ALL + "moves: fuor", "MOVES", "4:8: /moves", "did you mean four?"),
+    (ALL + "moves: fuor-connected", "MOVES", "4:8: /moves", "did you mean four-connected?"),
     (ALL + "preset: robt", "PRESET", "4:9: /preset", "did you mean robot?"),
     (ALL + "about: 5", "TYPE", "4:8: /about", "5 is not text"),
     (ALL + 'about: "\\a"', "YAML_TEXT", "4:8: /about", "not printable"),

@@ -18,7 +18,7 @@ from lampyris.errors import LampyrisError
 from lampyris.study.design.row import Row
 from lampyris.study.store import lock as store_lock
 from lampyris.study.store import new_store
-from lampyris.study.store import repair as mending
+from lampyris.study.store import repair as repairing
 from lampyris.study.store.carve import carved
 from lampyris.study.store.file import PAGE
 from lampyris.study.store.repair import Repaired, repair
@@ -350,7 +350,7 @@ def test_a_repair_that_is_killed_loses_nothing(
     class Killed(BaseException):
         pass
 
-    counted("lampyris.study.store.repair._set_aside", mending._set_aside)
+    counted("lampyris.study.store.repair._set_aside", repairing._set_aside)
     counted("lampyris.study.store.new_store.os.replace", os.replace)
     counted(
         "lampyris.study.store.new_store.sync_folder",

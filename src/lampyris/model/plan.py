@@ -100,7 +100,7 @@ class Plan(Value, Tabular):
     optimal_exact : exact cost of the best path in the same map, None where unknown or there is none.
     sum_cost_to_go : sum of cost-to-go over the visited cells, in cells: what the dissertation prints as the
         baselines' "path cost".
-    mended : whether moving obstacles count as walls in it: there was no other way to go on.
+    repaired : whether moving obstacles count as walls in it: there was no other way to go on.
     gates_on_path, gates_in_map : openings too narrow for the robot, in the map as given. With ``min_clearance``
         the gates that ad-gso closes or meets are others: those of the cells that are left for the robot's
         centre, see :func:`lampyris.planning.field.gates.find_gates`.
@@ -130,7 +130,7 @@ class Plan(Value, Tabular):
     gates_met: tuple[Cell, ...] = ()
     optimal_exact: int | None = None
     sum_cost_to_go: float | None = None
-    mended: bool = False
+    repaired: bool = False
     gates_on_path: tuple[Gate, ...] = ()
     gates_in_map: tuple[Gate, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict, compare=False)

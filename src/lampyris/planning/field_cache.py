@@ -1,4 +1,4 @@
-"""Fields of one living map with different cells sealed, mended from one to the next, not solved anew."""
+"""Fields of one living map with different cells sealed, repaired from one to the next, not solved anew."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ until the robot stands before them."""
 class _Kept:
     """A field, its sealed cells, and those that the map has altered since."""
 
-    mender: FieldRepairer
+    repairer: FieldRepairer
     cells: frozenset[Cell]
     behind: dict[Cell, None] = field(default_factory=dict)
 
@@ -37,7 +37,7 @@ class FieldCache:
         self._moves, self._goal, self._rho, self._gamma = moves, goal, rho, gamma
         self._kept: list[_Kept] = []
         self.spent = 0
-        """Cells settled in fields, or seen by mending them, so far."""
+        """Cells settled in fields, or seen by repairing them, so far."""
 
     def altered(self, cells: list[Cell]) -> None:
         """These cells of the map are other than before; a field hears of it when it is asked for."""
@@ -55,26 +55,26 @@ class FieldCache:
             full = bool(cells) and len(others) >= KEPT
             kept = min(others if full else self._kept, key=lambda k: len(k.cells ^ cells))
             if not full:
-                kept = _Kept(kept.mender.copy(), kept.cells, dict(kept.behind))
+                kept = _Kept(kept.repairer.copy(), kept.cells, dict(kept.behind))
                 self._kept.append(kept)
         if kept is None:
             kept = self._new()
-        self._kept.remove(kept)  # for good, if mending it is stopped half way
+        self._kept.remove(kept)  # for good, if repairing it is stopped half way
         self._bring(kept, cells)
         self._kept.append(kept)
-        return kept.mender.padded
+        return kept.repairer.padded
 
     def _new(self) -> _Kept:
         """The bare field, the first of all."""
         terrain = self._map.terrain if self._map.has_terrain else None
         free, shares = self._map.free, {"rho": self._rho, "gamma": self._gamma}
-        mender = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
-        self.spent += mender.field.expansions
-        self._kept.append(_Kept(mender, frozenset()))
+        repairer = FieldRepairer(free, self._moves, self._goal, terrain=terrain, **shares)
+        self.spent += repairer.field.expansions
+        self._kept.append(_Kept(repairer, frozenset()))
         return self._kept[-1]
 
     def _bring(self, kept: _Kept, cells: frozenset[Cell]) -> None:
-        """Mend a field to the map as it is, with these cells sealed."""
+        """Repair a field to the map as it is, with these cells sealed."""
         differ = kept.behind | dict.fromkeys(sorted(kept.cells ^ cells))
         if not differ:
             return
@@ -82,6 +82,6 @@ class FieldCache:
         freed = [(x, y) for x, y in differ if free[y, x] and (x, y) not in cells]
         blocked = [(x, y) for x, y in differ if not free[y, x] or (x, y) in cells]
         graded = [] if terrain is None else [((x, y), int(terrain[y, x])) for x, y in kept.behind]
-        self.spent += kept.mender.mend(blocked=blocked, freed=freed, terrain=graded).expansions
+        self.spent += kept.repairer.repair(blocked=blocked, freed=freed, terrain=graded).expansions
         kept.cells = cells
         kept.behind.clear()

@@ -65,7 +65,7 @@ export const EVENTS = {
   appear: { shape: "tick", light: "#8b929c", dark: "#727b89", label: "obstacle appears", tell: false },
   wait: { shape: "bar", light: "#8b929c", dark: "#8b94a3", label: "waits", tell: false },
   replan: { shape: "triangle", light: "#7b2cbf", dark: "#c99cf5", label: "plans anew", tell: true },
-  mend: { shape: "ring", light: "#00679f", dark: "#5cb8ef", label: "mends the plan", tell: true },
+  repair: { shape: "ring", light: "#00679f", dark: "#5cb8ef", label: "repairs the plan", tell: true },
   gate: { shape: "gate", light: "#7b2cbf", dark: "#c99cf5", label: "gate too narrow", tell: true },
   wall: { shape: "square", light: "#20242c", dark: "#eceef2", label: "wall painted", tell: true },
   opened: { shape: "square", light: "#b08a3c", dark: "#e3c27a", label: "wall erased", tell: true },

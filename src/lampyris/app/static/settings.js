@@ -22,7 +22,7 @@ const PRESETS = {
 /** @type {Record<string, [string, string]>} */
 const TRAITS = {
   optimal: ["optimal", "its way is a shortest one on a map that does not change"],
-  incremental: ["mends plans", "it keeps what it knows when the map changes"],
+  incremental: ["repairs plans", "it keeps what it knows when the map changes"],
   stochastic: ["draws lots", "another seed may give another answer"],
   sees_traffic: ["sees traffic", "it plans around what moves, in time"],
 };

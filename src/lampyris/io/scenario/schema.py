@@ -319,7 +319,7 @@ class ScenarioFile(Table):
     )
     moves: Annotated[
         Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,
-        Rule("MOVES", "dissertation, octile, four or sixteen"),
+        Rule("MOVES", "dissertation, octile, four-connected or sixteen-connected"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     planner: NameOrTable = Field("ad-gso", description="Who plans: see `lampyris planners`.")
     law: NameOrTable | None = Field(

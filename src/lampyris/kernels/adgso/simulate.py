@@ -1,7 +1,7 @@
 """A whole simulation of AD-GSO among random walkers, in one call: many runs, not one to be watched.
 
 The rules are those of :mod:`lampyris.sim.grid.loop`, tick for tick and draw for draw; a test holds the two equal.
-What one call cannot do (mending a field, finding a gate on arrival, obstacles that do not yield) makes it
+What one call cannot do (repairing a field, finding a gate on arrival, obstacles that do not yield) makes it
 return :data:`ELSEWHERE`, and the loop is run instead.
 
 Cells are numbers in the map with a border one cell wide: ``(y + 1) * stride + x + 1``, where ``stride =
@@ -205,7 +205,7 @@ def ask(
     ring_dx, ring_dy, ring_at, near, far, price, wall, toll, room, dist, queue, queued, way,
     known, marks, lower, halt,
 ):  # fmt: skip
-    """Plan from where the robot stands; False if that is for the loop, because it would mend.
+    """Plan from where the robot stands; False if that is for the loop, because it would repair.
 
     The way is ``path``, of which the first sub-path and ``horizon`` steps more are there; ``state[STEPS]`` =
     -1 says hemmed in.

@@ -1,4 +1,4 @@
-"""Mending a field after some cells changed: costs, parents and luciferin, and no cell that need not be seen.
+"""Repairing a field after some cells changed: costs, parents and luciferin, and no cell that need not be seen.
 
 What changes is found in four sweeps, in rising cost, as Ramalingam and Reps order theirs ("An incremental
 algorithm for a generalization of the shortest-path problem", J. Algorithms 21, 1996; here for a batch of
@@ -37,12 +37,12 @@ cost, cells that a wave left from, parents looked at, luciferin formed."""
 
 
 @kernel(out=("free", "weight", "cost", "step", "luciferin", "after", "before", "mark", "seen", "work"))
-def mend(
+def repair(
     free, weight, cost, step, luciferin, after, before, mark, seen, turned, now_free, graded, now_weight,
     jump, side, other, price, ground, mask, goal, shift, hopeless, most, never, keep, gamma, unit, work,
     halt,
 ):  # fmt: skip
-    """Take in changed cells and mend the field; return 0 if it has to be solved anew instead.
+    """Take in changed cells and repair the field; return 0 if it has to be solved anew instead.
 
     That is so when the goal is a wall, or was; when the changed cells and their neighbours alone are more
     than ``hopeless``; and when more than ``most`` cells have been seen. The map is then as it should be, the

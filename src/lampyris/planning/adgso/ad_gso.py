@@ -33,7 +33,7 @@ class AdGso(AdGsoSettings):
     mvr : rings at most, the dissertation's MVR (also ML). 1 to 50.
     rho, gamma : luciferin decay, 0 < rho <= 1, and enhancement, > 0.
     gates : openings too narrow for the robot: ``ignore`` them, ``close`` them in the analysis, or ``replan``,
-        to find each on arrival, seal it and mend the field. The ends are never sealed. An iteration that a
+        to find each on arrival, seal it and repair the field. The ends are never sealed. An iteration that a
         gate cuts short counts, even one that could not move.
     iter_max : jumps at most in one plan; None: no limit. (The walk ends without one: luciferin falls with
         each jump.)
@@ -56,7 +56,7 @@ class AdGso(AdGsoSettings):
     summary: ClassVar[str] = "Walks down the luciferin of the cost field through a growing window"
     source: ClassVar[str] = (
         "The dissertation's AD-GSO (algorithms 3.2-3.9). Ours: the join through accepted cells, which its "
-        "Table 4.4 needs; how ties fall; mending the field when hemmed in; choice = exact; the scales of "
+        "Table 4.4 needs; how ties fall; repairing the field when hemmed in; choice = exact; the scales of "
         "obstacle_density_weight, traffic_density_weight and min_clearance, which it suggests as future work."
     )
 

@@ -37,13 +37,13 @@ class AdGsoSession(SessionBase):
     """A session of :class:`lampyris.planning.adgso.ad_gso.AdGso`; see :class:`lampyris.planning.base.Session`.
 
     Cells in ``Change.obstacles`` are cells the robot's centre may not enter; for a robot with a radius the
-    caller widens them. ``Plan.expansions`` counts the cells that fields cost in this call, solved or mended,
+    caller widens them. ``Plan.expansions`` counts the cells that fields cost in this call, solved or repaired,
     plus window cells looked at; a field wanted only to report the optimum is not counted. ``Plan.commit`` is
     the length of the first sub-path: the rest is a preview, to be asked for anew.
 
     Hemmed in: where obstacles leave nothing to accept, the answer is ``hemmed-in``, and the caller lets a
     step pass. Asked again at the same cell, and still hemmed in, the session walls in every obstacle it
-    sees, mends the field and walks on that, so as not to turn back at the next jump, until those cells are
+    sees, repairs the field and walks on that, so as not to turn back at the next jump, until those cells are
     left: each is freed exactly when no obstacle covers it any more.
     """
 
@@ -116,11 +116,11 @@ class AdGsoSession(SessionBase):
             self._walled = _NONE
             trip = self._travel(bodies, look)
         if trip.code == w.HEMMED and self._hemmed == here:
-            return self._mend(bodies, look)
+            return self._repair(bodies, look)
         self._hemmed = here if trip.code == w.HEMMED else None
         return self._conclude(trip)
 
-    def _mend(self, bodies: frozenset[Cell], look: int) -> Plan:
+    def _repair(self, bodies: frozenset[Cell], look: int) -> Plan:
         """Hemmed in for the second time: wall in what is seen, and walk on the field that results."""
         goal = self._scene.goal
         self._walled = bodies - {goal}  # one that stands on the goal has to be waited for, near the goal
@@ -246,7 +246,7 @@ class AdGsoSession(SessionBase):
             gates_met=tuple(trip.gates_met),
             optimal_exact=optimal,
             sum_cost_to_go=to_go,
-            mended=bool(status) and bool(self._walled),
+            repaired=bool(status) and bool(self._walled),
             detail=detail,
         )
 

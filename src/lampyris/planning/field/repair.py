@@ -1,6 +1,6 @@
 """Repair: a field kept up to date while its map changes, at the cost of what changed.
 
-A mended field equals one solved from scratch on the changed map to the last bit: cost, parent and luciferin
+A repaired field equals one solved from scratch on the changed map to the last bit: cost, parent and luciferin
 (see :mod:`lampyris.kernels.field.repair`). Where too much changes, solving anew is quicker, and is what happens.
 """
 
@@ -25,8 +25,8 @@ from lampyris.planning.field.solve import checked, fill
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 GIVE_UP = 24
-"""A mend that has seen one cell in so many is given up for solving anew: a cell costs some twenty to thirty
-times as much to mend as to solve (``make bench``)."""
+"""A repair that has seen one cell in so many is given up for solving anew: a cell costs some twenty to thirty
+times as much to repair as to solve (``make bench``)."""
 HOPELESS = 4
 """It is not even begun where the changed cells and their neighbours are more than that share of it."""
 
@@ -35,7 +35,7 @@ _SPACES = np.array([1, 0], dtype=np.uint8)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Padded:
-    """A mended field as kernels take it: flat, with its border of walls, read-only. Views, like the Field's.
+    """A repaired field as kernels take it: flat, with its border of walls, read-only. Views, like the Field's.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Padded:
 class FieldRepairer(Exclusive):
     """Keeps the field of one goal on a map that changes; for one call at a time (:mod:`lampyris._core.exclusive`).
 
-    Memory besides the field: one or two bytes a cell, 15 from the first mend on.
+    Memory besides the field: one or two bytes a cell, 15 from the first repair on.
 
     Parameters
     ----------
@@ -103,13 +103,13 @@ class FieldRepairer(Exclusive):
         self._has_terrain = terrain is not None
         self._lists: tuple[NDArray[Any], ...] | None = None
         self._work = np.zeros(6, dtype=np.int64)
-        self.solved, self.mended = 1, 0
-        """How often this field was solved from scratch, and how often it was mended."""
+        self.solved, self.repaired = 1, 0
+        """How often this field was solved from scratch, and how often it was repaired."""
         self._field = self._show(count)
 
     @property
     def field(self) -> Field:
-        """The field as it is now. Its arrays are views that the next :meth:`mend` writes to."""
+        """The field as it is now. Its arrays are views that the next :meth:`repair` writes to."""
         return self._field
 
     @property
@@ -142,12 +142,12 @@ class FieldRepairer(Exclusive):
         checkpoint()
         other._free, other._weight = self._free.copy(), self._weight.copy()
         other._lists, other._work = None, self._work.copy()
-        other.solved, other.mended = 0, 0
+        other.solved, other.repaired = 0, 0
         other._field = other._show(self._field.expansions, self._field.revision)
         return other
 
     def _own_state(self) -> dict[str, Any]:
-        # A view travels as an array of its own: what is then mended is not what is shown. The lists are empty
+        # A view travels as an array of its own: what is then repaired is not what is shown. The lists are empty
         # between two calls, and long.
         state = {
             name: value for name, value in super()._own_state().items() if name not in ("_field", "_padded")
@@ -160,7 +160,7 @@ class FieldRepairer(Exclusive):
         self._field = self._show(*shown)
 
     @one_call
-    def mend(
+    def repair(
         self,
         *,
         blocked: Iterable[Cell] = (),
@@ -190,7 +190,7 @@ class FieldRepairer(Exclusive):
         spaces = np.repeat(_SPACES, (len(on), len(off)))
         most = self._free.size // GIVE_UP
         limits = (most // HOPELESS, most, self._frame.never)
-        done = repair.mend(
+        done = repair.repair(
             self._free, self._weight, cost, step, luciferin, *self._lists,
             np.concatenate((on, off)), spaces, graded, weights,
             *self._steps, *limits, *self._shares, self._work,
@@ -198,7 +198,7 @@ class FieldRepairer(Exclusive):
         work = int(self._work[repair.LOST] + self._work[repair.SETTLED])
         revision = self._field.revision + 1
         if done:
-            self.mended += 1
+            self.repaired += 1
         else:
             work += self._solve()
         if self._maps[1] is cost:

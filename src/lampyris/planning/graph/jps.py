@@ -23,7 +23,7 @@ class JumpPointSearch:
 
     For ``octile`` and ``dissertation`` moves, with a robot of any size, on plain ground. Its rules do not
     hold for ``four-connected`` and ``sixteen-connected`` moves nor on maps with terrain: there it plans as ``astar`` does.
-    Packing the bits is done once, and mended where the map changes; ``Plan.timing["pack_s"]`` tells it
+    Packing the bits is done once, and repaired where the map changes; ``Plan.timing["pack_s"]`` tells it
     apart. ``Plan.expansions`` counts jump points.
     """
 

@@ -1,4 +1,4 @@
-"""Jump point search over one map: its bits, packed and mended, and the arrays that a search needs."""
+"""Jump point search over one map: its bits, packed and repaired, and the arrays that a search needs."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class PackedMap:
         """Rows, then columns: walls, stops onwards, stops backwards; a line is a row of the array."""
 
     def __getstate__(self) -> dict[str, Any]:
-        # A view travels as an array of its own: what is then mended is not what is searched.
+        # A view travels as an array of its own: what is then repaired is not what is searched.
         return {**self.__dict__, "sheets": self.sheets[1][0]}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -166,7 +166,7 @@ class JumpSearch:
     def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
         """Take a new ground of the same shape; False, and nothing done, if it has terrain.
 
-        Cells that differ are mended; many are packed anew.
+        Cells that differ are repaired; many are packed anew.
         """
         if terrain is not None:
             return False
@@ -188,7 +188,7 @@ class JumpSearch:
     ) -> SearchResult:
         """Cheapest way between two free cells while some cells (of the map) are closed.
 
-        ``expansions`` are jump points, ``pack_s`` what packing and mending took since the answer before.
+        ``expansions`` are jump points, ``pack_s`` what packing and repairing took since the answer before.
         """
         shut = sorted({c for c in closed if self._free[c[1], c[0]]})
         self._shut(shut, True)

@@ -1,4 +1,4 @@
-"""D*: the first planner to mend its costs instead of searching anew."""
+"""D*: the first planner to repair its costs instead of searching anew."""
 
 from __future__ import annotations
 

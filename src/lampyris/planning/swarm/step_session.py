@@ -143,7 +143,7 @@ class StepSession(SessionBase):
     """A session of a :class:`StepPlanner`.
 
     Moving obstacles count as walls for the call, save on the robot's own cell and on the goal. One iteration
-    moves the robot, or finds a gate in its way, which is closed; the costs are then mended. A gate that the
+    moves the robot, or finds a gate in its way, which is closed; the costs are then repaired. A gate that the
     preview finds is closed for that plan only; it stays closed once the robot itself stands before it.
     ``Plan.commit`` is the first move: the rest is a preview.
 

@@ -69,7 +69,7 @@ def _swapped() -> str:
         f"the {here} of mixed and the {there} of improved are probably swapped: {there} iterations of "
         f"mixed can add up to its {mixed['path_cost']} ({low:g} to {high:g}); but improved needs {need} and "
         f"not {here}, which leave {most:g} of its {improved['path_cost']} at most, so the swap alone does "
-        "not mend the table"
+        "not repair the table"
     )
 
 

@@ -25,7 +25,7 @@ Where the old plan's next step was legal and the new plan goes another way, the 
 Obstacles of our own making yield to the robot or run into it; the robot never moves into anybody. If an
 obstacle that does not yield has come onto the robot, the robot may still leave in the same tick, by its
 planned or re-chosen step. There the planner is asked twice if need be: once to choose anew, and once more in
-place of the step it has no time to wait (AD-GSO then mends its field; without it, one run in eight among
+place of the step it has no time to wait (AD-GSO then repairs its field; without it, one run in eight among
 twenty crossing obstacles was a hit instead of one in forty). If the robot cannot leave, it was hit while it
 stood still: the outcome ``hit``, and the end. ``collision`` cannot come about.
 
@@ -67,7 +67,7 @@ from lampyris.typing import Cell
 PATIENCE = SIMULATION_PATIENCE
 """Ticks in a row the robot waits before it gives up.
 
-The dissertation's own would be 1: wait one step, mend, then fail.
+The dissertation's own would be 1: wait one step, repair, then fail.
 """
 
 HOLD: Step = (-1, 0, 0)
@@ -154,7 +154,7 @@ class Simulation(Exclusive):
         self._speed, self._cause = [0.0], ["start"]
         self._events: list[Event] = []
         self._gates: set[Cell] = set()
-        self._mended = False
+        self._repaired = False
         self._replans = self._waits = self._path_switches = self._iterations = self._expansions = 0
         self._planning_s = self._total_s = self._loading_s = 0.0
         self._begin()
@@ -202,13 +202,13 @@ class Simulation(Exclusive):
 
     def _ask(self, change: Change) -> None:
         began = loading.cpu()
-        mended = self._mended
+        repaired = self._repaired
         ahead = self._ahead()
         plan = self.plan = self.session.plan(self.walls.told(change), self.budget)
         self.notes.add(plan.notes)
-        self._mended = plan.mended
-        if plan.mended and not mended:
-            self._tell("mend", self._robot[-1], "Obstacles in the way count as walls until they leave.")
+        self._repaired = plan.repaired
+        if plan.repaired and not repaired:
+            self._tell("repair", self._robot[-1], "Obstacles in the way count as walls until they leave.")
         self._planning_s += loading.cpu() - began
         self._expansions += plan.expansions
         for gate in plan.gates_met:
@@ -295,7 +295,7 @@ class Simulation(Exclusive):
         self._ask(change)
         step = self._planned()
         if step is None and self.world.robot_is_met():
-            # No time to wait a step and ask again: a planner that would mend its field then must do so now.
+            # No time to wait a step and ask again: a planner that would repair its field then must do so now.
             self._replans += 1
             self._tell("replan", self._robot[-1], "An obstacle came onto the robot; asked once more.")
             self._ask(change)

@@ -323,7 +323,7 @@ class StudyFile(Table):
     )
     moves: Annotated[
         Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,
-        Rule("MOVES", "dissertation, octile, four or sixteen"),
+        Rule("MOVES", "dissertation, octile, four-connected or sixteen-connected"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
     robot: RobotTable = Field(RobotTable.model_validate({}), description="Size and limits, SI units.")
     maps: Annotated[

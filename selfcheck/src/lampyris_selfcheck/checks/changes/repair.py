@@ -1,4 +1,4 @@
-"""A field mended, and a search gone on with, after each edit are those made from scratch."""
+"""A field repaired, and a search gone on with, after each edit are those made from scratch."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from lampyris.model.moves import MOVES
 from lampyris.planning.base import Planner
-from lampyris.planning.field import repair as mending
+from lampyris.planning.field import repair as repairing
 from lampyris.planning.incremental.dstar import DStar
 from lampyris.planning.incremental.dstar_lite import DStarLite
 from lampyris.planning.incremental.focussed_dstar import FocussedDStar
@@ -15,7 +15,7 @@ from lampyris.planning.incremental.lpa_star import LpaStar
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.changes.repair_every import Group, edits
 from lampyris_selfcheck.checks.changes.repair_long import long_story
-from lampyris_selfcheck.checks.changes.repair_story import data, mend_through, plan_through
+from lampyris_selfcheck.checks.changes.repair_story import data, plan_through, repair_through
 from lampyris_selfcheck.reference.paths.changing_map import Cell
 from lampyris_selfcheck.reference.paths.edit_stories import story
 
@@ -60,13 +60,13 @@ KINDS = {
 
 @contextmanager
 def never_anew() -> Iterator[None]:
-    """Small maps are mended here, where solving them anew would be quicker."""
-    before = mending.GIVE_UP, mending.HOPELESS
-    mending.GIVE_UP = mending.HOPELESS = 1
+    """Small maps are repaired here, where solving them anew would be quicker."""
+    before = repairing.GIVE_UP, repairing.HOPELESS
+    repairing.GIVE_UP = repairing.HOPELESS = 1
     try:
         yield
     finally:
-        mending.GIVE_UP, mending.HOPELESS = before
+        repairing.GIVE_UP, repairing.HOPELESS = before
 
 
 def run(ask: Ask, part: Part) -> Outcome:
@@ -139,15 +139,15 @@ def _stories(ask: Ask, tally: Tally, part: Part) -> None:
         told = story(ask.seed, number) if short else long_story(rng, number)
         judged = 1 if short else 20
         try:
-            mender = mend_through(told, judged=judged)
+            repairer = repair_through(told, judged=judged)
             seen = plan_through(told, PLANNERS, judged=judged)
         except Exception as error:
             tally.case("raised")
             tally.fail(number, f"{type(error).__name__}: {error}", **data(told))
             continue
         tally.case(told.name, "terrain" if told.terrain is not None else "plain ground")
-        tally.count("fields mended", mender.mended)
-        tally.count("fields solved anew", mender.solved - 1)
+        tally.count("fields repaired", repairer.repaired)
+        tally.count("fields solved anew", repairer.solved - 1)
         for word, times in sorted(seen.items()):
             tally.count(f"answers: {word}", times)
 
@@ -155,7 +155,7 @@ def _stories(ask: Ask, tally: Tally, part: Part) -> None:
 CHECK = Check(
     "repair",
     ("G3",),
-    "after every edit the mended field, and the search gone on with, are those made from scratch",
+    "after every edit the repaired field, and the search gone on with, are those made from scratch",
     KINDS,
     run,
 )

@@ -54,12 +54,12 @@ def free_rows(side: int, bits: int) -> list[list[bool]]:
 
 
 class Group:
-    """All edits of one grid: menders and sessions that live through them.
+    """All edits of one grid: repairers and sessions that live through them.
 
     Parameters
     ----------
     side, bits : the grid before each edit.
-    fields : step set and goal of each mender.
+    fields : step set and goal of each repairer.
     asked : planner, step set, start and goal of each session.
     """
 
@@ -72,7 +72,7 @@ class Group:
     ) -> None:
         self.bits, self._side = bits, side
         free = free_of(side, bits)
-        self._menders = [(name, goal, FieldRepairer(free, MOVES[name], goal)) for name, goal in fields]
+        self._repairers = [(name, goal, FieldRepairer(free, MOVES[name], goal)) for name, goal in fields]
         self._sessions: list[tuple[Planner, str, Cell, Cell, Session]] = []
         for planner, name, start, goal in asked:
             session = planner.open(Scene(Grid(~free), start, goal, MOVES[name]), RNG)
@@ -88,12 +88,12 @@ class Group:
         """
         now = self.bits | 1 << cell if freed else self.bits
         at = ((cell % self._side, cell // self._side),)
-        for name, goal, mender in self._menders:
-            field = mender.mend(freed=at) if freed else mender.mend(blocked=at)
+        for name, goal, repairer in self._repairers:
+            field = repairer.repair(freed=at) if freed else repairer.repair(blocked=at)
             found = field.exact.tobytes(), field.step.tobytes(), field.luciferin.tobytes()
             right = truth(self._side, now, name, goal)
             if found != right:
-                demand(False, f"{name} moves, goal {goal}: the mended field is not the one solved anew")
+                demand(False, f"{name} moves, goal {goal}: the repaired field is not the one solved anew")
         return {self._ask(k, now, at, freed) for k in range(len(self._sessions))}
 
     def _ask(self, k: int, now: int, at: tuple[Cell, ...], freed: bool) -> str:

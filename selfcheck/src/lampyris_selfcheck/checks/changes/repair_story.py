@@ -1,4 +1,4 @@
-"""Lives of a map that changes, told to menders and to incremental planners; each answer is judged."""
+"""Lives of a map that changes, told to repairers and to incremental planners; each answer is judged."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def demand(holds: object, why: str) -> None:
 # ---- the field --------------------------------------------------------------------------------------------
 
 
-def mend_through(told: EditStory, judged: int = 1) -> FieldRepairer:
+def repair_through(told: EditStory, judged: int = 1) -> FieldRepairer:
     """Live a story; after every edit the field is the one solved anew, to the last bit, and a plain
     Dijkstra's after every ``judged`` th. The robot's size is of no account here.
 
@@ -50,7 +50,7 @@ def mend_through(told: EditStory, judged: int = 1) -> FieldRepairer:
     weighed = told.terrain is not None
     moves = MOVES[told.name].weighed() if weighed else MOVES[told.name]
     rho, gamma = (0.4, 0.6) if told.start[0] % 2 else (0.37, 0.7)
-    mender = FieldRepairer(~told.blocked, moves, told.goal, terrain=told.terrain, rho=rho, gamma=gamma)
+    repairer = FieldRepairer(~told.blocked, moves, told.goal, terrain=told.terrain, rho=rho, gamma=gamma)
     world = ChangingMap(told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist())
     for number, edit in enumerate(told.edits):
         # Obstacles are cells like others here: blocked with the rest, and free again with the next edit.
@@ -59,7 +59,7 @@ def mend_through(told: EditStory, judged: int = 1) -> FieldRepairer:
         graded = [(cell, world.terrain[cell[1]][cell[0]]) for cell, _ in terrain]
         if weighed:
             graded += [((x, y), world.terrain[y][x]) for x, y in (*edit.blocked, *edit.freed)]
-        field = mender.mend(blocked=edit.blocked, freed=edit.freed, terrain=graded)
+        field = repairer.repair(blocked=edit.blocked, freed=edit.freed, terrain=graded)
         free = ~np.array(world.blocked)
         weights = np.array(world.terrain, np.uint8) if weighed else None
         anew = solve(free, moves, told.goal, terrain=weights, rho=rho, gamma=gamma)
@@ -71,7 +71,7 @@ def mend_through(told: EditStory, judged: int = 1) -> FieldRepairer:
         if number % judged == 0:
             right = by_the_twin(world, told.name, told.goal, moves)
             demand(np.array_equal(field.exact, right), f"{where}: costs are not the twin's")
-    return mender
+    return repairer
 
 
 def by_the_twin(world: ChangingMap, name: str, goal: Cell, moves: Moves) -> np.ndarray:

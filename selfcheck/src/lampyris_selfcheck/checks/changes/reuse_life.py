@@ -240,7 +240,7 @@ def told_of(plan: Plan, alike: str) -> tuple[object, ...]:
 
 _PARTS = (
     "status", "cells", "exact", "schedule", "commit", "iterations", "expansions", "optimal", "to go",
-    "mended", "gates", "waypoints", "detail",
+    "repaired", "gates", "waypoints", "detail",
 )  # fmt: skip
 _EFFORT = ("iterations", "expansions")
 
@@ -250,7 +250,7 @@ def essence(plan: Plan) -> tuple[object, ...]:
     arrays = (plan.cells, plan.schedule, plan.waypoints)
     cells, schedule, waypoints = (None if a is None else a.tolist() for a in arrays)
     exact = None if plan.path is None else (plan.path.exact, plan.path.moves.scale)
-    told = plan.optimal_exact, plan.sum_cost_to_go, plan.mended, plan.gates_met, waypoints, plan.detail
+    told = plan.optimal_exact, plan.sum_cost_to_go, plan.repaired, plan.gates_met, waypoints, plan.detail
     return plan.status, cells, exact, schedule, plan.commit, plan.iterations, plan.expansions, *told
 
 

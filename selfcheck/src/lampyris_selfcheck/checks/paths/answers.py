@@ -20,7 +20,7 @@ from lampyris_selfcheck.reference.paths.path_cost import PLAIN, walked
 from lampyris_selfcheck.reference.paths.search import Cost, Counts, cost_of, less
 
 UNFINISHED = ("iteration-limit", "limit")
-"""What a planner that may give up says where there is a way: a swarm without a seed and without mending."""
+"""What a planner that may give up says where there is a way: a swarm without a seed and without repairing."""
 NEAR = 1e-12
 """Share by which a cost as a float may be off: rounding."""
 

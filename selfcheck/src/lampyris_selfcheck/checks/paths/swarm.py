@@ -1,7 +1,7 @@
 """Swarm planners keep to their bounds: valid, never shorter than the best way, never longer than their seed.
 
 What is promised: a seeded swarm (the eight that judge whole ways begin with the exact way unless told not
-to) is never longer than that way and its slack; without a seed and mending it may find nothing, but says so
+to) is never longer than that way and its slack; without a seed and repairing it may find nothing, but says so
 and denies no way: it alone may give up. The two baselines that move cell by cell and AD-GSO promise a valid
 way. Nobody is better than the best. The reference is that of the check ``random``.
 """
@@ -53,7 +53,7 @@ def _asked(ask: Ask, group: int) -> tuple[SmallWorld, Cell, Cell]:
 
 
 def _settings(rng: np.random.Generator, seed: int) -> dict[str, Any]:
-    """Of a swarm: seeded in four runs of five, sometimes with slack; without a seed sometimes mended.
+    """Of a swarm: seeded in four runs of five, sometimes with slack; without a seed sometimes repaired.
 
     Half of them care more for room and straightness than for length: only these would pass their bounds.
     """
@@ -75,8 +75,8 @@ def bounds_wrong(plan: Plan, truth: Truth, settings: dict[str, Any]) -> str:
     if truth.word != "found" or truth.cost is None:
         return ""
     if not settings.get("seeded", True):
-        mended = bool(plan.detail)
-        if plan.path is not None and trace and not mended and trace[-1] < plan.cost - ROUNDING:
+        repaired = bool(plan.detail)
+        if plan.path is not None and trace and not repaired and trace[-1] < plan.cost - ROUNDING:
             return f"the best fitness, {trace[-1]!r}, is below the cost of its way, {plan.cost!r}"
         return ""
     if plan.path is None:

@@ -1,4 +1,4 @@
-"""Check: a damaged store is a typed error or is mended exactly; never a silent loss."""
+"""Check: a damaged store is a typed error or is repaired exactly; never a silent loss."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _run(ask: Ask, part: Part) -> Outcome:
 CHECK = Check(
     "store",
     ("G17", "G19"),
-    "a damaged store is a typed error or is mended exactly, never a silent loss",
+    "a damaged store is a typed error or is repaired exactly, never a silent loss",
     _kinds,
     _run,
 )

@@ -38,7 +38,7 @@ READING = frozenset(
 )
 """What reading a damaged store may say."""
 REPAIRING = frozenset(("STORE_STUDY", "STORE_FORMAT"))
-"""What mending one without its study may say: its study is damaged; nothing of a store is in it."""
+"""What repairing one without its study may say: its study is damaged; nothing of a store is in it."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _raw(files: Files, given: list[Row]) -> dict[str, bytes]:
 
 
 def judged(path: Path, files: Files, sample: Sample) -> tuple[list[str], list[str]]:
-    """Read a damaged store, write to it and mend it: each time exactly the right rows, or a typed error.
+    """Read a damaged store, write to it and repair it: each time exactly the right rows, or a typed error.
 
     Parameters
     ----------
@@ -128,11 +128,11 @@ def judged(path: Path, files: Files, sample: Sample) -> tuple[list[str], list[st
     writes = _does(wrong, "going on", READING, lambda: _write(path, sample))
     if writes and not reads:
         wrong.append("it could be written to, and not be read")
-    mends = _does(wrong, "repair", frozenset(), lambda: _mend(path, files, sample))
+    repairs = _does(wrong, "repair", frozenset(), lambda: _repair(path, files, sample))
     seen = [
         "read whole" if reads else "refused",
         *(["read, and may not be added to"] if reads and not writes else []),
-        *([] if mends else ["not mended"]),
+        *([] if repairs else ["not repaired"]),
     ]
     clear(path.parent)
     return wrong, seen
@@ -181,7 +181,7 @@ def _write(path: Path, sample: Sample) -> None:
             raise _Wrong("what was added is not there, or not alone")
 
 
-def _mend(path: Path, files: Files, sample: Sample) -> None:
+def _repair(path: Path, files: Files, sample: Sample) -> None:
     """Repair keeps right rows only, all that are whole, and counts the others; then the study can go on."""
     data = files.get("", b""), files.get("-wal", b"")
     whole = {key for key, raw in sample.raw.items() if raw in data[0] or raw in data[1]}
@@ -203,7 +203,7 @@ def _mend(path: Path, files: Files, sample: Sample) -> None:
             raise _Wrong(f"says {told.kept} kept, {told.lost} lost of {len(sample.right)}; {len(kept)} kept")
         store.add(sample.right)
         if store.rows() != sample.keyed:
-            raise _Wrong("mended and gone on with, it has not all rows")
+            raise _Wrong("repaired and gone on with, it has not all rows")
 
 
 # ---- the damage --------------------

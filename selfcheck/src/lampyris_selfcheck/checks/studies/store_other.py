@@ -38,15 +38,15 @@ class Foreign:
     name : of the case.
     make : puts it at a path.
     reads, goes_on : the code that reading it, and going on with it, must be refused with; empty: neither is.
-    mends : the code that repair is refused with; empty: it is not.
-    saves : the rows that the mended store must have, by key, and no other: all whose records stand whole.
+    repairs : the code that repair is refused with; empty: it is not.
+    saves : the rows that the repaired store must have, by key, and no other: all whose records stand whole.
     """
 
     name: str
     make: Callable[[Path], object]
     reads: str
     goes_on: str
-    mends: str
+    repairs: str
     saves: Mapping[str, Row] = field(default_factory=dict)
 
 
@@ -151,7 +151,7 @@ def foreign(number: int, at: Path) -> tuple[str, str]:
             wrong.append("it was changed")
     clear(at)
     case.make(path)
-    wrong.append(_is_refused(case.mends, lambda: _mend(path, case.saves)))
+    wrong.append(_is_refused(case.repairs, lambda: _repair(path, case.saves)))
     return case.name, "; ".join(w for w in wrong if w)
 
 
@@ -160,7 +160,7 @@ def _read(path: Path, *, writable: bool) -> None:
         store.study(), store.rows()
 
 
-def _mend(path: Path, saves: Mapping[str, Row]) -> None:
+def _repair(path: Path, saves: Mapping[str, Row]) -> None:
     """Repair, judge what is saved, and go on until every row is there."""
     told = repair(path, study=study(7))
     all_ = rows(study(7), words=5000)

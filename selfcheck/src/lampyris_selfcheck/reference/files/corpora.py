@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lampyris_selfcheck.reference.files.edges import change_bmp, change_npy, change_png_size, change_rows
 from lampyris_selfcheck.reference.files.map_files import adam7, bmp, chunk, npy, png, rows
-from lampyris_selfcheck.reference.files.mutator import Corpus, mend_npy
+from lampyris_selfcheck.reference.files.mutator import Corpus, repair_npy
 from lampyris_selfcheck.reference.files.trees import change_json, change_yaml
 
 _PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
@@ -63,7 +63,7 @@ NPY = Corpus(
     ),
     (b"descr", b"'<i4'", b"'|O'", b"shape", b"fortran_order", b"True", b"()"),
     change=change_npy,
-    mend=mend_npy,
+    repair=repair_npy,
 )
 MAP = Corpus(
     (
@@ -195,7 +195,7 @@ ZONES_NPY = Corpus(
     ),
     (b"descr", b"'<f4'", b"'<i4'", b"'|O'", b"shape", b"fortran_order", b"True", b"(2, 3)"),
     change=change_npy,
-    mend=mend_npy,
+    repair=repair_npy,
 )
 _DOB = b"""NumberOfDynamicObstacles: 1
 DynamicObstacleID: 0

@@ -119,7 +119,7 @@ def change_png_size(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
     """A PNG whose header says 0 or one more or fewer, its checksum right; the others as PNG are."""
     if rng.random() > _SHARE / 3 or not data.startswith(b"\x89PNG") or len(data) < 33:
         return change_png(rng, data, corpus)
-    return _mended(_with_size(rng, data))
+    return _repaired(_with_size(rng, data))
 
 
 def _with_size(rng: Rng, data: bytes) -> bytes:
@@ -129,7 +129,7 @@ def _with_size(rng: Rng, data: bytes) -> bytes:
     return data[:at] + struct.pack(">I", size) + data[at + 4 :]
 
 
-def _mended(data: bytes) -> bytes:
+def _repaired(data: bytes) -> bytes:
     return data[:29] + struct.pack(">I", zlib.crc32(data[12:29])) + data[33:]
 
 

@@ -2,7 +2,7 @@
 
 Bytes are turned, set, put in, taken out, repeated and cut off; files of one corpus are spliced; in text,
 numbers become odd numbers, words other words, lines are repeated, lost or change places. Where a checksum or
-a length stands before what was changed, a mend makes it right again: mutations reach what lies behind.
+a length stands before what was changed, a repair makes it right again: mutations reach what lies behind.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ class Corpus:
     words : what the format's own words are, to be put where other words stand.
     text : whether lines, words and numbers mean something.
     change : a way of changing that knows the format, used four times of five.
-    mend : makes checksums and lengths right again. Every fifth mutant is left as it is.
+    repair : makes checksums and lengths right again. Every fifth mutant is left as it is.
     """
 
     seeds: tuple[bytes, ...]
     words: tuple[bytes, ...] = ()
     text: bool = True
     change: Change | None = None
-    mend: Callable[[bytes], bytes] | None = None
+    repair: Callable[[bytes], bytes] | None = None
 
     def mutant(self, rng: Rng) -> bytes:
         """One mutant: mostly one or two changes, seldom more."""
@@ -72,8 +72,8 @@ class Corpus:
             if self.change is not None and rng.random() < 0.8:
                 change = self.change
             data = change(rng, data, self)[:MAX_BYTES]
-        if self.mend is not None and rng.random() < 0.8:
-            data = self.mend(data)
+        if self.repair is not None and rng.random() < 0.8:
+            data = self.repair(data)
         return data
 
 
@@ -273,7 +273,7 @@ def _chunks(data: bytes) -> list[tuple[bytes, bytes]]:
     return chunks
 
 
-def mend_npy(data: bytes) -> bytes:
+def repair_npy(data: bytes) -> bytes:
     """The length of the header made right: it ends with the first end of line."""
     start, form = (10, "<H") if data[6:7] == b"\1" else (12, "<I")
     end = data.find(b"\n", start)

@@ -225,7 +225,7 @@ def repair(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="FILE", help="The mended store (default: in its place; the old one is kept)."
+            "--out", metavar="FILE", help="The repaired store (default: in its place; the old one is kept)."
         ),
     ] = None,
     study: Annotated[
