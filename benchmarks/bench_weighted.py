@@ -108,7 +108,7 @@ def _rivals(free: np.ndarray, terrain: np.ndarray, moves: Moves, goal: tuple[int
     toll = 1.0 + terrain / TERRAIN_UNIT
     rows, cols, lengths, node = edges(free, moves)
     many = int(free.sum())
-    # The field's costs are to the goal: whoever starts there walks every step backwards, and pays for the
+    # The field's costs are to the goal: anyone who starts there walks every step backwards, and pays for the
     # cell that the step comes from.
     graph = csr_matrix((lengths * toll[free][cols], (cols, rows)), shape=(many, many))
     calls: dict[str, Call] = {"scipy": partial(dijkstra, graph, directed=True, indices=int(node[y, x]))}

@@ -67,7 +67,7 @@ def stages(
     _check(fields, alone, parented, natives)
     answers = np.empty(sum(f.exact.nbytes + f.step.nbytes + f.luciferin.nbytes for f in fields), np.uint8)
     del fields
-    # None of ours after another of ours: whoever comes next would find the memory just used in the caches.
+    # None of ours after another of ours: anyone who comes next would find the memory just used in the caches.
     theirs: list[tuple[str, Call]] = [(name, _all(several)) for name, several in natives.items()]
     theirs.append(("floor", partial(answers.fill, 1)))
     ours = (("alone", _all(alone)), ("parents", _all(parented)), ("whole", _all(whole)))

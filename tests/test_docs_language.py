@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 GENERATED = {"benchmarks.md", "promises.md", "licences.md"}
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 OLD = re.compile(
-    r"\b(bod(y|ies)|movers?|told|repair(s|ed|ing)?|dear(er|est)?|crowds?|held by|strangers?|unheard"
+    r"\b(bod(y|ies)|movers?|told|mend(s|ed|ing)?|dear(er|est)?|crowds?|held by|strangers?|unheard"
     r"|anew|whoever|somebody|anybody|everybody|taut|strollers?|rivals?|changes? of mind)\b",
     re.IGNORECASE,
 )

@@ -1,6 +1,6 @@
 """The limits of studies, scenarios, edits, planners and swarms on both sides; and the census of all limits.
 
-Whoever adds a constant that is called a limit has to say here where it is asked at n - 1, n and n + 1, or
+Anyone who adds a constant that is called a limit has to say here where it is asked at n - 1, n and n + 1, or
 that it is none of what comes in.
 """
 

@@ -29,7 +29,8 @@ MOST_MODULES = 16
 MOST_DOUBLED = 5
 WORDS = (
     "strollers?", "unheard", "whoever", "dearer", "roomy", "twins?", "held by", "told of", "begins? anew",
-    "go(?:es|ne)? on with", "menders?", "mended", "crowd", "the house", "halting", "look_at", "kept_in",
+    "go(?:es|ne)? on with", "mend(?:s|ed|ers?|ing)?", "crowd", "the house", "halting", "look_at", "kept_in",
+    "lat_max", "flips", "crowding", "warmth", "keep_away", "roomy_\\w+",
 )  # fmt: skip
 OLD = re.compile(rf"\b(?:{'|'.join(WORDS)})\b")
 

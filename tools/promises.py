@@ -41,7 +41,7 @@ HEAD = """# What is promised, and what was measured
 
 Each line is a goal, the command that tries it, and what was last measured, size by size, on two cores of a
 shared machine. A check of `lampyris selfcheck` asks seeded questions and has the answers judged by code that
-is independent of what is tested: a slow twin, the referee, a published figure; or by the bytes, the clock,
+is independent of what is tested: a slow reference, the referee, a published figure; or by the bytes, the clock,
 the exit code. It exits with 0 only if nothing failed, prints the command that asks a failing case again,
 and goes on where it was stopped (`--ledger FILE`). Of n drawn cases none failing says, at 95 % confidence,
 that fewer than 3/n of such cases fail: the bound, shown where 1,000 cases ran, of which only the drawn ones

@@ -1,4 +1,4 @@
-"""A browser, an app on env-3 and its page, for whoever asks for them."""
+"""A browser, an app on env-3 and its page, for anyone who asks for them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from page_browser import CHROMIUM, SOON, app
 
 @pytest.fixture(autouse=True)
 def log() -> Iterator[None]:
-    """Whoever starts an app in this process has its log written where a later test cannot write."""
+    """Anyone who starts an app in this process has its log written where a later test cannot write."""
     log = logging.getLogger("lampyris.app")
     handlers, propagate, level = log.handlers[:], log.propagate, log.level
     yield

@@ -1,4 +1,4 @@
-"""What strangers would like a page to run: forty names and more, for tests of whoever shows names."""
+"""What strangers would like a page to run: forty names and more, for tests of anyone who shows names."""
 
 from __future__ import annotations
 

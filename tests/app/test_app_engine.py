@@ -1,4 +1,4 @@
-"""Engines: limits, turns, cancelling, ends; nothing is left running, whoever ends (W15, W19)."""
+"""Engines: limits, turns, cancelling, ends; nothing is left running, anyone who ends (W15, W19)."""
 
 from __future__ import annotations
 

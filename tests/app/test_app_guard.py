@@ -1,4 +1,4 @@
-"""The guard: whoever is not our own page reaches no handler, on any route, by any method (W1-W8)."""
+"""The guard: anyone who is not our own page reaches no handler, on any route, by any method (W1-W8)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies sent from the page: the same worlds, in a process of their own that ends with whoever asked."""
+"""Studies sent from the page: the same worlds, in a process of their own that ends with anyone who asked."""
 
 from __future__ import annotations
 

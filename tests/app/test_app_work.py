@@ -187,7 +187,7 @@ def test_the_same_map_is_the_same_noun_so_that_a_drag_unpacks_it_once() -> None:
 def test_walls_that_are_painted_are_read_once_and_not_at_each_step_of_a_drag(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Nor is the map made anew with them: whoever keeps a field by its map finds it again."""
+    """Nor is the map made anew with them: anyone who keeps a field by its map finds it again."""
     from lampyris.app.engine import parse as said
 
     monkeypatch.setattr(said, "_walls", {})

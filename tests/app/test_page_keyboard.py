@@ -56,7 +56,7 @@ def tab_to(page: Any, name: str, key: str = "Tab") -> None:
 
 
 def cursor(page: Any) -> tuple[int, int]:
-    """Where the map's cursor is, as it is said to whoever cannot see it."""
+    """Where the map's cursor is, as it is said to anyone who cannot see it."""
     said = re.match(r"column (\d+), row (\d+), \w+", page.inner_text("[aria-live=polite]#live"))
     assert said, page.inner_text("#live")
     return int(said[1]), int(said[2])

@@ -1,4 +1,4 @@
-"""A server that is killed: the page says so, keeps what was drawn, and goes on with the next one."""
+"""A server that is killed: the page says so, keeps what was drawn, and continues with the next one."""
 
 from __future__ import annotations
 

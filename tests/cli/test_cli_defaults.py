@@ -1,4 +1,4 @@
-"""A setting has one default, whoever tells it: options, their help, Python, scenario files, their schema."""
+"""A setting has one default, anyone who tells it: options, their help, Python, scenario files, their schema."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bad value on the command line is exit code 2 whoever finds it, and the message names the option."""
+"""A bad value on the command line is exit code 2 anyone who finds it, and the message names the option."""
 
 from __future__ import annotations
 

@@ -403,7 +403,7 @@ def test_an_interrupt_does_not_wait_for_the_interpreter_to_be_taken_down() -> No
 
 
 def test_an_interrupt_within_code_from_a_string_is_exit_130_too() -> None:
-    """Python would end itself by the signal, whoever has caught the exception."""
+    """Python would end itself by the signal, anyone who has caught the exception."""
     code = (
         "import lampyris.cli.verbs.planners as verb\n"
         "def slow(name, as_json):\n    exec('raise KeyboardInterrupt')\n"

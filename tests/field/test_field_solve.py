@@ -1,4 +1,4 @@
-"""The field against a plain twin, and what holds of every field."""
+"""The field against a plain reference, and what holds of every field."""
 
 from __future__ import annotations
 

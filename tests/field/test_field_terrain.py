@@ -1,4 +1,4 @@
-"""The field over terrain: against a plain twin, against SciPy, and what holds of every such field."""
+"""The field over terrain: against a plain reference, against SciPy, and what holds of every such field."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def draw(rng: np.random.Generator, largest: int) -> tuple[np.ndarray, np.ndarray
 
 
 def exact_of(moves: Moves, cost: field_twin.Surd) -> int:
-    """A cost of the twin in the integers of weighed moves."""
+    """A cost of the reference in the integers of weighed moves."""
     n, m = 63 * cost.n, 63 * cost.m
     if moves.name == "octile":
         assert n.denominator == m.denominator == 1
@@ -301,7 +301,7 @@ def test_a_scene_with_terrain(name: str) -> None:
     assert grid.terrain is not None
     agree(solve_field(Scene(grid, (0, 0), (4, 3), name)), ~grid.blocked, grid.terrain)
     wide = solve_field(Scene(grid, (0, 0), (4, 3), name, Robot(radius=0.8)))
-    if name != "sixteen-connected":  # without its knight's steps it is no step set that the twin knows
+    if name != "sixteen-connected":  # without its knight's steps it is no step set that the reference knows
         agree(wide, np.asarray(wide.free), grid.terrain, None if name == "four-connected" else "guard")
 
 

@@ -63,7 +63,7 @@ def test_before_numba_is_there_all_kernels_share_one_purse(monkeypatch: pytest.M
         one(*call)
     other(*call)
     assert (first, second) == (["plain"] * 3, ["plain"])
-    other(*call)  # the purse is empty, whoever asks
+    other(*call)  # the purse is empty, anyone who asks
     one(*call)
     assert (first[-1], second[-1]) == ("compiled", "compiled")
 

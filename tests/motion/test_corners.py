@@ -63,7 +63,7 @@ def arc_of(cells: list[tuple[int, int]], moves: Moves) -> Points:
 
 
 def touched(a: tuple[int, int], b: tuple[int, int]) -> set[tuple[int, int]]:
-    """The cells whose inside a straight step passes: whoever may make the step, they are free."""
+    """The cells whose inside a straight step passes: anyone who may make the step, they are free."""
     points = np.linspace(a, b, 1201)
     near = np.abs(points - np.rint(points)).max(axis=1) < 0.5 - 1e-9
     return {(int(x), int(y)) for x, y in np.rint(points[near])}

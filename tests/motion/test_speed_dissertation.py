@@ -1,4 +1,4 @@
-"""The dissertation's law against its own tables, a closed-form twin, and hand-worked ties."""
+"""The dissertation's law against its own tables, a closed-form reference, and hand-worked ties."""
 
 from __future__ import annotations
 

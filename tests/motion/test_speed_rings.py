@@ -1,4 +1,4 @@
-"""Ring counts against a plain twin, and the very cells that each heading looks at."""
+"""Ring counts against a plain reference, and the very cells that each heading looks at."""
 
 from __future__ import annotations
 

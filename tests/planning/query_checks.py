@@ -1,4 +1,4 @@
-"""Random questions to exact planners, judged by the plain twin and the referee."""
+"""Random questions to exact planners, judged by the plain reference and the referee."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RNG = np.random.default_rng(0)  # Never drawn from: these planners are determini
 def ask_at_random(planners: Sequence[Planner], name: str, seed: int, queries: int) -> Counter[str]:
     """So many queries on random maps of 3 to 24 cells a side, five starts to a map and goal.
 
-    Each answer must have the twin's verdict and, found, its exact cost. Returns how often each verdict was.
+    Each answer must have the reference's verdict and, found, its exact cost. Returns how often each verdict was.
     """
     rng = np.random.default_rng([seed, NAMES.index(name)])
     words: Counter[str] = Counter()

@@ -1,4 +1,4 @@
-"""AD-GSO: the walk against its twin, the three choices, gates, obstacles, and what a plan reports."""
+"""AD-GSO: the walk against its reference, the three choices, gates, obstacles, and what a plan reports."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def random_case(
     return Scene(Grid(blocked), start, goal, moves), bodies, rng  # type: ignore[arg-type]
 
 
-# --- against the twin --------------------------------------------------------------------------------
+# --- against the reference --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("block", range(8))

@@ -46,7 +46,7 @@ def random_cell(rng: np.random.Generator, shape: tuple[int, ...]) -> tuple[int, 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_terrain_is_paid_in_the_robots_direction(name: str) -> None:
-    """Against a twin in fractions; where there and back cost differently, too."""
+    """Against a reference in fractions; where there and back cost differently, too."""
     rng = np.random.default_rng([61, NAMES.index(name)])
     found = oneway = 0
     for _ in range(12):

@@ -1,4 +1,4 @@
-"""The exact companions: kernel, step rules and session, against plain twins and against each other."""
+"""The exact companions: kernel, step rules and session, against plain references and against each other."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_step_costs_that_break_the_metric_are_searched_without_it() -> None:
         answer = GridSearch(free, odd, informed=informed).way((0, 0), (4, 2))
         assert answer.cells is not None
         assert odd.exact(count_steps(answer.cells, odd)) == 4
-    # A knight's step dearer than the straight and the diagonal it could replace must not replace them.
+    # A knight's step costlier than the straight and the diagonal it could replace must not replace them.
     dear = replace(
         MOVES["sixteen-connected"], name="dear", costs=(50,) * 8 + MOVES["sixteen-connected"].costs[8:]
     )

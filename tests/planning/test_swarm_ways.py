@@ -44,7 +44,7 @@ def test_lines_lead_from_node_to_node_at_the_least_cost_of_the_open_plane(name: 
         assert tuple(cells[-1]) == end
         for a, b in pairwise(cells.tolist()):
             assert (b[0] - a[0], b[1] - a[1]) in MOVES[name].offsets
-        if max(abs(end[0] - 8), abs(end[1] - 8)) < 7:  # nearer the edge the twin has no room for knights
+        if max(abs(end[0] - 8), abs(end[1] - 8)) < 7:  # nearer the edge the reference has no room for knights
             assert cost_of(count_steps(cells, MOVES[name]), name) == cost_of(known[end], name)
         # As straight as can be: within a cell of the segment.
         dx, dy = end[0] - 8, end[1] - 8

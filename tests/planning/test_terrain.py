@@ -130,7 +130,7 @@ def test_what_is_expanded_depends_on_the_map_alone() -> None:
 
 
 def _costs_from_the_start(grid: Grid, moves: Moves) -> dict[tuple[int, int], int]:
-    """Exact costs from (0, 0) to every cell, by repeated relaxation along the steps of the twin."""
+    """Exact costs from (0, 0) to every cell, by repeated relaxation along the steps of the reference."""
     assert grid.terrain is not None
     free = (~grid.blocked).tolist()
     best = {(0, 0): 0}

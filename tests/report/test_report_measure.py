@@ -1,4 +1,4 @@
-"""Measures of a run: by hand, and against a slow twin that shares nothing with them."""
+"""Measures of a run: by hand, and against a slow reference that shares nothing with them."""
 
 from __future__ import annotations
 
@@ -301,7 +301,7 @@ def test_who_never_starts_has_only_an_outcome(run: str) -> None:
         assert found[name] is None
 
 
-# ---- the twin --------------------
+# ---- the reference --------------------
 
 
 def twin(trace: Trace) -> dict[str, Any]:

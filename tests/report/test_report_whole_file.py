@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, by one writer, whoever writes."""
+"""Files are written whole or not at all, by one writer, anyone who writes."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from lampyris_selfcheck.runner import Range, run
 VERDICTS = {"start-occupied": 20_736, "goal-occupied": 9_216, "found": 9_096, "no-path": 2_424}
 """Half of all 41,472 starts are blocked; 11,520 ordered pairs of free cells remain, start = goal included.
 
-That 9,096 of them are connected is known from another all-pairs count of the same model: it judges the twin.
+That 9,096 of them are connected is known from another all-pairs count of the same model: it judges the reference.
 """
 
 

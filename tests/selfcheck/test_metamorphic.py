@@ -23,26 +23,26 @@ from lampyris_selfcheck.checks.changes.metamorphic_draw import PLAIN
 
 # What a wrong planner would make of the cost of a way.
 WRONG: dict[str, Callable[[int, Scene], int]] = {
-    "dearer to the east": lambda cost, scene: cost + PLAIN * scene.start[0],
+    "costlier to the east": lambda cost, scene: cost + PLAIN * scene.start[0],
     "cheaper among walls": lambda cost, scene: cost - int(scene.grid.blocked.sum()),
-    "dearer on wide maps": lambda cost, scene: cost + PLAIN * scene.grid.width,
-    "dearer by a step": lambda cost, _: cost + PLAIN,
-    "dearer the longer": lambda cost, _: cost * cost,
+    "costlier on wide maps": lambda cost, scene: cost + PLAIN * scene.grid.width,
+    "costlier by a step": lambda cost, _: cost + PLAIN,
+    "costlier the longer": lambda cost, _: cost * cost,
 }
 SEEN_BY = [
-    ("rotate", "dearer to the east"),
-    ("reflect", "dearer to the east"),
-    ("swap", "dearer to the east"),
-    ("translate", "dearer to the east"),
-    ("pad blocked", "dearer on wide maps"),
-    ("pad free", "dearer on wide maps"),
+    ("rotate", "costlier to the east"),
+    ("reflect", "costlier to the east"),
+    ("swap", "costlier to the east"),
+    ("translate", "costlier to the east"),
+    ("pad blocked", "costlier on wide maps"),
+    ("pad free", "costlier on wide maps"),
     ("wall more", "cheaper among walls"),
     ("wall less", "cheaper among walls"),
     ("off the way", "cheaper among walls"),
-    ("scale", "dearer by a step"),
-    ("upscale", "dearer by a step"),
-    ("via", "dearer the longer"),
-    ("prefix", "dearer by a step"),
+    ("scale", "costlier by a step"),
+    ("upscale", "costlier by a step"),
+    ("via", "costlier the longer"),
+    ("prefix", "costlier by a step"),
 ]
 
 

@@ -83,7 +83,7 @@ def test_who_could_not_be_timed_counts_as_its_others() -> None:
 def test_quick_and_slow_planners_do_not_make_it_swing(workers: int, shuffle: bool) -> None:
     """40 worlds of 10 seeds, six planners between 5 ms and 2 s, the first run of each 3 s longer.
 
-    What is said is within 1.35 of the truth from its first word on. By the runs of the last stretch, whoever
+    What is said is within 1.35 of the truth from its first word on. By the runs of the last stretch, anyone who
     they were of, it was up to ten times as much.
     """
     takes = (0.005, 0.01, 0.02, 0.02, 0.3, 2.0)

@@ -306,7 +306,7 @@ class Interrupting:
 def test_a_lock_on_a_file_that_was_just_removed_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whoever held it removes it between our opening and our locking: the next to come would lock another."""
+    """Anyone who held it removes it between our opening and our locking: the next to come would lock another."""
     import fcntl
 
     path, real, calls = tmp_path / "a", fcntl.flock, []

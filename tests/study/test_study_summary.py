@@ -1,4 +1,4 @@
-"""Summaries: whoever fails stays counted, the same worlds are compared, and every mean has its size."""
+"""Summaries: anyone who fails stays counted, the same worlds are compared, and every mean has its size."""
 
 from __future__ import annotations
 

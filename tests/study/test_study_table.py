@@ -1,4 +1,4 @@
-"""Tables: rows in the order of the jobs, the same whoever ran them and in whatever order."""
+"""Tables: rows in the order of the jobs, the same anyone who ran them and in whatever order."""
 
 from __future__ import annotations
 

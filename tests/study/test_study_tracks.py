@@ -1,4 +1,4 @@
-"""Replayed tracks: the simulator's own traffic without a robot, one set a world, whoever plans."""
+"""Replayed tracks: the simulator's own traffic without a robot, one set a world, anyone who plans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""GSO: the five equations against a plain twin, the roulette against equation 2.9, the published peaks."""
+"""GSO: the five equations against a plain reference, the roulette against equation 2.9, the published peaks."""
 
 from __future__ import annotations
 

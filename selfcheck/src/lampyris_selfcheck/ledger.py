@@ -1,4 +1,4 @@
-"""Which parts are done, so that a long run can be stopped and gone on with.
+"""Which parts are done, so that a long run can be stopped and continued.
 
 A file of JSON lines, one for each part, written when the part is done and not before. A part counts only for
 the same seed, check, code and input: what another version of the package did proves nothing about this one.

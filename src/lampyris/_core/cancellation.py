@@ -1,6 +1,6 @@
 """Stopping a call before it is done: when its time is out, when somebody says so, on Ctrl-C.
 
-Whoever limits a call opens a *watch*; whatever runs inside looks at it. A watch is one word of memory, 0
+Anyone who limits a call opens a *watch*; whatever runs inside looks at it. A watch is one word of memory, 0
 until the call is to stop. Compiled loops read that word every few hundred cells
 (:mod:`lampyris.kernels._jit`), others ask :func:`checkpoint`. A thread of its own sets the word when the time is
 out: the loops let go of the interpreter, so it is never kept from doing so. Without a limit there is no

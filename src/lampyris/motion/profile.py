@@ -100,7 +100,7 @@ def feasible_profile(
     way to node i + 1, and 0 at the last; t with t[0] = 0 and t[i+1] = t[i] + 2 ds / (v[i] + v[i+1]), exact
     for it. Speed is monotone between nodes, so a limit that holds at two neighbours holds between them.
 
-    Rounding: ``v[i+1]^2 <= v[i]^2 + 2 a_max ds``, its twin for braking, and the caps hold to 1e-12 of the
+    Rounding: ``v[i+1]^2 <= v[i]^2 + 2 a_max ds``, its mirror image for braking, and the caps hold to 1e-12 of the
     greater v^2. A v0 beyond the limit by no more than that (5e-13 of it) is taken as the limit; what
     ``allowed`` of the refusal prints is itself accepted. t strictly rises, see
     :func:`lampyris.kernels.motion.speed_passes.clock`.

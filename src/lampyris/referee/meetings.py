@@ -71,7 +71,7 @@ def meetings_violation(drive: Drive, motion: RobotMotion) -> Violation | None:
     last = touching_at_the_end(drive, motion)
     if met is None and drive.outcome is Outcome.COLLISION and not (last and _moves_at_the_end(drive)):
         return Violation("outcome", "drive", "collision, but nobody was touched while the robot moved")
-    # Whoever lets go and comes back between two decisions has not been away.
+    # Anyone who lets go and comes back between two decisions has not been away.
     episodes = standing_contacts(motion, pairs, drive.period)
     for one in episodes:
         if drive.obstacle_specs[one.body].yields:

@@ -255,7 +255,7 @@ class OneRequest(H11Protocol):
         self._held, self._deaf, self._bears = None, True, None
         self.connections.discard(self)
         if self.cycle is not None:
-            # Whoever is answering is told that nobody listens.
+            # Anyone who is answering is told that nobody listens.
             silent = self.cycle.response_started
             self.cycle.disconnected = True
             self.cycle.message_event.set()

@@ -30,7 +30,7 @@ USUAL = 8770
 """A browser keeps what a page stores by its port: another at each start would hide the drafts of the last."""
 
 REMOTE = """\
-warning: this listens for other machines, as {name}. Whoever has the address below can use this machine's time
+warning: this listens for other machines, as {name}. Anyone who has the address below can use this machine's time
 and memory and read its map library; the connection is not encrypted. Use it in a network you trust."""
 
 
@@ -174,7 +174,7 @@ class _OneLine(logging.Formatter):
 
 
 class _AtMost(logging.Filter):
-    """At most so many lines a second; the next one says how many were left out. Whoever sends requests by the
+    """At most so many lines a second; the next one says how many were left out. Anyone who sends requests by the
     thousand would fill a terminal or a disk, and a pipe that nobody reads would stop the server."""
 
     LINES: Final = 50

@@ -89,11 +89,11 @@ def drawn(
     """
     given = np.asarray(points, dtype=np.float64)
     if drawing == "taut":
-        return roomy_curve(given, grid, robot, wanted=wanted), given
+        return smooth_curve(given, grid, robot, wanted=wanted), given
     if drawing == "none":
         return curve_of(given, grid, robot, smooth="none", shortcut=False), given
     if wanted is not None and (wanted.shaped or wanted.room > 0.0):
-        return roomy_curve(given, grid, robot, wanted=replace(wanted, shaped=True)), given
+        return smooth_curve(given, grid, robot, wanted=replace(wanted, shaped=True)), given
     bent = _bent(given, grid, robot)
     return (curve_of(given, grid, robot, shortcut=False), given) if bent is None else bent
 
@@ -118,7 +118,7 @@ def _bent(given: Points, grid: Grid, robot: Robot) -> tuple[Curve, Points] | Non
     return (curve, xy) if need.min() >= own.min() - _SAME else None
 
 
-def roomy_curve(points: Points, grid: Grid, robot: Robot, *, wanted: Wanted | None = None) -> Curve:
+def smooth_curve(points: Points, grid: Grid, robot: Robot, *, wanted: Wanted | None = None) -> Curve:
     """A taut curve that leaves the robot room to stop beside walls, where the polyline does.
 
     It is drawn for a robot that is larger by ``v_max^2 / (2 d_max)``, at most a cell: beyond that no wall

@@ -103,7 +103,7 @@ def _solve_many(
             while ahead:
                 yield _taken(*ahead.popleft())
         finally:
-            # Whoever stops taking fields shall not wait for those that nobody will see.
+            # Anyone who stops taking fields shall not wait for those that nobody will see.
             for future, _ in ahead:
                 future.cancel()
 

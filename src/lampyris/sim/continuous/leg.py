@@ -25,7 +25,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion.geometry.acceleration_switches import with_switches
 from lampyris.motion.geometry.curve import Smooth, curve_of
 from lampyris.motion.geometry.sampled_path import SampledPath, course_of
-from lampyris.motion.geometry.smoothing import Wanted, roomy_curve, wanted_of
+from lampyris.motion.geometry.smoothing import Wanted, smooth_curve, wanted_of
 from lampyris.motion.laws.bounds import optimum_at_nodes
 from lampyris.motion.laws.node_refinement import refined
 from lampyris.sim.sensor import ObstacleMessage
@@ -241,7 +241,7 @@ def _drawn(points: Points, grid: Grid, robot: Robot, smooth: Smooth, wanted: Wan
     """Drawn taut, its corners rounded; or for ``none`` the lines as they are, corners within half a step."""
     if smooth == "none":
         return curve_of(points, grid, robot, smooth="none", shortcut=False)
-    return roomy_curve(points, grid, robot, wanted=wanted)
+    return smooth_curve(points, grid, robot, wanted=wanted)
 
 
 def _off(points: Points, cells: list[Cell], radius: float) -> list[Cell]:

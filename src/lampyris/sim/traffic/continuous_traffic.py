@@ -364,7 +364,7 @@ class RunningTraffic:
     def _bring_back(self, t: float, going: Trajectory) -> set[int]:
         """Those that are late finish their step, or go back if that is towards a robot that is near.
 
-        Whoever can do neither without meeting somebody stays where it is: these are returned.
+        Anyone who can do neither without meeting somebody stays where it is: these are returned.
         """
         world, cell = self.world, self.world.space.cell
         if not world.late:

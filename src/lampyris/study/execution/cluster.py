@@ -8,7 +8,7 @@ A process does one batch at a time, whatever threads it has: what :mod:`lampyris
 is not made for two at once. So start workers with ``--nthreads 1``, one a core.
 
 What trust remains: the client of Dask itself unpickles messages of its scheduler, and workers unpickle what
-their scheduler sends. Whoever can speak as the scheduler can run code on both. Use an address that only
+their scheduler sends. Anyone who can speak as the scheduler can run code on both. Use an address that only
 you can reach, or ``tls://`` with the certificates of Dask's configuration.
 """
 

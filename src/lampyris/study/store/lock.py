@@ -192,7 +192,7 @@ def _locked(store: Path, path: Path) -> int:
                 # that a reader in this process opened.
                 fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 mine = os.fstat(fd)
-                # Whoever held it may have removed the file between our two calls.
+                # Anyone who held it may have removed the file between our two calls.
                 if path.exists() and os.path.samestat(mine, path.stat()):
                     return fd
             except BaseException:

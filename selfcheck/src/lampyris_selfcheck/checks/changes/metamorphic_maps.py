@@ -177,7 +177,7 @@ def _compared(number: int, fewer: Scene, more: Scene, cell: Cell | None) -> Case
     less, worse = ask(name, fewer), ask(name, more)
     wrong = risen(name, less, worse) or loosely(number, more, worse, "with a wall more")
     wrong = wrong or fields_risen(field_of(fewer), field_of(more))
-    word = "dearer" if worse.cost > less.cost >= 0 else "cut off" if less.word != worse.word else "the same"
+    word = "costlier" if worse.cost > less.cost >= 0 else "cut off" if less.word != worse.word else "the same"
     return CaseResult(word, wrong, data(fewer, wall=cell))
 
 

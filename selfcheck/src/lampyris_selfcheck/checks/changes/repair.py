@@ -1,4 +1,4 @@
-"""A field repaired, and a search gone on with, after each edit are those made from scratch."""
+"""A field repaired, and a search continued, after each edit are those made from scratch."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _group(side: int, bits: int) -> Group:
 
 
 def _stories(ask: Ask, tally: Tally, part: Part) -> None:
-    """Drawn lives; of the long ones one edit in twenty is judged by the twin, the others by solving anew."""
+    """Drawn lives; of the long ones one edit in twenty is judged by the reference, the others by solving anew."""
     for number in part.numbers:
         short = part.kind == "stories"
         rng = ask.rng("repair", part.kind, number)
@@ -155,7 +155,7 @@ def _stories(ask: Ask, tally: Tally, part: Part) -> None:
 CHECK = Check(
     "repair",
     ("G3",),
-    "after every edit the repaired field, and the search gone on with, are those made from scratch",
+    "after every edit the repaired field, and the search continued, are those made from scratch",
     KINDS,
     run,
 )

@@ -33,7 +33,7 @@ def edits(side: int) -> np.ndarray:
 
 @lru_cache(maxsize=1 << 18)
 def truth(side: int, bits: int, name: str, goal: Cell) -> tuple[bytes, bytes, bytes]:
-    """Cost, parent and luciferin of every cell, solved from scratch; the costs are the twin's, too."""
+    """Cost, parent and luciferin of every cell, solved from scratch; the costs are the reference's, too."""
     free = free_of(side, bits)
     field = solve(free, MOVES[name], goal)
     right = by_the_twin(ChangingMap((~free).tolist(), None), name, goal, MOVES[name])

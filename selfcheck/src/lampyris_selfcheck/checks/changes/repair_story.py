@@ -70,7 +70,7 @@ def repair_through(told: EditStory, judged: int = 1) -> FieldRepairer:
         demand(field.revision == number + 1, f"{where}: revision {field.revision}")
         if number % judged == 0:
             right = by_the_twin(world, told.name, told.goal, moves)
-            demand(np.array_equal(field.exact, right), f"{where}: costs are not the twin's")
+            demand(np.array_equal(field.exact, right), f"{where}: costs are not the reference's")
     return repairer
 
 

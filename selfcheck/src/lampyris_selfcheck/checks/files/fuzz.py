@@ -113,7 +113,7 @@ class FuzzedReader:
             self._path.write_bytes(data)
             try:
                 self.target.call(self._path, number)
-            except Exception:  # it is met again, and told of, where it is a case's
+            except Exception:  # it is met again, and reported, where it is a case's
                 continue
 
 

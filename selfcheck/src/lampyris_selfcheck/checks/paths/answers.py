@@ -84,7 +84,7 @@ def wrong(plan: Plan, scene: Scene, truth: Truth, *, optimal: bool = True, gives
     """What is wrong with an answer; nothing: an empty word.
 
     The verdict must be the reference's; one that ``gives_up`` may do so where there is a way, but not deny
-    it. The referee must pass the plan. The way must be one by the twin's own rules, from end to end,
+    it. The referee must pass the plan. The way must be one by the reference's own rules, from end to end,
     and its recounted cost must be the least: exactly for an exact planner, else at least that.
     """
     allowed = (truth.word, *UNFINISHED) if gives_up and truth.word == "found" else (truth.word,)
@@ -131,7 +131,7 @@ def _cost_wrong(plan: Plan, counts: Counts, name: str, truth: Truth, optimal: bo
 
 
 def in_cells(cost: Cost, name: str, *, weighed: bool) -> float:
-    """A twin's cost as a length in cells."""
+    """A reference's cost as a length in cells."""
     unit = (1 if name == "octile" else 10) * (PLAIN if weighed else 1)
     return (cost[0] + math.sqrt(2 * cost[1] ** 2)) / unit
 

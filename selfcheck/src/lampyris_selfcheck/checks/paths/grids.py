@@ -69,7 +69,7 @@ def _judge(query: GridQuery) -> tuple[str, str]:
 
 
 def _field_wrong(scene: Scene, query: GridQuery) -> str:
-    """Every cell's cost to the goal in the field, against the twin's."""
+    """Every cell's cost to the goal in the field, against the reference's."""
     known = _known(query.width, query.height, query.bits, query.moves, query.goal)
     told = solve_field(scene).exact.tolist()
     moves = MOVES[query.moves]

@@ -94,7 +94,7 @@ def _field_wrong(world: SmallWorld, index: int) -> str:
     if moves.name == "octile":
         right = (n * moves.straight + m * moves.diagonal) // moves.scale
     else:
-        # The twin counts tenths of a cell, four moves of ours whole ones.
+        # The reference counts tenths of a cell, four moves of ours whole ones.
         right = n * (moves.straight // moves.scale) // 10
     told = solve_field(scene).exact
     off = told != np.where(world.costs[index] < 0, -1, right)

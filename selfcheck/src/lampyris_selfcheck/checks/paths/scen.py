@@ -79,7 +79,7 @@ def _loosest(query: ScenQuery) -> float:
 def _difference(benchmark: Benchmark, query: ScenQuery, name: str) -> tuple[float | None, str]:
     """Our length less the published one (None: no way), and what else is wrong.
 
-    The length is counted along the way by the twin's own rules, not taken from the plan.
+    The length is counted along the way by the reference's own rules, not taken from the plan.
     """
     grid = grid_for(benchmark.document, query.start)
     scene = Scene(grid, query.start, query.goal, MOVES[MUST])

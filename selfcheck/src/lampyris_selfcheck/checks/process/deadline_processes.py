@@ -223,14 +223,14 @@ def _loaded_after(told: bytes, moment: float) -> bool:
 
 @contextmanager
 def _given(process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """Kill it where it takes too long: whoever waits for it reads an end then."""
+    """Kill it where it takes too long: anyone who waits for it reads an end then."""
     timer = threading.Timer(PATIENCE_S, process.kill)
     timer.daemon = True
     timer.start()
     try:
         yield
     except BaseException:
-        process.kill()  # else whoever leaves waits for the end of what takes minutes
+        process.kill()  # else anyone who leaves waits for the end of what takes minutes
         raise
     finally:
         timer.cancel()

@@ -1,6 +1,6 @@
 """Every call by which a process opens, reads, writes and syncs the files of a folder, SQLite's among them.
 
-Whoever listens is asked before each call and told after it: so a process can be killed at any of them, any of
+Anyone who listens is asked before each call and told after it: so a process can be killed at any of them, any of
 them can be made to fail, and what was written when can be recorded. The product knows nothing of it: Python's
 own functions are replaced while it listens, and SQLite is given a virtual file system that passes everything
 on to its own (https://www.sqlite.org/vfs.html). Only for a process that was made for this and then ends.

@@ -203,7 +203,7 @@ def _repair(path: Path, files: Files, sample: Sample) -> None:
             raise _Wrong(f"says {told.kept} kept, {told.lost} lost of {len(sample.right)}; {len(kept)} kept")
         store.add(sample.right)
         if store.rows() != sample.keyed:
-            raise _Wrong("repaired and gone on with, it has not all rows")
+            raise _Wrong("repaired and continued, it has not all rows")
 
 
 # ---- the damage --------------------

@@ -152,7 +152,7 @@ def _late(made: Drive, kind: str) -> float:
 def _since(made: Drive, feed: FaultySensor) -> float | None:
     """When what it is told begins to be wrong so that it can be told; None: nobody can tell.
 
-    An obstacle that was never told of jumps nowhere and is not missing; its first place is no number, or in
+    An obstacle that was never reported jumps nowhere and is not missing; its first place is no number, or in
     the robot, from when it comes.
     """
     if feed.kind not in (*_ABOUT_A_BODY, "in-robot"):

@@ -279,7 +279,7 @@ def untold_arrival(drive: Drive, rng: np.random.Generator) -> Drive | None:
 
 
 def untold_hit(drive: Drive, rng: np.random.Generator) -> Drive | None:
-    """Bodies ran into the standing robot, and nothing is told of it."""
+    """Bodies ran into the standing robot, and nothing reports it."""
     moments = tuple(m for m in drive.moments if m.word != "hit")
     return replace(drive, moments=moments) if len(moments) < len(drive.moments) else None
 

@@ -1,4 +1,4 @@
-"""Faults of what is told of a run, put into sound traces; see :mod:`.monitor_traces`."""
+"""Faults of what is reported of a run, put into sound traces; see :mod:`.monitor_traces`."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def not_asked_for(trace: Trace, rng: np.random.Generator) -> Trace | None:
 
 
 def edit_untold(trace: Trace, rng: np.random.Generator) -> Trace | None:
-    """Walls turned, and nothing is told of it."""
+    """Walls turned, and nothing reports it."""
     if not trace.edits:
         return None
     k = int(rng.integers(len(trace.edits)))

@@ -113,7 +113,7 @@ def _period(rng: np.random.Generator, track: tuple[Cell, ...]) -> int:
 
 
 def _cells(radius: float) -> tuple[Cell, ...]:
-    """The cells of a disc, by the twin."""
+    """The cells of a disc, by the reference."""
     return tuple(sorted(disc(radius, 1.0)))  # type: ignore[no-untyped-call]
 
 
@@ -126,7 +126,7 @@ _Asked = tuple[list[list[bool]], list[Cell], bool, list[Body], tuple[Cell, ...]]
 
 
 def _truth(asked: Drawn) -> tuple[_Asked, int | None]:
-    """The map, steps and bodies as the twin takes them, and the earliest arrival."""
+    """The map, steps and bodies as the reference takes them, and the earliest arrival."""
     scene = asked.scene
     grid, radius = scene.grid, scene.robot.radius
     terrain = None if grid.terrain is None else grid.terrain.tolist()

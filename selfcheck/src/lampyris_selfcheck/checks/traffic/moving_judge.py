@@ -19,7 +19,7 @@ class Judged:
 
     Parameters
     ----------
-    free, steps, cutting : the map, the steps and whether they cut corners, as the twin takes them.
+    free, steps, cutting : the map, the steps and whether they cut corners, as the reference takes them.
     start, goal, tick : from where, when, and to where.
     bodies, own : the moving obstacles, and the robot's footprint.
     """

@@ -275,7 +275,7 @@ def _drive(ask: Ask, number: int, tally: Tally) -> None:
     data = {"law": run.law, "planner": run.planner}
     if broken is not None:
         tally.fail(number, str(broken), **data)
-    # Blind is asked for hidden obstacles alone; what it is told of, it minds as the others do.
+    # Blind is asked for hidden obstacles alone; what it is given, it minds as the others do.
     if run.law in scenes.PROMISE and run.law != "blind" and run.outcome is Outcome.COLLISION:
         tally.fail(number, f"{run.law} promises not to collide: {run.detail}", **data)
     if number % 4 == 0 and run.curves:

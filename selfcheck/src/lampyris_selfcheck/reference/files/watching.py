@@ -248,7 +248,7 @@ PAUSES_S = (0.5, 2.0, 6.0)
 class Readings:
     """The least of some readings of a time, where the first is too much.
 
-    For what takes the same steps each time, and has been done before: whoever else is at work makes a reading
+    For what takes the same steps each time, and has been done before: anyone who else is at work makes a reading
     longer, and nothing makes one shorter than the steps take. Where CI runs, files of 0.1 s were once read in
     1.7 s of CPU time.
 

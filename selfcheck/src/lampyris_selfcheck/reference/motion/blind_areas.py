@@ -1,4 +1,4 @@
-"""Slow twin of the cap of blind areas, from docs/speed/blind_area.md: its distance used up, corner by corner.
+"""Slow reference of the cap of blind areas, from docs/speed/blind_area.md: its distance used up, corner by corner.
 
 Bounds from both sides. A corner that beyond doubt hides something (clearly in sight, clearly ahead, clearly
 with room behind it) must be minded; the nearest corner of all, seen or not, asks for no more than is kept.

@@ -1,4 +1,4 @@
-"""Slow twins for moving obstacles: a search state by state in a dictionary, and gaps on dense samples.
+"""Slow references for moving obstacles: a search state by state in a dictionary, and gaps on dense samples.
 
 Shares no code with what it judges: distances are of its own making, and states are tuples, not bits.
 """

@@ -1,4 +1,4 @@
-"""Slow twin of the feasible profile: exact fractions, relaxed until nothing moves; no order, no rounding."""
+"""Slow reference of the feasible profile: exact fractions, relaxed until nothing moves; no order, no rounding."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class Monitor:
         """Where body k is at tick t, None before it appeared."""
         t0 = self.trace.appears[k]
         track = self.trace.tracks[k]
-        # A track that ends early is told of in the story; the rest is judged as if the body stayed.
+        # A track that ends early is reported in the story; the rest is judged as if the body stayed.
         return None if t < t0 else tuple(int(v) for v in track[min(t - t0, len(track) - 1)])
 
     def mover(self, name, t):

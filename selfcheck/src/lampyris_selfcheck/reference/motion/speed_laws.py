@@ -1,4 +1,4 @@
-"""Slow twins of the speed laws, written from the equations alone: no sweep, no table, no window, no kernel.
+"""Slow references of the speed laws, written from the equations alone: no sweep, no table, no window, no kernel.
 
 The passes have a closed form. A speed bound at node k reaches node i on a slope: rising from k < i, falling
 to k > i. The greatest x under all of them is therefore the least of all bounds seen from i, which is O(n^2)

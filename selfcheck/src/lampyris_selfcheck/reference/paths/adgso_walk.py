@@ -1,7 +1,7 @@
 """A slow, plain AD-GSO walk over a finished field, to judge the kernel by.
 
 Sets, dictionaries and fixpoints only. It takes the field's cost, luciferin and parents as given (the field
-has its own twin) and shares no code with the walk it judges.
+has its own reference) and shares no code with the walk it judges.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class TwinJump:
 
 @dataclass
 class TwinWalk:
-    """The world as the twin sees it: dictionaries by cell. ``cost`` and ``luc`` hold reachable cells only."""
+    """The world as the reference sees it: dictionaries by cell. ``cost`` and ``luc`` hold reachable cells only."""
 
     free: set
     cost: dict
@@ -152,7 +152,7 @@ class TwinWalk:
 
 
 def twin_of(solved, **settings):
-    """A twin over a solved field (its arrays, read cell by cell)."""
+    """A reference over a solved field (its arrays, read cell by cell)."""
     exact, luc, parent = solved.exact, solved.luciferin, solved.parent
     height, width = exact.shape
     cells = [(x, y) for y in range(height) for x in range(width)]

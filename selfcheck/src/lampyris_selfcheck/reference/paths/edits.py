@@ -1,4 +1,4 @@
-"""A slow twin of walls that come and go: the map of every tick by plain sets, and what must follow from it.
+"""A slow reference of walls that come and go: the map of every tick by plain sets, and what must follow from it.
 
 It shares nothing with the simulator or the referee but the trace it reads: footprints come from exact
 fractions (:mod:`reference.sim_monitor`), maps are lists, and every tick is worked out from the ones before.
