@@ -134,7 +134,7 @@ def test_a_way_that_is_none() -> None:
 
 @pytest.mark.parametrize("fault", ["faster", "clock", "clearance", "curvature", "zones"])
 def test_the_referee_stands_at_the_door(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan, scene = case("env-1", radius=0.3, lat_max=0.1)
+    plan, scene = case("env-1", radius=0.3, a_lat_max=0.1)
     course = api.smooth(scene, plan)
     scene = replace(scene, zones=np.where(RNG.random(scene.grid.blocked.shape) < 0.2, 0.3, np.inf))
     true = laws.profile

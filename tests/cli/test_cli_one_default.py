@@ -16,7 +16,7 @@ from lampyris._core.defaults import PROFILE_SMOOTH
 from lampyris.io.maps.load import load_map
 from lampyris.motion.geometry.sampled_path import SampledCellPath, course_with_corners
 
-LIMITS = [{}, {"lat_max": 0.2}, {"turn_radius": 0.4}, {"lat_max": 0.05, "turn_radius": 0.6}]
+LIMITS = [{}, {"a_lat_max": 0.2}, {"turn_radius": 0.4}, {"a_lat_max": 0.05, "turn_radius": 0.6}]
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +69,7 @@ def test_plan_speed_and_profile_say_one_duration(
     assert (way["arcs"] + way["stops"], way["stops"]) == (corners["turns"], corners["stops"])
     for law in driven["laws"]:
         assert law["duration_s"] == lampyris.speed_profile(scene, plan, law["law"]).duration
-        assert law["peak_lateral"] <= robot.lat_max * (1 + 1e-9) or law["law"] == "rpp"
+        assert law["peak_lateral"] <= robot.a_lat_max * (1 + 1e-9) or law["law"] == "rpp"
 
 
 def test_what_is_said_of_corners() -> None:
@@ -83,13 +83,13 @@ def test_what_is_said_of_corners() -> None:
     assert "corners: 0 rounded, 15 stops to turn" in run(*drive, "--turn-radius", "1").out
     free = told(*drive)
     assert free["corners"] == {"turns": 15, "stops": 0}
-    assert told(*drive, "--lat-max", "0.05")["duration"] > free["duration"] + 5
+    assert told(*drive, "--a-lat-max", "0.05")["duration"] > free["duration"] + 5
 
 
 def test_a_corner_leaves_the_path_by_as_much_as_is_said() -> None:
     """A right angle of 1 m cells: an arc of 0.5 m radius passes its corner at (sqrt(2) - 1) 0.5 m."""
     Path("open.txt").write_text("....\n" * 4)
-    words = ("open.txt", "--start", "0,0", "--goal", "3,3", "--moves", "four")
+    words = ("open.txt", "--start", "0,0", "--goal", "3,3", "--moves", "four-connected")
     way = told("speed", *words)["way"]
     assert way["arcs"] >= 1
     assert way["deviation_m"] == pytest.approx(0.5 * (np.sqrt(2) - 1), rel=1e-12)
@@ -98,7 +98,7 @@ def test_a_corner_leaves_the_path_by_as_much_as_is_said() -> None:
 
 def test_the_comparison_measures_the_lateral_acceleration_in_corners() -> None:
     """Of the optimum under a tight limit it is the limit; of a law that minds no robot it is beyond."""
-    rows = {row["law"]: row for row in told("speed", "env-3", "--lat-max", "0.1", "--laws", "all")["laws"]}
+    rows = {row["law"]: row for row in told("speed", "env-3", "--a-lat-max", "0.1", "--laws", "all")["laws"]}
     assert rows["physical"]["peak_lateral"] == pytest.approx(0.1, rel=1e-9)
     assert rows["physical"]["broken"] == []
     assert "lateral" in rows["dissertation"]["broken"]

@@ -71,7 +71,7 @@ def touched(a: tuple[int, int], b: tuple[int, int]) -> set[tuple[int, int]]:
 
 CORNERS = [
     (kind, ((-a[0], -a[1]), (0, 0), b))
-    for kind in ("dissertation", "octile", "four", "sixteen")
+    for kind in ("dissertation", "octile", "four-connected", "sixteen-connected")
     for a in MOVES[kind].offsets
     for b in MOVES[kind].offsets
 ]
@@ -122,7 +122,7 @@ def test_a_lateral_limit_slows_a_plan_down(law: str) -> None:
     path, scene = bent()
     times = []
     for limit in (4.0, 1.0, 0.25, 0.01):
-        there = replace(scene, robot=Robot(lat_max=limit))
+        there = replace(scene, robot=Robot(a_lat_max=limit))
         made = api.speed_profile(there, path, law)
         for k, radius in ((5, 0.5), (10, 0.5 / math.tan(math.pi / 8))):
             # An arc begins half-way to the neighbouring nodes: the robot is no faster than at these.
@@ -156,14 +156,14 @@ def test_corners_next_to_each_other_may_all_be_stops() -> None:
 
 
 def test_a_law_may_leave_bends_aside_but_not_the_turning_circle() -> None:
-    path, scene = bent(lat_max=0.01, turn_radius=1.0)
+    path, scene = bent(a_lat_max=0.01, turn_radius=1.0)
     made = api.speed_profile(scene, path, law_settings={"curvature": False})
     assert "curvature" not in made.cause
     assert made.cause[5] == "turn"
 
 
 def test_the_referee_sees_corners_taken_too_fast() -> None:
-    path, scene = bent(lat_max=0.1)
+    path, scene = bent(a_lat_max=0.1)
     bare = laws.profile(path, scene)
     assert referee.check_profile(bare, path, scene) is None
     found = referee.check_profile(bare, path, scene, corners=True)
@@ -195,5 +195,6 @@ def test_a_schedule_in_seconds_minds_the_lateral_limit() -> None:
     plan = lampyris.plan(scene, "sipp")
     usual = api.speed_profile(scene, plan, tick_seconds=1.0).duration
     assert (
-        api.speed_profile(replace(scene, robot=Robot(lat_max=0.01)), plan, tick_seconds=1.0).duration > usual
+        api.speed_profile(replace(scene, robot=Robot(a_lat_max=0.01)), plan, tick_seconds=1.0).duration
+        > usual
     )

@@ -46,11 +46,11 @@ def test_a_loop_is_driven_all_around() -> None:
 
 @pytest.mark.parametrize("even", [True, False])
 @pytest.mark.parametrize("turn_radius", [0.0, 2.5])
-@pytest.mark.parametrize("lat_max", [1.0, 0.05])
-def test_a_sampled_circle_has_its_radius(even: bool, turn_radius: float, lat_max: float) -> None:
+@pytest.mark.parametrize("a_lat_max", [1.0, 0.05])
+def test_a_sampled_circle_has_its_radius(even: bool, turn_radius: float, a_lat_max: float) -> None:
     inner = np.linspace(0, 2 * np.pi, 401)[1:-1] if even else np.sort(RNG.uniform(0, 2 * np.pi, 399))
     points = circle(np.concatenate(([0.0], inner, [0.0])))
-    there = scene(lat_max=lat_max, turn_radius=turn_radius)
+    there = scene(a_lat_max=a_lat_max, turn_radius=turn_radius)
     course = api.smooth(there, points)
     assert course.s[-1] == pytest.approx(2 * np.pi * 3, rel=1e-9)
     assert not course.stop.any()
@@ -59,14 +59,14 @@ def test_a_sampled_circle_has_its_radius(even: bool, turn_radius: float, lat_max
     assert bent.sum() == pytest.approx(2 * np.pi, abs=0.2)
     assert np.abs(course.curvature - 1 / 3).max() < 0.02 / 3
     made = api.speed_profile(there, course)
-    assert made.v.max() == pytest.approx(min(1.0, np.sqrt(3 * lat_max)), rel=0.01)
-    assert ("curvature" in made.cause) == (lat_max < 0.3)
+    assert made.v.max() == pytest.approx(min(1.0, np.sqrt(3 * a_lat_max)), rel=0.01)
+    assert ("curvature" in made.cause) == (a_lat_max < 0.3)
 
 
 def test_rounded_samples_keep_a_fair_radius() -> None:
     """To a hundredth of a cell they are on no circle; the corners of their lines are still wide."""
     points = np.round(circle(np.linspace(0, 3, 31)), 2)
-    course = api.smooth(scene(lat_max=0.05), points)
+    course = api.smooth(scene(a_lat_max=0.05), points)
     assert np.median(course.curvature[1:-1]) == pytest.approx(1 / 3, rel=0.05)
 
 
@@ -127,7 +127,7 @@ def test_a_circle_beside_a_wall_comes_no_nearer_than_its_samples() -> None:
     blocked[:, 42:] = True
     grid = replace(OPEN, blocked=blocked)
     points = circle(np.linspace(-1.1, 1.1, 12), 11.5)
-    robot = Robot(radius=0.05, lat_max=0.2)
+    robot = Robot(radius=0.05, a_lat_max=0.2)
     curve, lines = drawn(points, grid, robot, "arcs")
     assert lines.tolist() == points.tolist()
     wide, corners = drawn(points - (1.0, 0.0), grid, robot, "arcs")

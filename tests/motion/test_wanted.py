@@ -37,8 +37,8 @@ def test_it_keeps_away_from_a_wall(cells: int) -> None:
     blocked[10:31, 20] = True
     grid = Grid(blocked, resolution=0.25)
     scene = Scene(grid, (5, 20), (35, 20), robot=Robot(radius=0.1))
-    plan = api.plan(scene, choice="exact", keep_away=cells, max_extra=None)
-    assert plan.attributes["keep_away"] == cells
+    plan = api.plan(scene, choice="exact", min_clearance=cells, max_extra=None)
+    assert plan.attributes["min_clearance"] == cells
     bare = api.smooth(scene, plan.path).curve
     assert bare is not None
     # Without the plan's attributes it is drawn as near as one cell.
@@ -53,7 +53,7 @@ def test_a_path_that_crowding_shaped_is_not_drawn_straight() -> None:
     grid = Grid(document.grid.blocked, resolution=0.25)
     query = document.queries[0]
     scene = Scene(grid, query.start, query.goal, robot=Robot(radius=0.15))
-    plan = api.plan(scene, choice="exact", keep_away=1, crowding=4.0)
+    plan = api.plan(scene, choice="exact", min_clearance=1, obstacle_density_weight=4.0)
     assert plan.path is not None
     planned = clearances(plan.path.cells.astype(np.float64), grid)
     for xy in curves(plan, scene):

@@ -56,7 +56,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Event(Noun):
-    """Something worth telling at a tick: ``appear wall opened replan wait mend gate hit arrive``."""
+    """Something worth telling at a tick: ``appear wall opened replan wait repair gate hit arrive``."""
 
     tick: int
     word: str

@@ -13,14 +13,6 @@ import numpy as np
 
 LEFT_OUT = frozenset({"timing", "scene", "frame"})
 """Fields that are no part of a result: how long it took, what was asked, and where the scene's map lies."""
-LABELS = {
-    "Obstacle": "Body",
-    "OptimiserResult": "Outcome",
-    "RecipeCells": "Ground",
-    "SampledCellPath": "CellCourse",
-    "SampledPath": "Course",
-}
-"""Names in the hashes of classes that have been renamed since: the hashes that are kept stay good."""
 
 
 def digest(value: Any) -> str:
@@ -52,8 +44,7 @@ def canonical(value: Any) -> Any:
         return _array(value)
     if is_dataclass(value) and not isinstance(value, type):
         told = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
-        name = type(value).__name__
-        return {"": LABELS.get(name, name)} | {name: canonical(part) for name, part in told}
+        return {"": type(value).__name__} | {name: canonical(part) for name, part in told}
     if isinstance(value, Mapping):
         return [[canonical(key), canonical(part)] for key, part in value.items()]
     if isinstance(value, Set):
