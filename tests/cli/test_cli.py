@@ -1,4 +1,4 @@
-"""The command line as its users meet it: real processes, their output and their exit codes."""
+"""The command line as its users meet it: output and exit codes, in real processes where that matters."""
 
 from __future__ import annotations
 
@@ -14,21 +14,26 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from in_process import call
 
-def run(*words: str | Path, cwd: Path | None = None, **env: str) -> subprocess.CompletedProcess[str]:
+
+def process(*words: str | Path, **env: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-c", "from lampyris.cli import main; main()", *map(str, words)],
         capture_output=True,
         text=True,
         check=False,
-        cwd=cwd,
         env={**os.environ, **env},
         timeout=120,
     )
 
 
+def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return call(*words, cwd=cwd)
+
+
 def record(*words: str | Path, code: int = 0, **env: str) -> dict[str, Any]:
-    done = run(*words, "--json", **env)
+    done = process(*words, "--json", **env) if env else run(*words, "--json")
     assert done.returncode == code, done.stderr
     assert done.stderr == ""
     out = json.loads(done.stdout)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from in_process import call
 from lampyris.io.maps.load import load_map
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.recipes.make import RECIPES, make
@@ -18,15 +18,7 @@ from lampyris.model.grid import Grid
 
 
 def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", "from lampyris.cli import main; main()", "maps", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-        env={**os.environ, "COLUMNS": "80"},
-        timeout=120,
-    )
+    return call("maps", *words, cwd=cwd)
 
 
 def record(*words: str | Path) -> dict[str, Any]:
@@ -165,13 +157,7 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 def plan(*words: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", "from lampyris.cli import main; main()", "plan", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    return call("plan", *words)
 
 
 def test_metres_off_the_map_are_told_in_metres(tmp_path: Path) -> None:

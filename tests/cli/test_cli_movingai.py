@@ -1,15 +1,16 @@
-"""``lampyris movingai`` as its users meet it: the verdict, the list, the exit codes, JSON and CSV."""
+"""``lampyris scen`` as its users meet it: the verdict, the list, the exit codes, JSON and CSV."""
 
 from __future__ import annotations
 
 import csv
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from in_process import call
 
 MAP = "type octile\nheight 3\nwidth 4\nmap\n....\n.@..\n....\n"
 
@@ -28,15 +29,7 @@ WRONG = ("0 2 3 1", "3.40000")
 
 
 def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", "from lampyris.cli import main; main()", "movingai", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-        env={**os.environ, "COLUMNS": "100"},
-        timeout=120,
-    )
+    return call("scen", *words, cwd=cwd, columns=100)
 
 
 def test_all_agree(tmp_path: Path) -> None:
@@ -123,7 +116,7 @@ def test_mistakes_are_named_in_one_line(words: tuple[str, ...], code: int, says:
 
 def test_help_imports_nothing_heavy() -> None:
     code = (
-        "import sys; sys.argv = ['lampyris', 'movingai', '--help']\n"
+        "import sys; sys.argv = ['lampyris', 'scen', '--help']\n"
         "from lampyris.cli import main\n"
         "try:\n    main()\nexcept SystemExit as e:\n    assert not e.code, e.code\n"
         "heavy = set('numpy numba scipy matplotlib PIL'.split()) & set(sys.modules)\n"

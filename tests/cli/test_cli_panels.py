@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 import typer.main
 
+from in_process import call
 from lampyris.cli.app import app
 from lampyris.cli.panels import PANELS, REST, panel_of
 
@@ -20,7 +21,7 @@ VERBS = ("plan", "simulate", "drive", "speed", "compare")
 ROBOT = {"radius": 0.3, "v_max": 0.5, "turn_radius": 0.4, "jerk_max": None}
 
 
-def call(*words: str, **env: str) -> subprocess.CompletedProcess[str]:
+def process(*words: str, **env: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-c", MAIN, *words],
         env={**os.environ, **env},
@@ -71,9 +72,9 @@ def test_help_in_plain_text_has_the_panels_in_order() -> None:
 
 def test_completion_names_verbs_and_options() -> None:
     env = {"_LAMPYRIS_COMPLETE": "complete_bash", "COMP_CWORD": "1", "COMP_WORDS": "lampyris pl"}
-    assert call(**env).stdout.split() == ["plan", "planners"]
+    assert process(**env).stdout.split() == ["plan", "planners"]
     env = {"_LAMPYRIS_COMPLETE": "complete_bash", "COMP_CWORD": "2", "COMP_WORDS": "lampyris plan --rob"}
-    assert call(**env).stdout.split() == ["--robot"]
+    assert process(**env).stdout.split() == ["--robot"]
 
 
 @pytest.mark.parametrize("name", ["robot.yaml", "robot.json"])

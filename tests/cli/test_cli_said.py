@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+from subprocess import CompletedProcess
 from typing import Any
+
+from in_process import call
 
 
 def said(*words: str) -> tuple[dict[str, Any], str]:
@@ -16,9 +17,8 @@ def said(*words: str) -> tuple[dict[str, Any], str]:
     return found, done.stderr
 
 
-def run(*words: str) -> subprocess.CompletedProcess[str]:
-    call = [sys.executable, "-c", "from lampyris.cli import main; main()", *words]
-    done = subprocess.run(call, capture_output=True, text=True, check=False, timeout=120)
+def run(*words: str) -> CompletedProcess[str]:
+    done = call(*words)
     assert done.returncode == 0, done.stderr
     return done
 
