@@ -125,7 +125,7 @@ def test_a_defect_that_nobody_sees_fails_the_check(toy: Path, monkeypatch: pytes
     monkeypatch.setattr(mutants, "defects", lambda group: both if group == "sim" else ())
     engine = MutationEngine(toy)
     monkeypatch.setattr(mutants, "_engine", lambda: engine)
-    result = runner.run(mutants.CHECK, Ask(workers=2), Range(only="sim"))
+    result = runner.run(mutants.CHECK, Ask(workers=2), Range(only="sim", cases=2))
     assert (result.outcome.cases, result.outcome.failed) == (2, 1)
     assert result.outcome.counts["killed by sums"] == 1
     assert "survived, not killed" in result.outcome.failures[0].what

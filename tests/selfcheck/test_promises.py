@@ -9,17 +9,21 @@ from _pytest.mark.structures import ParameterSet
 
 from lampyris_selfcheck import registry, runner
 from lampyris_selfcheck.check import Ask
+from lampyris_selfcheck.checks.process import mutants
 
 ASK = Ask()
 
 
-FROM_SOURCE = {"flake"}
-"""Checks that say of an installed package that it has no tests."""
+MARKS = {"flake": [pytest.mark.source, pytest.mark.nightly], "deadline": [pytest.mark.nightly]}
+"""Marks of a check's tests. An installed package has no tests to shuffle, and the suite runs once with every commit.
+What judges by time is for the night: ``tests/planning/test_deadlines.py`` counts the work between two looks at the
+clock.
+"""
 
 
 def _cases() -> list[ParameterSet]:
     return [
-        pytest.param(name, kind, marks=[pytest.mark.source] if name in FROM_SOURCE else [])
+        pytest.param(name, kind, marks=MARKS.get(name, []))
         for name in registry.NAMES
         for kind in registry.check(name).kinds_for(ASK)
     ]
@@ -34,3 +38,10 @@ def test_the_promise_holds(name: str, kind: str, tmp_path: Path, monkeypatch: py
     result = runner.run(check, ASK, runner.Range(only=kind))
     told = [f"{f.kind} {f.number}: {f.what}" for f in result.outcome.failures[:5]]
     assert result.holds, "\n".join([*told, *result.lacks])
+
+
+def test_every_seeded_defect_is_detected_by_what_runs_with_every_commit() -> None:
+    """That its cases are within the commit size of the check is said where the defects are tested."""
+    judges = {defect.check for group in mutants.GROUPS for defect in mutants.defects(group)}
+    assert judges
+    assert not judges & MARKS.keys()

@@ -41,7 +41,7 @@ _TRIES = 6
 def _kind(name: str, relation: Relation) -> Kind:
     what = " ".join((relation.__doc__ or "").split("\n\n")[0].split())
     least = {"compared": 0.9} if name in SAYS else {}
-    return Kind(what, commit=1_000, nightly=100_000, release=100_000, chunk=500, least=least)
+    return Kind(what, commit=200, nightly=100_000, release=100_000, chunk=500, least=least)
 
 
 KINDS = {name: _kind(name, relation) for name, relation in RELATIONS.items()}

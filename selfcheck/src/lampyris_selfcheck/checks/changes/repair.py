@@ -26,7 +26,7 @@ EVERY_3, EVERY_4 = 9 << 9, 16 << 16
 KINDS = {
     "3x3": Kind(
         "every edit of every 3x3 grid: fields of the four step sets, and the four planners; ends take turns",
-        commit=EVERY_3,
+        commit=EVERY_3 // 3,
         nightly=EVERY_3,
         release=EVERY_3,
         chunk=576,
@@ -43,14 +43,14 @@ KINDS = {
     "stories": Kind(
         "six edits of a map of up to 64 x 64: walls, terrain, obstacles, a robot that moves and has a size;"
         " the field and the four planners after each",
-        commit=300,
+        commit=100,
         nightly=10_000,
         release=100_000,
         chunk=50,
     ),
     "long": Kind(
         "200 edits of a map of 64 x 64: the field and the four planners after each",
-        commit=3,
+        commit=1,
         nightly=1_000,
         release=10_000,
         chunk=1,

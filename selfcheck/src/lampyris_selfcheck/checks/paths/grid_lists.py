@@ -24,6 +24,8 @@ CLASSES_5X5 = 4_211_744
 """Grids of five by five cells that do not turn or mirror into each other."""
 _STIR = 2_654_435_761
 """Knuth's multiplier: neighbouring queries go to planners that are not neighbours."""
+_SPREAD = 40_503
+"""Odd, so that every grid comes once a round; a part of a round has sparse grids and dense ones."""
 _PIECE = 1 << 18
 """Grids looked at together."""
 
@@ -60,7 +62,8 @@ def rectangle(width: int, height: int, number: int) -> GridQuery:
     """Every grid of that size, every start and goal, free or blocked."""
     n = width * height
     turn, query = divmod(number, (1 << n) * n * n)
-    bits, ends = divmod(query, n * n)
+    index, ends = divmod(query, n * n)
+    bits = index * _SPREAD % (1 << n)
     goal, start = divmod(ends, n)
     return GridQuery(
         width, height, bits, _cell(start, width), _cell(goal, width), *_who(query, turn), start == 0

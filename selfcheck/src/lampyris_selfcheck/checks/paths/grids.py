@@ -32,7 +32,7 @@ CLASSES = 8_548
 OUTSIDE = 512 * (25 * 25 - 9 * 9)
 _STRIDE = 100_003
 """Prime to OUTSIDE: a few cases are spread over all."""
-_SHARE = 200
+_SHARE = 50
 """Drawn 4x4 questions for each planner and step set, at commit size."""
 
 
@@ -208,10 +208,12 @@ def _run(ask: Ask, part: Part) -> Outcome:
     return tally.outcome()
 
 
-def _exhaustive(what: str, queries: int, *, nightly: int = 12) -> Kind:
-    """Each query once with every commit, by some planner and moves; by all of them for a release."""
+def _exhaustive(what: str, queries: int, commit: int) -> Kind:
+    """With every commit some queries, each once; nightly all of them for twelve rounds, for a release for all
+    rounds: by each planner with all moves.
+    """
     whole = queries * lists.rounds()
-    return Kind(what, queries, queries * min(nightly, lists.rounds()), whole, chunk=4096, whole=whole)
+    return Kind(what, commit, queries * min(12, lists.rounds()), whole, chunk=4096, whole=whole)
 
 
 def _kinds(ask: Ask) -> dict[str, Kind]:
@@ -219,19 +221,19 @@ def _kinds(ask: Ask) -> dict[str, Kind]:
     classes, every = lists.pairs(classes=True), lists.pairs(classes=False)
     ends = "blocked ends too"
     return {
-        "3x3": _exhaustive(f"every start and goal of every 3x3 grid, {ends}", lists.rectangles(3, 3)),
-        "2x4": _exhaustive(f"the same for 2 columns and 4 rows, {ends}", lists.rectangles(2, 4)),
-        "4x2": _exhaustive(f"the same for 4 columns and 2 rows, {ends}", lists.rectangles(4, 2)),
-        "1xn": _exhaustive(f"the same for corridors of 1 to 8 cells, {ends}", lists.corridors()),
+        "3x3": _exhaustive(f"every start and goal of every 3x3 grid, {ends}", lists.rectangles(3, 3), 8_192),
+        "2x4": _exhaustive(f"the same for 2 columns and 4 rows, {ends}", lists.rectangles(2, 4), 4_096),
+        "4x2": _exhaustive(f"the same for 4 columns and 2 rows, {ends}", lists.rectangles(4, 2), 4_096),
+        "1xn": _exhaustive(f"the same for corridors of 1 to 8 cells, {ends}", lists.corridors(), 4_096),
         "outside": Kind(
-            "ends outside a 3x3 grid are refused and spoil nothing", 4096, OUTSIDE, OUTSIDE, 4096, OUTSIDE
+            "ends outside a 3x3 grid are refused and spoil nothing", 1_000, OUTSIDE, OUTSIDE, 4096, OUTSIDE
         ),
         "counts": Kind("the 4x4 lists hold what other means count", 1, 1, 1, 1, 1),
         "4x4-drawn": Kind(
             "drawn questions on 4x4 grids to each planner with each step set",
             commit=_SHARE * combos,
-            nightly=10 * _SHARE * combos,
-            release=100 * _SHARE * combos,
+            nightly=40 * _SHARE * combos,
+            release=400 * _SHARE * combos,
             chunk=4096,
         ),
         "4x4-classes": Kind(

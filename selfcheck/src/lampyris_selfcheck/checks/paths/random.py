@@ -159,15 +159,15 @@ def _data(question: RandomQuestion, world: SmallWorld) -> dict[str, object]:
     }
 
 
-def _kind(what: str, commit: int, chunk: int) -> Kind:
-    return Kind(what, commit, 50 * commit, 500 * commit, chunk)
+def _kind(what: str, commit: int, nightly: int, chunk: int) -> Kind:
+    return Kind(what, commit, nightly, 10 * nightly, chunk)
 
 
 KINDS = {
-    "plain": _kind("5 to 64 cells a side, plain ground: exact planners", 9_250, 2_000),
-    "rough": _kind("the same on ground that costs more", 9_250, 2_000),
-    "large": _kind("65 to 512 cells a side, plain and rough: exact planners", 1_000, 200),
-    "others": _kind("5 to 32 cells a side: planners that are not exact keep to the bounds", 500, 200),
+    "plain": _kind("5 to 64 cells a side, plain ground: exact planners", 1_500, 462_500, 2_000),
+    "rough": _kind("the same on ground that costs more", 1_000, 462_500, 2_000),
+    "large": _kind("65 to 512 cells a side, plain and rough: exact planners", 200, 50_000, 200),
+    "others": _kind("5 to 32 cells a side: planners that are not exact keep to the bounds", 200, 25_000, 200),
 }
 CHECK = Check(
     "random",

@@ -27,23 +27,23 @@ KINDS = {
     "paths": Kind(
         "a lawful walk (even numbers) is accepted, one spoilt in one of twelve ways (odd ones) is refused by"
         " the rule it breaks; the public rules agree where they apply",
-        commit=10_000, nightly=1_000_000, release=10_000_000, chunk=1000,
+        commit=2_000, nightly=1_000_000, release=10_000_000, chunk=1000,
     ),
     "wide": Kind(
         "the same for robots with a size on ground that costs: a wall within the radius, a wrong price",
-        commit=500, nightly=50_000, release=500_000, chunk=250,
+        commit=250, nightly=50_000, release=500_000, chunk=250,
     ),
     "wild": Kind(
         "eight cells or fewer on a map of 4 x 4, drawn near each other: both judges say the same",
-        commit=10_000, nightly=1_000_000, release=10_000_000, chunk=5000,
+        commit=2_000, nightly=1_000_000, release=10_000_000, chunk=5000,
     ),
     "pairs": Kind(
         "one of the 512 maps of 3 x 3, and all pairs of cells on it and around it: both judges say the same",
-        commit=64, nightly=512, release=512, chunk=16, whole=512,
+        commit=16, nightly=512, release=512, chunk=16, whole=512,
     ),
     "holes": Kind(
         "what the public judge lets pass or refuses wrongly: no cells, other ends, a single cell",
-        commit=1000, nightly=20_000, release=100_000, chunk=1000,
+        commit=500, nightly=20_000, release=100_000, chunk=1000,
     ),
 }  # fmt: skip
 _OCTILE = MOVES["octile"]

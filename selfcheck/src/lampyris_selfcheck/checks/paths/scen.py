@@ -189,7 +189,7 @@ def _made(ask: Ask, group: int) -> Benchmark:
 def _kinds(ask: Ask) -> Mapping[str, Kind]:
     if ask.folder is None:
         what = "lines of files of our own making, read back; give --folder for published ones"
-        return {MADE: Kind(what, 1_000, 50_000, 500_000, chunk=500)}
+        return {MADE: Kind(what, 500, 50_000, 500_000, chunk=500)}
     kinds = {}
     for name, path in _files(ask.folder).items():
         n = _lines(path)

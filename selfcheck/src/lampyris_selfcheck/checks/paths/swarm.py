@@ -144,7 +144,7 @@ def _kind(name: str) -> Kind:
     bound = "never longer than its seed and slack" if name in SWARMS else "valid"
     return Kind(
         f"{name}: {bound}, never shorter than the best way; {SEEDS} seeds a map",
-        commit=63 * SEEDS,
+        commit=25 * SEEDS,
         nightly=20_000 * SEEDS,
         release=120_000 * SEEDS,
         chunk=300,

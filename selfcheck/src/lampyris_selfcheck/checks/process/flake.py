@@ -183,7 +183,7 @@ CHECK = Check(
     kinds={
         "quick": Kind(
             "some quick test files in one more order: each test ends as it did in the first",
-            commit=2,
+            commit=1,
             nightly=10,
             release=10,
             chunk=2,

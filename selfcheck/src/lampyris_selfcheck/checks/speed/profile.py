@@ -33,28 +33,28 @@ KINDS = {
     "free": Kind(
         "1 to 60 nodes, edges of 1e-9 to 1e6 m, from rest, below, at and an ulp beyond the greatest start "
         "speed; farther beyond it is refused",
-        15_000,
+        2_000,
         920_000,
         5_000_000,
         1_000,
     ),
     "exact": Kind(
         "the greatest profile there is, by exact fractions; no single speed of it could be raised",
-        1_500,
+        200,
         20_000,
         100_000,
         100,
     ),
     "monotone": Kind(
         "raising a limit or a cap slows it nowhere; a cap more speeds it up nowhere",
-        2_000,
+        300,
         40_000,
         200_000,
         250,
     ),
     "laws": Kind(
         "every law on paths and curves among walls, zones and bodies: its promises, the bend, room to stop",
-        1_500,
+        700,
         20_000,
         100_000,
         50,

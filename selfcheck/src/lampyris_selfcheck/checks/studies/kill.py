@@ -17,12 +17,12 @@ KINDS = {
     "random": Kind(
         "a warm process is killed up to four times at drawn moments: no acknowledged row lost, changed or "
         "stored twice; at the end the table has the bytes of an undisturbed one",
-        16, 400, 3000, 20,
+        4, 400, 3000, 20,
     ),
     "points": Kind(
         "the same, killed before and after every call that creates, writes, syncs, renames or removes; once "
         "all were asked, again at another when it goes on",
-        24, 1200, 10_000, 40,
+        8, 1200, 10_000, 40,
     ),
     "study": Kind(
         "`lampyris study` with two workers, it and they killed three times at drawn moments; no process is "

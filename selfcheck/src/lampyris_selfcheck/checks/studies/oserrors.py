@@ -28,15 +28,15 @@ KINDS = {
     "faults": Kind(
         "6 errors, once or from then on, at each call: the study goes on, or stops with a clear line; "
         "what was acknowledged is there, and going on ends with the bytes of an undisturbed run",
-        24, 1200, 12_000, 24,
+        12, 1200, 12_000, 24,
     ),
     "power": Kind(
         "the power fails at a drawn moment, and of what was not synced any part is missing: as above, and "
         "the store needs no repair",
-        16, 1200, 20_000, 40,
+        8, 1200, 20_000, 40,
     ),
     "clock": Kind(
-        "the clock is set back or stands still, and the study is killed at a drawn call", 4, 100, 500, 10
+        "the clock is set back or stands still, and the study is killed at a drawn call", 2, 100, 500, 10
     ),
 }  # fmt: skip
 

@@ -216,13 +216,13 @@ def kinds() -> dict[str, Kind]:
         "cut": Kind(
             "a store cut at every byte of its last three records, its log at every byte of its last three "
             "calls: right rows or a typed error; repair keeps what is whole",
-            500, cuts, cuts, 100, cuts,
+            100, cuts, cuts, 100, cuts,
         ),
-        "bit": Kind("every bit of one record", 400, bits, bits, 100, bits),
-        "page": Kind("every page of zeros, of ones, or of another page", pages, pages, pages, 50, pages),
+        "bit": Kind("every bit of one record", 100, bits, bits, 100, bits),
+        "page": Kind("every page of zeros, of ones, or of another page", 24, pages, pages, 50, pages),
         "noise": Kind(
             "one to three bits anywhere, of the main file, the log or the witness",
-            900, 65_600, 1_000_000, 100,
+            150, 65_600, 1_000_000, 100,
         ),
     }  # fmt: skip
 

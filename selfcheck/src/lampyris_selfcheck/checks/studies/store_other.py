@@ -276,7 +276,7 @@ def kinds() -> dict[str, Kind]:
             others, others, others, others, others,
         ),
         "writers": Kind(
-            "two writers and a reader in turn: one at a time, no row lost or doubled", 200, 6000, 50_000, 50
+            "two writers and a reader in turn: one at a time, no row lost or doubled", 40, 6000, 50_000, 50
         ),
         "processes": Kind("two processes that want one store at once", 2, 60, 300, 2),
     }  # fmt: skip

@@ -29,14 +29,14 @@ from lampyris_selfcheck.reference.paths.edits import EditMonitor
 KINDS = {
     "traces": Kind(
         f"{len(traces.FAULTS)} faults in runs by ticks, in turn: both monitors and the referee name the rule",
-        10 * len(traces.FAULTS),
+        2 * len(traces.FAULTS),
         500 * len(traces.FAULTS),
         2_000 * len(traces.FAULTS),
         2 * len(traces.FAULTS),
     ),
     "drives": Kind(
         f"{len(drives.FAULTS)} faults in drives, in turn: the referee names the rule, a watcher some",
-        6 * len(drives.FAULTS),
+        len(drives.FAULTS),
         100 * len(drives.FAULTS),
         400 * len(drives.FAULTS),
         2 * len(drives.FAULTS),

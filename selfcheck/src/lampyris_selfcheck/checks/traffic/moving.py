@@ -31,7 +31,7 @@ KINDS = {
     "two patrols": Kind(
         "every free space of 3 x 2 cells, start, goal and two patrols; the order of the patrols decides which"
         " of the two planners is asked, so both are asked of every two",
-        commit=TWO_PATROLS,
+        commit=6_000,
         nightly=TWO_PATROLS,
         release=TWO_PATROLS,
         chunk=4_000,
@@ -56,7 +56,7 @@ KINDS = {
     "drawn": Kind(
         "maps of up to 24 x 24, four step sets, terrain, robots and obstacles of some size, obstacles that"
         " end and that go round; both planners, from a session and through the front door",
-        commit=200,
+        commit=50,
         nightly=8_000,
         release=80_000,
         chunk=100,
@@ -64,14 +64,14 @@ KINDS = {
     "gates": Kind(
         "two ways, the nearer one shut about as long as the other is longer; and a last step that two bodies"
         " cross: to wait or to go about; both planners, from a session and through the front door",
-        commit=200,
+        commit=60,
         nightly=4_000,
         release=40_000,
         chunk=100,
     ),
     "driven": Kind(
         "a drawn plan driven with real accelerations among its obstacles: every instant's distance",
-        commit=30,
+        commit=10,
         nightly=2_000,
         release=20_000,
         chunk=10,
