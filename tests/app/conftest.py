@@ -20,16 +20,16 @@ def log() -> Iterator[None]:
     log.setLevel(level)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of an app of its own."""
+    """Of the app that all tests of a worker share; who changes what others see starts one of its own."""
     with app(tmp_path_factory.mktemp("home"), "env-3") as found:
         yield found
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """Chromium, without a window."""
+    """Chromium, without a window; one for all tests of a worker, each of which has contexts of its own."""
     driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with driver.sync_playwright() as started:
         made = started.chromium.launch(

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from page_browser import needs_chromium
+import pytest
+from page_browser import app, needs_chromium
 from page_person import in_address, later, until
 from PIL import Image
 
 pytestmark = needs_chromium
 CROWD = [{"kind": "random-walk", "count": 12}]
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Of an app of its own: these tests put maps into its library."""
+    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
+        yield found
 
 
 def opened(page: Any, scenario: dict[str, Any], tmp_path: Path) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import needs_chromium
+from page_browser import app, needs_chromium
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = needs_chromium
@@ -61,6 +62,13 @@ FILES: dict[str, tuple[str, bytes, str]] = {
     "no scenario": ("some.json", b'{"width": 3}', "some.json"),
     "scenario of no map": ("s.json", b'{"version": 1, "map": "nowhere"}', "nowhere: there is no such map"),
 }
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Of an app of its own: these tests put maps into its library."""
+    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
+        yield found
 
 
 def choose(page: Any, name: str, content: bytes, folder: Path) -> None:
