@@ -8,6 +8,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # One more than there are processors: a fifth of the suite's time browsers and killed studies are waited for.
 TESTERS := $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
 TESTS := -m "not nightly"
+ROOMS := $(ROOM:%=tests/%)
 # A module is compiled to bytecode when it is first imported; most of what wheels hold never is (half of pip's time).
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
@@ -18,6 +19,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 help:
 	@echo "make demo           plan and simulate on a bundled map; pictures and a film in demo/"
 	@echo "make test           lint, types, floors, the whole test suite, every promise at its smallest size"
+	@echo "make test ROOM=planning  the tests of one folder of tests/ (or files: ROOM='motion test_api.py'), without the rest, in seconds"
 	@echo "make lint           the first part of it alone; make unit: the tests alone"
 	@echo "make test-wheel     the same suite against the built wheel"
 	@echo "make bench          timings beside rivals (installs them): docs/benchmarks.md and .json; ONLY='field query' for some"
@@ -58,13 +60,20 @@ $(VENV)/.bench: $(VENV)/.run requirements/bench.txt
 demo: $(VENV)/.run
 	@$(BIN)/python tools/demo.py demo
 
+ifdef ROOM
+test: $(VENV)/.dev
+	@ls -d $(ROOMS) >/dev/null || { echo "ROOM: one or some of" $$(cd tests && ls */test_*.py | cut -d/ -f1 | uniq) "or test files"; exit 1; }
+	$(BIN)/python -m pytest -q -n $(TESTERS) --dist worksteal $(TESTS) $(ROOMS)
+else
 # Before the suite's workers start, the bytecode and machine code that each would make are made once: kernels are
-# compiled, and beside that the tools installed, the lint run and the tests collected.
+# compiled, and beside that the tools and a browser installed, the lint run and the tests collected.
 test: $(VENV)/.run
-	@mkdir -p build; $(BIN)/lampyris warm >build/warm.txt 2>&1 & warmed=$$!; trap "kill $$warmed" INT TERM; \
+	@mkdir -p build; { tools/browser.sh; exec $(BIN)/lampyris warm; } >build/warm.txt 2>&1 & warmed=$$!; \
+	trap "kill $$warmed" INT TERM; \
 	$(MAKE) --no-print-directory lint collected || { kill $$warmed; exit 1; }; \
 	wait $$warmed || { cat build/warm.txt; exit 1; }
 	@$(MAKE) --no-print-directory unit
+endif
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
