@@ -26,7 +26,7 @@ LINUX = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs 
 
 def run(work: Coroutine[Any, Any, Any]) -> Any:
     async def soon() -> Any:
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(600):
             return await work
 
     return asyncio.run(soon())

@@ -18,6 +18,7 @@ from lampyris.app.engine.parse import said_scenario
 from lampyris.errors import UsageError
 from lampyris.report.film import sprites
 from lampyris.report.style import FREE, landscape_colours
+from sizes import some
 
 ROWS = [
     "S.......",
@@ -51,7 +52,7 @@ def ground(frame: np.ndarray, x: int, y: int) -> np.ndarray:
     return np.asarray(frame[10 + 70 * y + 5, 10 + 70 * x + 5])
 
 
-@pytest.mark.parametrize("what", ["webp", "gif"])
+@pytest.mark.parametrize("what", some(["webp", "gif"]))
 @pytest.mark.parametrize("layer", ["cost", "luciferin", "clearance", "expanded", "reach"])
 def test_a_film_has_the_layer_that_is_on(layer: str, what: str) -> None:
     bare, shown = film(what), film(what, layer=layer)

@@ -205,6 +205,7 @@ def test_a_film_is_stopped_while_it_is_drawn() -> None:
         list(work.answer(question, look))
 
 
+@pytest.mark.nightly
 def test_an_engine_says_that_it_compiles_and_a_warm_one_does_not(tmp_path: Path) -> None:
     """With a cache of its own: the first use compiles, and tells the job that waits for it."""
     question = {"verb": "plan", "job": 9, "scenario": state(map="random-512", planner="astar")}

@@ -116,7 +116,7 @@ def test_studies_that_are_none(question: dict[str, Any], code: str) -> None:
 
 
 async def until_over(studies: Studies, job: str) -> dict[str, Any]:
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(600):
         while (now := studies.progress(job))["state"] not in ("done", "failed", "cancelled"):
             await asyncio.sleep(0.02)
     return now

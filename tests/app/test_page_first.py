@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from page_browser import needs_chromium
 
+from sizes import some
+
 pytestmark = needs_chromium
 
 HEARD = """
@@ -64,7 +66,7 @@ def cell(tab: Any, x: int, y: int) -> tuple[float, float]:
     return left + (x + 0.5) * side / 50, top + (y + 0.5) * side / 50
 
 
-@pytest.mark.parametrize("width", [821, 834, 900, 1000, 1023])
+@pytest.mark.parametrize("width", some([821, 1023, 834, 900, 1000], 2))
 def test_the_timeline_has_room_in_every_window(tab: Any, width: int) -> None:
     tab.set_viewport_size({"width": width, "height": 800})
     for _ in range(2):  # before a run, and with one

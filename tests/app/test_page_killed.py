@@ -119,6 +119,7 @@ def test_a_run_that_was_still_coming_goes_on_by_itself(context: Any, port: int, 
         page.get_by_role("button", name="Pause").wait_for()
 
 
+@pytest.mark.nightly
 def test_a_tab_that_was_closed_meanwhile(context: Any, port: int, tmp_path: Path) -> None:
     page = context.new_page()
     with app(tmp_path, "env-3", port=port) as address:
@@ -152,6 +153,7 @@ def test_a_tab_that_was_closed_meanwhile(context: Any, port: int, tmp_path: Path
         assert in_address(page) == drawn, "on another map it is one undo away"
 
 
+@pytest.mark.nightly
 def test_the_next_start_s_map_does_not_take_the_place_of_what_was_drawn(
     context: Any, port: int, tmp_path: Path
 ) -> None:

@@ -16,11 +16,13 @@ from page_browser import needs_chromium
 LOOK = (Path(__file__).parent / "page_look.js").read_text(encoding="utf-8").split("\n", 1)[1]
 COLOURS = (files("lampyris.app") / "static" / "colours.js").read_text(encoding="utf-8")
 SIZES = {"desk": (1280, 720), "telephone": (390, 844)}
+LOOKS = (("desk", "light"), ("telephone", "dark"), ("desk", "dark"), ("telephone", "light"))
+"""Each size and each theme with every commit; the other pairs by night."""
 TABS = ("library", "settings", "traffic", "compare", "keep", "learn", "now")
 
 
 @pytest.fixture(
-    params=[(size, theme) for size in SIZES for theme in ("light", "dark")], ids=lambda p: "-".join(p)
+    params=[*LOOKS[:2], *(pytest.param(look, marks=pytest.mark.nightly) for look in LOOKS[2:])], ids="-".join
 )
 def page(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Any]:
     """The page in a browser that was never here, in each size and theme."""

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import needs_chromium
+from page_browser import app, needs_chromium
 from page_person import until
 from payloads import PAYLOADS, in_html, in_svg
 
+import sizes
 from lampyris.app.engine import export as kept
 from lampyris.app.engine.parse import said_scenario
 from lampyris.app.server.static_files import static_files
@@ -24,6 +25,13 @@ ROWS = ["." * 12] * 8
 
 
 MAKERS = (".googleapis.com", ".google.com", ".gvt1.com")
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Of an app of its own: these tests put maps into its library."""
+    with app(tmp_path_factory.mktemp("home"), "env-3") as found:
+        yield found
 
 
 class Elsewhere:
@@ -290,7 +298,9 @@ MOST = [PAYLOADS[k : k + 11] for k in range(0, len(PAYLOADS), 11)]
 
 
 @needs_chromium
-@pytest.mark.parametrize("some", MOST, ids=["first", "second", "third", "fourth"])
+@pytest.mark.parametrize(
+    "some", sizes.some((one,) for one in MOST), ids=["first", "second", "third", "fourth"]
+)
 def test_strange_names_are_shown_as_words(browser: Any, address: str, some: tuple[str, ...]) -> None:
     """Each as a name; of mistakes and of files every kind of the first, and one in turn of every third."""
     show(browser, address, some, lambda k, kind: k == 0 or (k % 3 == 0 and kind == k % 7 % 5))
@@ -366,7 +376,7 @@ def _yaml(text: str) -> Any:
     return read_yaml(text.encode(), "kept").data
 
 
-@pytest.mark.parametrize("payload", [*PAYLOADS[:44:9], PAYLOADS[29], PAYLOADS[40]])
+@pytest.mark.parametrize("payload", sizes.some([PAYLOADS[29], PAYLOADS[40], *PAYLOADS[:44:9]], 4))
 def test_strange_names_are_words_in_what_is_kept(payload: str) -> None:
     check_kept(payload)
 

@@ -65,7 +65,11 @@ def test_every_planner_plans_with_the_default_preset(planner: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [("plan", "env-1"), ("simulate", "env-3", "--obstacles", "12", "--mobility", "mixed")]
+    "words",
+    [
+        ("simulate", "env-3", "--obstacles", "12", "--mobility", "mixed"),
+        pytest.param(("plan", "env-1"), marks=pytest.mark.nightly),
+    ],
 )
 def test_same_seed_same_bytes_in_two_processes_and_without_numba(words: tuple[str, ...]) -> None:
     def without_timing(**env: str) -> str:

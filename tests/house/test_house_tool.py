@@ -59,6 +59,7 @@ def test_what_is_out_of_order_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert house.faults({**found, "crowded": {}, "circles": [], "doubled": {}}, frozenset({"old.py"})) == []
 
 
+@pytest.mark.nightly
 def test_this_tree_is_in_order() -> None:
     house = tool()
     assert house.faults(house.measure(), frozenset(house.KEPT.read_text(encoding="utf-8").split())) == []

@@ -16,6 +16,7 @@ from lampyris.errors import LampyrisError
 from lampyris.io.maps.formats.movingai import read_scen
 from lampyris.io.maps.load import load_map
 from lampyris_selfcheck.reference.files.map_files import adam7, bmp, chunk, npy, png, put, rows
+from sizes import sized
 
 PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
 SEEDS = {
@@ -118,15 +119,18 @@ CASES = [
 ]
 
 
+@sized("cases", 250, 400)
 @pytest.mark.parametrize(("kind", "options"), CASES)
-def test_mutants(tmp_path: Path, kind: str, options: dict[str, str], timely: Callable[..., Any]) -> None:
+def test_mutants(
+    tmp_path: Path, kind: str, options: dict[str, str], cases: int, timely: Callable[..., Any]
+) -> None:
     load: Callable[[Path], object] = read_scen if kind == "scen" else partial(load_map, **options)  # type: ignore[arg-type]
     change = mutate_png if kind.startswith("png") else mutate
     name = "m.csv" if kind == "csv" else "m"
     load(put(tmp_path, SEEDS[kind], name))
     rng = np.random.Generator(np.random.PCG64(sum(kind.encode())))
     read = refused = 0
-    for _ in range(400):
+    for _ in range(cases):
         data = change(rng, SEEDS[kind])
         path = put(tmp_path, data, name)
         try:

@@ -21,6 +21,7 @@ import pytest
 
 from lampyris._core import cancellation
 from lampyris._core.cancellation import uninterrupted
+from sizes import some
 
 CHILD = Path(__file__).with_name("interrupted_child.py")
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="children are forked")
@@ -46,13 +47,14 @@ def judge(work: str, moments: int) -> None:
     assert len(first) >= moments - 1
 
 
+@pytest.mark.nightly
 @posix
 def test_ctrl_c_during_the_first_compiled_plan() -> None:
     judge("plan", 12)
 
 
 @posix
-@pytest.mark.parametrize("work", ["regions", "yaml", "picture"])
+@pytest.mark.parametrize("work", some(["yaml", "regions", "picture"]))
 def test_ctrl_c_while_another_library_is_imported(work: str) -> None:
     judge(work, 5)
 

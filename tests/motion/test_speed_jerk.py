@@ -15,6 +15,7 @@ from lampyris.motion.jerk import cube_root, jerks, rest_to_rest
 from lampyris.motion.profile import Feasible, feasible_profile, stop_to_stop
 from lampyris.referee import check_motion
 from reference.kernel_forms import use
+from sizes import some
 
 Floats = Any
 
@@ -69,7 +70,9 @@ class Case:
         return check_motion(self.s, made.v, made.a, made.t, **(given | more))
 
 
-@pytest.mark.parametrize(("finest", "count", "most"), [(-2.0, 120, 60), (-9.0, 40, 25)])
+@pytest.mark.parametrize(
+    ("finest", "count", "most"), some([(-2.0, 40, 60), (-9.0, 40, 25), (-2.0, 120, 60)], 2)
+)
 def test_random_profiles_keep_every_limit_and_are_nowhere_faster_than_without(
     finest: float, count: int, most: int
 ) -> None:

@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 
 from lampyris.motion.profile import Feasible, feasible_profile
+from sizes import sized
 
 toppra = pytest.importorskip("toppra")
 algorithm = pytest.importorskip("toppra.algorithm")
@@ -118,10 +119,11 @@ def test_on_the_distance_the_speeds_are_toppras() -> None:
     assert max(off) <= 1e-6
 
 
-def test_on_the_plane_the_times_are_toppras_within_a_hundredth() -> None:
+@sized("cases", 50, 200)
+def test_on_the_plane_the_times_are_toppras_within_a_hundredth(cases: int) -> None:
     rng = np.random.default_rng(2)
     off = []
-    for _ in range(200):
+    for _ in range(cases):
         path = smooth_path(rng, PLANE)
         off.append(float(ours(path).t[-1]) / plane(path) - 1)
     print(f"\nplane: our time is TOPP-RA's {min(off):+.2%} to {max(off):+.3%}", end="")

@@ -26,6 +26,7 @@ from lampyris.planning.swarm.session import SwarmPlanner
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
 from planning.swarm_scenes import scene_of
+from sizes import some
 
 KINDS: list[type[SwarmPlanner]] = [Gso, Igso, Pso, LPso, APso, IPso, PsoApf, MmasDstar]
 SMALL: dict[str, Any] = {"swarm": 8, "iterations": 5}
@@ -41,7 +42,7 @@ def essence(plan: Plan) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("kind", [Pso, MmasDstar])
-@pytest.mark.parametrize("repair", [False, True])
+@pytest.mark.parametrize("repair", some([True, False]))
 def test_the_contract_without_a_seed(kind: type[SwarmPlanner], repair: bool) -> None:
     check_planner(kind(swarm=5, iterations=2, seeded=False, repair=repair), seed=1, cases=3)
 

@@ -23,6 +23,7 @@ def outcome(kind: str, cases: int = 12) -> Outcome:
     return deadline.CHECK.run(Ask(), Part(kind, 0, cases))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["limit", "cancel"])
 def test_a_call_that_goes_on_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     halt = cancellation.halt
@@ -73,6 +74,7 @@ def test_a_long_call_is_stopped_and_one_that_ends_before_tries_nothing(
     assert "tries nothing" in outcome("long", 1).failures[0].what
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["limit", "cancel"])
 def test_most_calls_are_at_work_when_they_are_to_end(kind: str) -> None:
     # All of them, as a rule. When nobody made them end sooner it was 26 of these, and 16 where CI ran.
@@ -245,6 +247,7 @@ def test_a_wrong_answer_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ["no-path, where there is a way" in one.failures[0].what for one in found] == [True] * 4
 
 
+@pytest.mark.nightly
 def test_a_session_that_a_stop_has_harmed_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     drop = GraphSession.drop
 

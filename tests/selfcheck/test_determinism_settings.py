@@ -31,12 +31,14 @@ def test_what_is_not_in_force_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> N
         assert "not in force" in found.failures[0].what
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["processor", "threads", "place", "plain kernels"])
 def test_what_is_set_is_in_force(kind: str) -> None:
     found = determinism.run(Ask(), Part(kind, 0, 0))
     assert [one.what for one in found.failures] == []
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(
     not (shutil.which("localedef") and Path("/usr/share/i18n/locales/tr_TR").is_file()),
     reason="no localedef, or nothing to make a locale of",

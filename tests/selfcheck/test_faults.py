@@ -24,6 +24,7 @@ def run(kind: str, count: int, first: int = 0) -> Outcome:
     return runner.run(CHECK, Ask(), runner.Range(only=kind, first=first, cases=count)).outcome
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", FAULTS)
 def test_it_holds(kind: str) -> None:
     seen = run(kind, 4, first=100)
@@ -31,6 +32,7 @@ def test_it_holds(kind: str) -> None:
     assert seen.counts["noticed"] >= 3
 
 
+@pytest.mark.nightly
 def test_every_way_to_spoil_a_message_is_tried() -> None:
     seen = run("garbage", len(SPOILS))
     assert not seen.failures
@@ -54,6 +56,7 @@ def test_it_sees_a_robot_that_trusts_everything(monkeypatch: pytest.MonkeyPatch)
         assert run(kind, 6).failed >= 4, kind
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["nan", "missing", "jumps", "in-robot"])
 def test_it_sees_a_robot_that_notices_late(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of an obstacle of its own too: when that was wrong, the moment was not judged."""
@@ -110,6 +113,7 @@ def test_it_sees_a_robot_that_brakes_half_as_hard(monkeypatch: pytest.MonkeyPatc
     assert run("stops", 8).failed >= 4
 
 
+@pytest.mark.nightly
 def test_it_sees_messages_that_break_the_robot_down(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(feed, "_nonsense", lambda message: "")
     seen = run("garbage", 3 * len(SPOILS))

@@ -31,6 +31,7 @@ def run(kind: str, count: int, first: int = 0) -> Outcome:
     return runner.run(CHECK, Ask(), runner.Range(only=kind, cases=count, first=first)).outcome
 
 
+@pytest.mark.nightly
 def test_every_fault_is_seen() -> None:
     seen = run("traces", 2 * len(traces.FAULTS))
     assert not seen.failures

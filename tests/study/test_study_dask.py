@@ -142,6 +142,7 @@ def by_key(out: dict[str, Any]) -> dict[str, list[Any]]:
     return rows
 
 
+@pytest.mark.nightly
 @needs_dask
 def test_a_cluster_gives_the_same_rows_and_so_does_one_that_loses_a_worker(tmp_path: Path) -> None:
     file = tmp_path / "real.yaml"
@@ -157,6 +158,7 @@ def test_a_cluster_gives_the_same_rows_and_so_does_one_that_loses_a_worker(tmp_p
         assert by_key(killed) == here(hands.study_of(15), _work=hands.work, _judge=hands.Judge())
 
 
+@pytest.mark.nightly
 @needs_dask
 def test_a_scheduler_that_dies_or_that_has_no_workers_is_told() -> None:
     with cluster(1) as (address, processes):

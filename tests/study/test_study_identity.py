@@ -39,6 +39,7 @@ def known(kind: str, seeds: int = 1) -> bytes:
     return study_small.exported(study(kind, seeds), {row.key: row for row in rows})
 
 
+@pytest.mark.nightly
 def test_the_studies_have_every_ending_and_outcome_that_does_not_hang_on_a_clock() -> None:
     words = b"".join(known(kind) for kind in KINDS)
     for word in (b"arrived", b"found", b"no-path", b"limit", b"hit", b"refused,OBSTACLE_ROOM"):

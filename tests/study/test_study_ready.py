@@ -140,7 +140,7 @@ def test_gamma_decides_nothing_and_rho_something() -> None:
 def test_every_table_says_which_swarms_start_from_the_exact_shortest_path() -> None:
     study = load_study("line-up")
     some = tuple(w for w in study.planners if w.name in ("astar", "pso", "pso-apf"))
-    small = replace(study, worlds=study.worlds[:2], planners=some, crowds=study.crowds[:1], seeds=(0, 1))
+    small = replace(study, worlds=study.worlds[:2], planners=some, crowds=study.crowds[:1], seeds=(0,))
     rows: dict[str, Row] = {}
     run(small, lambda some: rows.update({row.key: row for row in some}))
     records = [
@@ -154,5 +154,5 @@ def test_every_table_says_which_swarms_start_from_the_exact_shortest_path() -> N
     assert {tab.name.partition("-")[0] for tab in made} >= {"endings", "way", "time", "work", "ranks"}
     for tab in made:
         assert tab.note.endswith(f"pso and pso-apf start {START}."), tab.name
-    nobody = tabs(summarise(runs_of(replace(small, planners=some[:1]), records[:4])))
+    nobody = tabs(summarise(runs_of(replace(small, planners=some[:1]), records[:2])))
     assert not any("start" in tab.note for tab in nobody)

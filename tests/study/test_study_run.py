@@ -473,6 +473,7 @@ def test_workers_do_not_outlive_a_parent_that_was_killed() -> None:
     assert gone({int(line.split()[1]) for line in lines})
 
 
+@pytest.mark.nightly
 def test_processes_that_are_kept_warm_are_let_go_of_without_a_word() -> None:
     words = ["selfcheck", "determinism", "--only", "studies", "--cases", "1"]
     done = subprocess.run(
