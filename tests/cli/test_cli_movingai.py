@@ -1,4 +1,4 @@
-"""``lampyris scen`` as its users meet it: the verdict, the list, the exit codes, JSON and CSV."""
+"""``lampyris movingai`` as its users meet it: the verdict, the list, the exit codes, JSON and CSV."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WRONG = ("0 2 3 1", "3.40000")
 
 
 def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return call("scen", *words, cwd=cwd, columns=100)
+    return call("movingai", *words, cwd=cwd, columns=100)
 
 
 def test_all_agree(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_mistakes_are_named_in_one_line(words: tuple[str, ...], code: int, says:
 
 def test_help_imports_nothing_heavy() -> None:
     code = (
-        "import sys; sys.argv = ['lampyris', 'scen', '--help']\n"
+        "import sys; sys.argv = ['lampyris', 'movingai', '--help']\n"
         "from lampyris.cli import main\n"
         "try:\n    main()\nexcept SystemExit as e:\n    assert not e.code, e.code\n"
         "heavy = set('numpy numba scipy matplotlib PIL'.split()) & set(sys.modules)\n"
