@@ -64,7 +64,6 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     "report.html.page._INTERVAL": ("fullmatch", ("a b [1, 2] n 3",)),
     "report.html.page._NAME": ("fullmatch", ("a-b",)),
     "sim.world.notes._FIGURE": ("search", ("a 1.5 b",)),
-    "study.store.carve._HEAD": ("search", ("\x05\x00\u0081\r",)),
     "study.design.traffic_labels._LABEL": ("fullmatch", ("12 a-b c",)),
     "study.analysis.export._FORMULA": ("match", ("=a",)),
     "study.analysis.export._QUOTED": ("search", ("a, b ",)),

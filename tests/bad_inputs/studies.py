@@ -115,7 +115,7 @@ CASES: list[Case] = [
             ("not a store", RUN, PDF, "STORE_FORMAT", ("not a store",)),
             ("not a store, begun anew", (*RUN, "--fresh"), PDF, "STORE_FORMAT", ("not a store",)),
             ("nothing to repair", ("study", "repair", "s.study.db"), PDF, "STORE_FORMAT",
-             ("nothing of a store",)),
+             ("not a store",)),
         )
     ),
     Case(95, "no store", SHOW, {}, "STORE_READ", 3, ("s.study.db", "no such file")),

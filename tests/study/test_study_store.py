@@ -1,4 +1,4 @@
-"""Store: what was acknowledged is there; one writer; whatever the system refuses is one clear line."""
+"""Store: what was acknowledged is there; one writer at a time; whatever the system refuses is one clear line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lampyris.errors import BusyError, InternalFault, LampyrisError, UsageError
 from lampyris.study.design.row import Row
 from lampyris.study.design.serialize import study_plain
 from lampyris.study.design.study import Config, Study, StudyTraffic
-from lampyris.study.store.lock import StoreLock, Witness, witness_of
+from lampyris.study.store.lock import StoreLock
 from lampyris.study.store.store import Store, open_for
 
 
@@ -75,6 +75,19 @@ def test_the_study_needs_no_other_file_and_the_bytes_know_no_clock(tmp_path: Pat
         tmp_path / "a",
     )
     assert out.stdout == "1 40\n"
+
+
+def test_a_commit_waits_for_the_disk_in_a_write_ahead_log(tmp_path: Path) -> None:
+    """SQLite syncs its log at each commit with FULL (2), at checkpoints alone with NORMAL."""
+    filled(tmp_path / "a", study())
+    for make in (lambda: Store.create(tmp_path / "b", study()), lambda: Store.open(tmp_path / "a")):
+        with make() as store:
+            assert store._writer is not None
+            pragmas = [
+                store._writer.execute(f"PRAGMA {name}").fetchone()[0]
+                for name in ("synchronous", "journal_mode")
+            ]
+            assert pragmas == [2, "wal"]
 
 
 def test_rows_longer_than_a_page_and_words_of_every_sort(tmp_path: Path) -> None:
@@ -169,16 +182,11 @@ def test_open_for_makes_it_then_finds_it_again(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("more", "words"),
-    [
-        ({"seeds": 2}, "seeds"), ({"root": 1}, "root: 0 and 1"), ({"moves": "four-connected"}, "moves"),
-        ({"seconds": 1.0}, "seconds"), ({"expansions": 5}, "expansions"), ({"robot": {"r": 1.0}}, "robot"),
-        ({"crowds": (StudyTraffic("random-walk", 4),)}, "crowds.0.count: 3 and 4"), ({"kind": "simulate"}, "kind"),
-        ({"planners": (Config("astar", {"weight": 2.0}), Config("ad-gso", {"swarm": 8}))}, "weight: 1.0 and 2.0"),
-        ({"laws": (Config("constant", {"speed": 1}),)}, "laws.0.settings.speed"), ({"ticks": 9}, "ticks"),
-        ({"memory": True}, "memory"), ({"worlds": study().worlds[:1]}, "maps"),
-    ],
+    [({"seeds": 2}, "seeds"), ({"crowds": (StudyTraffic("random-walk", 4),)}, "crowds.0.count: 3 and 4"),
+     ({"laws": (Config("constant", {"speed": 1}),)}, "laws.0.settings.speed"), ({"worlds": study().worlds[:1]}, "maps")],
 )  # fmt: skip
 def test_another_study_is_refused_with_the_field_that_differs(tmp_path: Path, more: dict, words: str) -> None:
+    """Every field is asked by ``lampyris selfcheck store --only resume``."""
     path = tmp_path / "a"
     with Store.create(path, study()) as store:
         store.add(rows(study())[:3])
@@ -252,7 +260,6 @@ def test_the_lock_goes_with_its_process_and_what_it_acknowledged_stays(tmp_path:
     assert done.returncode == -signal.SIGKILL
     acknowledged = done.stdout.split()
     assert len(acknowledged) == 24
-    assert witness_of(tmp_path / "a") is not None
     with Store.open(tmp_path / "a", writable=False) as store:
         assert list(store.rows().values()) == rows(study())[:24]
     with open_for(tmp_path / "a", study()) as store:
@@ -262,70 +269,60 @@ def test_the_lock_goes_with_its_process_and_what_it_acknowledged_stays(tmp_path:
     assert names(tmp_path) == ["a"]
 
 
-def test_the_locks_file_may_go_and_come_while_others_ask_for_it(tmp_path: Path) -> None:
+def test_the_locks_file_goes_with_the_lock_and_blocks_nobody_when_left(tmp_path: Path) -> None:
     path = tmp_path / "a"
-    first = StoreLock(path)
-    first.write(Witness(3, "f" * 64))
-    with pytest.raises(LampyrisError, match="STORE_BUSY"):
-        StoreLock(path)
-    first.release(remove=False)
-    assert witness_of(path) == Witness(3, "f" * 64)
-    second = StoreLock(path)
-    assert witness_of(path) == Witness(3, "f" * 64)
-    second.write(Witness(4, "e" * 64))
-    second.write(Witness(5, "d" * 64))
-    assert witness_of(path) == Witness(5, "d" * 64)
-    second.write(Witness(6, "c" * 64))
-    assert witness_of(path) == Witness(6, "c" * 64), "whichever line it stands in"
-    second.release(remove=True)
-    assert names(tmp_path) == []
-    assert witness_of(path) is None
+    path.with_name("a.lock").write_text("pid 1\n")  # of a process that was killed
+    with StoreLock(path) as lock:
+        with pytest.raises(LampyrisError, match=f"STORE_BUSY.*pid {os.getpid()}"):
+            StoreLock(path)
+        lock.release()
+        assert names(tmp_path) == []
+        with StoreLock(path):
+            lock.release()  # once more: it is another's now
+            assert names(tmp_path) == ["a.lock"]
 
 
 class Interrupting:
-    """A connection to which Ctrl-C comes just before a statement."""
+    """A connection to which Ctrl-C comes just before or after a statement."""
 
-    def __init__(self, connection: object, word: str) -> None:
-        self._connection, self._word = connection, word
+    def __init__(self, connection: object, word: str, *, after: bool = False) -> None:
+        self._connection, self._word, self._after = connection, word, after
 
     def execute(self, sql: str, *more: object) -> object:
+        if sql.startswith(self._word) and not self._after:
+            raise KeyboardInterrupt
+        came = self._connection.execute(sql, *more)  # type: ignore[attr-defined]
         if sql.startswith(self._word):
             raise KeyboardInterrupt
-        return self._connection.execute(sql, *more)  # type: ignore[attr-defined]
-
-    def executemany(self, sql: str, *more: object) -> object:
-        if sql.startswith(self._word):
-            raise KeyboardInterrupt
-        return self._connection.executemany(sql, *more)  # type: ignore[attr-defined]
+        return came
 
     @property
     def in_transaction(self) -> bool:
         return self._connection.in_transaction  # type: ignore[attr-defined,no-any-return]
 
 
-def test_a_lock_on_a_file_that_was_just_removed_is_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Anyone who held it removes it between our opening and our locking: the next to come would lock another."""
-    import fcntl
+def test_threads_that_want_one_store_at_once_are_refused_but_one(tmp_path: Path) -> None:
+    filled(tmp_path / "a", study())
+    ready, came = threading.Barrier(6), []
 
-    path, real, calls = tmp_path / "a", fcntl.flock, []
+    def want() -> None:
+        ready.wait(60)
+        try:
+            with Store.open(tmp_path / "a") as store:
+                came.append(len(store))
+                done.wait(60)
+        except LampyrisError as error:
+            came.append(error.code)
+        if len(came) == 6:
+            done.set()
 
-    def late(fd: int, how: int) -> None:
-        calls.append(fd)
-        if len(calls) == 1:
-            path.with_name("a.lock").unlink()
-        if len(calls) == 2:
-            path.with_name("a.lock").unlink()
-            path.with_name("a.lock").touch()
-        real(fd, how)
-
-    monkeypatch.setattr("fcntl.flock", late)
-    hold = StoreLock(path)
-    assert len(calls) == 3
-    with pytest.raises(LampyrisError, match="STORE_BUSY"):
-        StoreLock(path)
-    hold.release(remove=True)
+    done = threading.Event()
+    threads = [threading.Thread(target=want) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    assert sorted(came, key=str) == [40, *["STORE_BUSY"] * 5]
 
 
 def test_an_interrupt_in_the_middle_leaves_all_or_nothing(
@@ -335,18 +332,12 @@ def test_an_interrupt_in_the_middle_leaves_all_or_nothing(
     given = rows(of)
     with Store.create(tmp_path / "a", of) as store:
         store.add(given[:5])
-        real = StoreLock.write
-
-        def interrupted(self: StoreLock, witness: Witness) -> None:
-            real(self, witness)
-            raise KeyboardInterrupt
-
         with monkeypatch.context() as patch:
-            patch.setattr(StoreLock, "write", interrupted)
+            patch.setattr(store, "_writer", Interrupting(store._writer, "COMMIT", after=True))
             with pytest.raises(KeyboardInterrupt):
                 store.add(given[5:9])
-        assert store.add(given[5:12]) == 3
-        for word in ("BEGIN", "INSERT", "UPDATE", "COMMIT"):
+        assert store.add(given[5:12]) == 3, "it was stored, though nobody was told"
+        for word in ("BEGIN", "SELECT", "INSERT", "COMMIT"):
             with monkeypatch.context() as patch:
                 patch.setattr(store, "_writer", Interrupting(store._writer, word))
                 with pytest.raises(KeyboardInterrupt):
@@ -395,36 +386,46 @@ def test_other_sqlite_files_and_other_formats_are_refused_unchanged(tmp_path: Pa
     path = tmp_path / "a"
     filled(path, study())
     db = sqlite3.connect(path)
-    db.execute("PRAGMA user_version=2")
+    db.execute("PRAGMA user_version=3")
     db.close()
-    assert "format 2" in code_of(path, "STORE_VERSION")
+    assert "format 3" in code_of(path, "STORE_VERSION")
     db = sqlite3.connect(path)
-    db.execute("PRAGMA user_version=1")
+    db.execute("PRAGMA user_version=2")
     db.execute("CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END")
     db.close()
     assert "tables" in code_of(path, "STORE_DAMAGED")
 
 
-@pytest.mark.parametrize("sql", [
-    "DELETE FROM runs WHERE n = 7", "DELETE FROM runs WHERE n = 40", "DELETE FROM runs",
-    "UPDATE runs SET metrics = '{}' WHERE n = 7", "UPDATE runs SET ending = 'refused' WHERE n = 2",
-    "UPDATE runs SET metrics = NULL WHERE n = 7", "UPDATE runs SET key = x'00' WHERE n = 7",
-    "INSERT INTO runs SELECT 41, seal, key, ending, error, metrics, timing FROM runs WHERE n = 1",
-    "UPDATE runs SET n = 100 WHERE n = 40", "UPDATE runs SET timing = CAST(x'ff' AS TEXT) WHERE n = 1",
-    "UPDATE tally SET count = '39'", "UPDATE tally SET count = '041'", "UPDATE tally SET head = ''",
-    "DELETE FROM tally", "INSERT INTO tally VALUES (2, '', 40, '')", "UPDATE meta SET value = '{}'",
-    "DELETE FROM meta", "INSERT INTO meta VALUES (2, '', '', '')", "UPDATE maps SET value = '{}' WHERE n = 2",
-    "UPDATE maps SET n = 9 WHERE n = 1",
-    "DELETE FROM runs WHERE n = 40; UPDATE tally SET count = '39'",
+@pytest.mark.parametrize(("sql", "words"), [
+    ("UPDATE runs SET metrics = '{}' WHERE n = 7", "run 7 "), ("UPDATE runs SET ending = 'refused' WHERE n = 2", "run 2 "),
+    ("UPDATE runs SET metrics = NULL WHERE n = 7", "run 7 "), ("UPDATE runs SET key = x'00' WHERE n = 7", "run 7 "),
+    ("INSERT INTO runs SELECT 41, key || '0', ending, error, metrics, timing, checksum FROM runs WHERE n = 1", "run 41 "),
+    ("UPDATE runs SET timing = CAST(x'ff' AS TEXT) WHERE n = 1", "UTF-8"),
+    ("UPDATE meta SET value = '{}'", "the study in it"), ("DELETE FROM meta", "the study in it"),
+    ("INSERT INTO meta VALUES ('', '', '')", "the study in it"),
+    ("UPDATE maps SET value = '{}' WHERE rowid = 2", "map 2 "),
+    ("DROP INDEX runs_by_key", "tables"), ("ALTER TABLE runs ADD COLUMN more", "tables"),
 ])  # fmt: skip
-def test_a_meddled_store_is_seen(tmp_path: Path, sql: str) -> None:
+def test_a_changed_record_is_named(tmp_path: Path, sql: str, words: str) -> None:
     path = tmp_path / "a"
     filled(path, study())
     db = sqlite3.connect(path)
     db.executescript(sql)
     db.close()
-    code_of(path, "STORE_DAMAGED")
-    code_of(path, "STORE_DAMAGED", writable=False)
+    assert words in code_of(path, "STORE_DAMAGED")
+    assert words in code_of(path, "STORE_DAMAGED", writable=False)
+
+
+def test_runs_deleted_by_hand_are_run_again(tmp_path: Path) -> None:
+    path, given = tmp_path / "a", rows(study())
+    filled(path, study())
+    db = sqlite3.connect(path)
+    db.executescript("DELETE FROM runs WHERE n IN (7, 40)")
+    db.close()
+    with open_for(path, study()) as store:
+        assert store.keys() == {row.key for row in given} - {given[6].key, given[39].key}
+        assert store.add(given) == 2
+        assert store.rows() == {row.key: row for row in given}
 
 
 def test_a_store_that_another_made_meanwhile_is_gone_on_with(
@@ -448,18 +449,12 @@ def test_a_store_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(LampyrisError, match=r"STORE_WRITE.*no such folder"):
         Store.create(tmp_path / "no" / "a", study())
     with monkeypatch.context() as patch:
-        patch.setattr(
-            "lampyris.study.store.new_store.os.replace", _raise(OSError(28, "No space left on device"))
-        )
+        patch.setattr("lampyris.study.store.file.os.replace", _raise(OSError(28, "No space left on device")))
         with pytest.raises(LampyrisError, match=r"STORE_WRITE.*No space left"):
             Store.create(path, study())
     assert names(tmp_path) == []
-    killed = (
-        "import os; from lampyris.study.store import new_store as store_new; from store_samples import *\n"
-    )
-    killed += (
-        "store_new.os.replace = lambda a, b: os.kill(os.getpid(), 9)\nStore.create(sys.argv[1], study())"
-    )
+    killed = "import os; from lampyris.study.store import file; from store_samples import *\n"
+    killed += "file.os.replace = lambda a, b: os.kill(os.getpid(), 9)\nStore.create(sys.argv[1], study())"
     assert child(killed, path, check=False).returncode == -signal.SIGKILL
     assert "a" not in names(tmp_path)
     with Store.create(path, study()) as store:
@@ -467,7 +462,7 @@ def test_a_store_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
     assert names(tmp_path) == ["a"]
     path.unlink()
     path.with_name("a-wal").write_bytes(b"a log of something")
-    with pytest.raises(LampyrisError, match="STORE_DAMAGED"):
+    with pytest.raises(LampyrisError, match=r"STORE_DAMAGED.*a-wal: the log of a store that is not there"):
         Store.create(path, study())
     assert names(tmp_path) == ["a-wal"]
 
@@ -504,13 +499,13 @@ def test_a_second_call_while_one_is_at_work_is_refused(
         else:
             came.append(None)
 
-    def insert(self: Store, *args: Any) -> None:
+    def insert(self: Store, *args: Any) -> bool:
         thread = threading.Thread(target=meanwhile)
         thread.start()
         thread.join(60)
-        insert_all(self, *args)
+        return insert_one(self, *args)
 
-    insert_all = Store._insert
+    insert_one = Store._insert
     with Store.create(path, of) as store:
         with monkeypatch.context() as patch:
             patch.setattr(Store, "_insert", insert)

@@ -7,19 +7,30 @@ import re
 import signal
 import subprocess
 import sys
+import textwrap
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
-from store_samples import HERE, bytes_of, child, filled, names, rows, study
+from store_samples import HERE, bytes_of, child, filled, names, put, rows, study
 
 from lampyris.errors import LampyrisError
 from lampyris.study.store.store import Store, open_for
-from lampyris_selfcheck.checks.studies.power import Disk, changes_of
-from lampyris_selfcheck.checks.studies.sittings import bench
 
-LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="calls are recorded in a fork")
+
+def in_name_space(shell: str, *words: object) -> subprocess.CompletedProcess[str]:
+    """Run a shell script where it may mount; its words are $1 and so on."""
+    try:
+        done = subprocess.run(
+            ["unshare", "-rm", "sh", "-c", shell, "sh", *map(str, words)], capture_output=True, text=True
+        )
+    except FileNotFoundError:
+        pytest.skip("no unshare here")
+    if done.returncode == 77 or "unshare" in done.stderr:
+        pytest.skip(f"nothing can be mounted here: {done.stderr.strip()}")
+    return done
+
 
 # ---- killed --------------------
 
@@ -63,9 +74,8 @@ def killed_often(path: Path, kills: int, seed: int) -> int:
         assert acknowledged <= set(found)
         assert all(given[key] == row for key, row in found.items())
         if len(found) == len(given):
-            path.unlink()
-            path.with_name(path.name + ".lock").unlink(missing_ok=True)
-            path.with_name(path.name + "-wal").unlink(missing_ok=True)
+            for ending in bytes_of(path):
+                path.with_name(path.name + ending).unlink()
             acknowledged.clear()
     return midway
 
@@ -144,13 +154,7 @@ def test_a_disk_that_is_full(tmp_path: Path, ending: str) -> None:
         '"$2" "$3" "$1/a" disk "$4" || exit 1\n'
         'cp "$1"/a* "$5"'
     )
-    args = ["unshare", "-rm", "sh", "-c", shell, "sh", inner, sys.executable, script, ending, tmp_path]
-    try:
-        done = subprocess.run([str(a) for a in args], capture_output=True, text=True)
-    except FileNotFoundError:
-        pytest.skip("no unshare here")
-    if done.returncode == 77 or "unshare" in done.stderr:
-        pytest.skip(f"no file system can be mounted here: {done.stderr.strip()}")
+    done = in_name_space(shell, inner, sys.executable, script, ending, tmp_path)
     assert done.returncode == 0, done.stderr + done.stdout
     assert "no space left" in done.stdout
     (tmp_path / "a-shm").unlink(missing_ok=True)
@@ -190,15 +194,7 @@ def test_a_folder_or_file_that_may_only_be_read(tmp_path: Path, how: str) -> Non
     before = bytes_of(folder / "a")
     if how == "mount":
         shell = 'mount --bind "$1" "$1" && mount -o remount,ro,bind "$1" || exit 77\n"$2" "$3" "$1/a"'
-        try:
-            done = subprocess.run(
-                ["unshare", "-rm", "sh", "-c", shell, "sh", str(folder), sys.executable, str(script)],
-                capture_output=True, text=True,
-            )  # fmt: skip
-        except FileNotFoundError:
-            pytest.skip("no unshare here")
-        if done.returncode == 77 or "unshare" in done.stderr:
-            pytest.skip(f"nothing can be mounted here: {done.stderr.strip()}")
+        done = in_name_space(shell, folder, sys.executable, script)
         assert done.returncode == 0, done.stderr
         assert done.stdout.count("STORE_WRITE") == 2
     elif os.geteuid() == 0:
@@ -227,80 +223,31 @@ def test_a_connection_that_may_only_read_is_a_clear_line(tmp_path: Path) -> None
         assert list(store.rows().values()) == rows(of)
 
 
-def test_a_system_without_fdatasync_keeps_stores_too(tmp_path: Path) -> None:
-    """macOS is one; every store there failed when it was made."""
+def test_runs_in_a_log_that_cannot_be_read_are_not_left_out_in_silence(tmp_path: Path) -> None:
+    """SQLite needs to write beside the store to read its log; without it the runs there would be missing."""
+    folder = tmp_path / "f"
+    folder.mkdir()
+    with Store.create(folder / "a", study()) as store:
+        store.add(rows(study()))
+        files = bytes_of(folder / "a")
+    put(folder / "a", {ending: files[ending] for ending in ("", "-wal")})
     code = """
-    import os
-    del os.fdatasync
     from store_samples import *
-    filled(Path(sys.argv[1]), study())
-    """
-    child(code, tmp_path / "a")
-    with Store.open(tmp_path / "a", writable=False) as store:
-        assert list(store.rows().values()) == rows(study())
-
-
-MADE = """
-import errno
-from pathlib import Path
-from store_samples import *
-from lampyris.errors import LampyrisError
-from lampyris_selfcheck.checks.studies.os_calls import Listening
-from lampyris_selfcheck.checks.studies.sitting_child import SittingPlan
-from lampyris.study.store.store import open_for
-class Turns:
-    plan = SittingPlan({})
-    def before(self, call):
-        return self.plan.before(call)
-    def after(self, call):
-        self.plan.after(call)
-folder, turns, told = Path(sys.argv[1]), Turns(), {}
-Listening(str(folder), turns)
-for stays in (False, True):
-    for n in range(1000):
-        path = folder / f"{stays}-{n}"
-        turns.plan = SittingPlan({"fail": n, "errno": errno.EIO, "stays": stays})
+    from lampyris.errors import LampyrisError
+    for path in sys.argv[1:]:
         try:
-            with open_for(path, study()) as store:
-                store.add(rows(study())[:3])
+            with Store.open(path, writable=False) as store:
+                print(len(store))
         except LampyrisError as error:
-            told[error.code] = told.get(error.code, 0) + 1
-        ended, turns.plan = turns.plan.calls <= n, SittingPlan({})
-        with open_for(path, study()) as store:
-            store.add(rows(study()))
-            assert store.rows() == {row.key: row for row in rows(study())}
-        if ended:
-            break
-print(told)
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="locks")
-def test_a_disk_that_fails_anywhere_while_a_store_is_made_is_a_clear_line(tmp_path: Path) -> None:
-    """Some of these calls were outside of what was watched: a traceback, and no word of the store."""
-    told = child(MADE, tmp_path).stdout
-    assert "STORE_WRITE" in told
-    assert set(re.findall("[A-Z_]{5,}", told)) <= {"STORE_WRITE", "STORE_READ"}
-
-
-@LINUX
-def test_where_a_store_has_its_name_power_that_fails_leaves_nothing_else_of_its_making() -> None:
-    """The nightly oserrors found it: the journal, deleted before the name was given, was there again."""
-    with bench() as one:
-        one.fresh()
-        record = one.at / "record"
-        one.sit(plan={"record": str(record)})
-        changes = changes_of(record)
-        new, store = str(one.place / "s.db.new"), str(one.place / "s.db")
-    named = [k for k, change in enumerate(changes) if (change.op, change.path) == ("rename", new)]
-    assert len(named) == 1
-    assert any((c.op, c.path) == ("unlink", f"{new}-journal") for c in changes[: named[0]])
-    seen = set()
-    for seed in range(200):
-        disk = Disk(np.random.Generator(np.random.PCG64(seed)))
-        for change in changes[: named[0] + 1]:
-            disk.do(change)
-        there = disk.after_power_failed()
-        seen.add(store in there)
-        assert store not in there or not any(path.startswith(new) for path in there), (seed, sorted(there))
-    assert seen == {False, True}
+            print(error)
+    """
+    (tmp_path / "code.py").write_text(
+        f"import sys; sys.path.insert(0, {str(HERE)!r})\n{textwrap.dedent(code)}"
+    )
+    shell = 'mount --bind "$1" "$1" && mount -o remount,ro,bind "$1" || exit 77\n"$2" "$3" "$1/a"'
+    done = in_name_space(shell, folder, sys.executable, tmp_path / "code.py")
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(
+        r"error\[STORE_READ\]: .*runs are in its log.*copy it and a-wal to a folder.*\n", done.stdout
+    )
+    assert child(code, folder / "a").stdout == "40\n"

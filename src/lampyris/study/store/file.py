@@ -1,8 +1,8 @@
-"""The file of a store: its tables, the seal on every record, and what SQLite's refusals are called here.
+"""The file of a store: its tables, the checksum of each record, connections to it, and typed errors.
 
-Every table has the same first two columns, a number and a seal. The seal is the SHA-256 of the record's other
-columns, so a record can be trusted wherever it is found: by SQLite, or by :mod:`lampyris.study.store.carve` in the
-bytes of a file that SQLite refuses.
+A store is an SQLite database with a write-ahead log and ``synchronous=FULL``: a transaction that was committed
+is on the disk. Each record carries the SHA-256 of its other columns, because SQLite has no checksum of its
+own in the main file: what changed there later is found record by record.
 """
 
 from __future__ import annotations
@@ -13,353 +13,105 @@ import math
 import os
 import sqlite3
 import stat
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 from urllib.parse import quote
 
 from lampyris.errors import FileError, UsageError
+from lampyris.io.atomic_write import sync_folder
 
 APPLICATION = 0x6C616D70
 """SQLite's application_id: "lamp"."""
-FORMAT = 1
-"""SQLite's user_version: raised whenever a store is laid out otherwise."""
-PAGE = 4096
-"""Bytes of a page. Fixed, so that a file whose head is damaged can still be read page by page."""
-TABLES = {
-    "meta": "CREATE TABLE meta (n INTEGER PRIMARY KEY, seal TEXT, name TEXT, value TEXT)",
-    "maps": "CREATE TABLE maps (n INTEGER PRIMARY KEY, seal TEXT, hash TEXT, value TEXT)",
-    "runs": "CREATE TABLE runs (n INTEGER PRIMARY KEY, seal TEXT, key TEXT, ending TEXT, error TEXT,"
-    " metrics TEXT, timing TEXT)",
-    "tally": "CREATE TABLE tally (n INTEGER PRIMARY KEY, seal TEXT, count TEXT, head TEXT)",
+FORMAT = 2
+"""SQLite's user_version: raised whenever the tables change."""
+SCHEMA = {
+    "meta": "CREATE TABLE meta (name TEXT, value TEXT, checksum TEXT)",
+    "maps": "CREATE TABLE maps (hash TEXT, value TEXT, checksum TEXT)",
+    "runs": "CREATE TABLE runs (n INTEGER PRIMARY KEY, key TEXT, ending TEXT, error TEXT, metrics TEXT,"
+    " timing TEXT, checksum TEXT)",
+    "runs_by_key": "CREATE UNIQUE INDEX runs_by_key ON runs (key)",
 }
-WIDTHS = {"meta": 2, "maps": 2, "runs": 5, "tally": 2}
-"""Columns of text after the seal, by table."""
-HEAD = "0" * 64
-"""Head of the chain of an empty store."""
+ADD_RUN = "INSERT INTO runs (key, ending, error, metrics, timing, checksum) VALUES (?, ?, ?, ?, ?, ?)"
+RUNS = "SELECT n, key, ending, error, metrics, timing, checksum FROM runs"
 MAX_VALUE = 1 << 28
 """Bytes of one value; a damaged length may claim more memory than there is."""
+NEW = ".new"
+"""Ending of the name under which a store is written before it gets its own."""
 
-_ABOUT = "what is stored stays"
-_DAMAGED = "`lampyris study repair` keeps every run whose seal holds"
-_WRONG = frozenset(
-    (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_TOOBIG,
-     sqlite3.SQLITE_ERROR)
+_DAMAGED = (
+    sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_TOOBIG,
+    sqlite3.SQLITE_ERROR,
 )  # fmt: skip
-"""What SQLite says of a damaged file; an error of the language is that of a table that is not as it was."""
+"""SQLite's codes for a damaged file; SQLITE_ERROR is what it says of a table that lost a column."""
+_BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_PROTOCOL)
+_REFUSED = {
+    sqlite3.SQLITE_FULL: "no space left",
+    sqlite3.SQLITE_READONLY: "the file or its folder is read-only",
+    sqlite3.SQLITE_CANTOPEN: "it cannot be opened, or not the files beside it",
+    sqlite3.SQLITE_PERM: "no permission",
+    sqlite3.SQLITE_AUTH: "no permission",
+    sqlite3.SQLITE_NOMEM: "no memory left",
+}
 _MAGIC = b"SQLite format 3\x00"
-_FIXED = ((16, b"\x10\x00\x02\x02\x00\x40\x20\x20"), (44, b"\x00\x00\x00\x04"), (56, b"\x00\x00\x00\x01"))
-"""Bytes of SQLite's head that are the same in every store: page size, WAL, fractions; schema; UTF-8."""
+_OURS = "a file that `lampyris study` made"
 
 
-def seal(table: str, *texts: str) -> str:
-    """Seal of a record: SHA-256, in hex, over its table's name and its texts, each with its length."""
-    said = "".join(f"{len(t)}:{t}" for t in (table, *texts))
-    return hashlib.sha256(said.encode("utf-8", "surrogatepass")).hexdigest()
+# ---- records --------------------
 
 
-def chained(head: str, sealed: str) -> str:
-    """Head of the chain of seals after one more run: which runs there are, in which order, none left out."""
-    return hashlib.sha256((head + sealed).encode()).hexdigest()
+def checksum(table: str, *texts: str) -> str:
+    """SHA-256, in hex, of the table's name and a record's texts, each preceded by its length."""
+    joined = "".join(f"{len(t)}:{t}" for t in (table, *texts))
+    return hashlib.sha256(joined.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def is_sound(table: str, texts: tuple[Any, ...]) -> bool:
+    """Whether a record, whose last column is its checksum, is as it was written."""
+    return all(type(t) is str for t in texts) and checksum(table, *texts[:-1]) == texts[-1]
 
 
 def damaged(path: Path, what: str) -> FileError:
     """STORE_DAMAGED."""
-    return FileError("STORE_DAMAGED", what, where=str(path), todo=_DAMAGED)
-
-
-def sidecar(path: Path, ending: str) -> Path:
-    """A file beside a store that belongs to it: ``-wal``, ``-shm``, ``.lock``."""
-    return path.with_name(path.name + ending)
-
-
-def look(path: Path) -> None:
-    """Refuse what cannot be a store before SQLite is let at it; reads 100 bytes and follows no pipe.
-
-    Raises
-    ------
-    FileError : STORE_READ, STORE_FORMAT, STORE_VERSION, STORE_DAMAGED.
-    """
-    try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            what = "a folder" if path.is_dir() else "not a regular file"
-            raise FileError(
-                "STORE_FORMAT", what, where=str(path), allowed="a file that `lampyris study` made"
-            )
-        with path.open("rb") as file:
-            head = file.read(100)
-    except FileNotFoundError:
-        raise FileError("STORE_READ", "no such file", where=str(path)) from None
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise FileError("STORE_READ", why, where=str(path)) from None
-    if not head:
-        raise damaged(path, "the file is empty")
-    if head[:16] != _MAGIC[: len(head[:16])]:
-        raise FileError(
-            "STORE_FORMAT", f"not a store (starts with {head[:12]!r})", where=str(path),
-            allowed="a file that `lampyris study` made",
-        )  # fmt: skip
-    if len(head) < 100:
-        raise damaged(path, f"cut after {len(head)} bytes")
-    application, version = (int.from_bytes(head[k : k + 4], "big") for k in (68, 60))
-    if application != APPLICATION:
-        what = f"an SQLite file of another program (application id {application})"
-        raise FileError("STORE_FORMAT", what, where=str(path), allowed="a file that `lampyris study` made")
-    if version != FORMAT:
-        raise FileError(
-            "STORE_VERSION", f"a store of format {version}", where=str(path), allowed=f"format {FORMAT}",
-            todo="read it with the release that made it",
-        )  # fmt: skip
-    for at, said in _FIXED:
-        if head[at : at + len(said)] != said:
-            raise damaged(path, f"byte {at} and those after it are not a store's")
-
-
-def connect(path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "") -> sqlite3.Connection:
-    """An SQLite connection without implicit transactions that believes nothing the file says of itself."""
-    name = f"file:{quote(str(path))}?mode={mode}{more}"
-    # Not bound to one thread: a run may be watched by another. Store refuses a second call during one.
-    connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False)
-    try:
-        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
-        for pragma in ("trusted_schema=OFF", "cell_size_check=ON", "mmap_size=0", "synchronous=FULL"):
-            connection.execute(f"PRAGMA {pragma}")
-    except BaseException:
-        connection.close()
-        raise
-    return connection
-
-
-def writer(path: Path) -> sqlite3.Connection:
-    """The connection that writes.
-
-    Raises
-    ------
-    sqlite3.Error : it cannot be opened for writing.
-    FileError : STORE_DAMAGED; STORE_WRITE: no write-ahead log can be kept there.
-    """
-    connection = connect(path, "rw")
-    try:
-        check_schema(connection, path)
-        keep_log(connection, path)
-        connection.execute("BEGIN IMMEDIATE")  # a file that may only be read is opened without a word
-        connection.execute("ROLLBACK")
-    except BaseException:
-        connection.close()
-        raise
-    return connection
-
-
-def keep_log(connection: sqlite3.Connection, path: Path) -> None:
-    """Turn a store to its write-ahead log. SQLite itself says nothing where it cannot.
-
-    Raises
-    ------
-    FileError : STORE_WRITE.
-    """
-    mode = connection.execute("PRAGMA journal_mode=WAL").fetchone()[0]
-    if mode != "wal":
-        what = "no write-ahead log can be kept there"
-        raise FileError("STORE_WRITE", what, where=str(path), allowed="a disk of this machine")
-
-
-@contextmanager
-def snapshot(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection for reading, closed at the end; what SQLite meets within becomes a typed error."""
-    with speaking(path, "read"):
-        connection = _reader(path)
-        try:
-            yield connection
-        finally:
-            connection.close()
-
-
-def _reader(path: Path) -> sqlite3.Connection:
-    """The connection that reads.
-
-    While there is a log it is opened ``ro``, which never moves the log into the main file: of a damaged log
-    all must stay that repair can use. Without one, ``ro`` would leave an empty log and its index behind, so
-    it is opened ``rw`` and told to change nothing. Where no file can be made beside the store, nobody can
-    write to it either, and it is read as it is.
-    """
-    log = sidecar(path, "-wal")
-    tries: tuple[tuple[Literal["ro", "rw"], str], ...] = (("ro", ""),)
-    if not (log.exists() and log.stat().st_size):
-        tries = (("rw", ""), ("ro", "&immutable=1"))
-    for mode, more in tries:
-        try:
-            return _asked(path, mode, more)
-        except sqlite3.OperationalError as error:
-            cannot = getattr(error, "sqlite_errorcode", 0) & 0xFF in (
-                sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY
-            )  # fmt: skip
-            if (mode, more) == tries[-1] or not cannot:
-                raise
-    raise AssertionError("unreachable")  # pragma: no cover
-
-
-def _asked(path: Path, mode: Literal["ro", "rw"], more: str) -> sqlite3.Connection:
-    """A connection that changes nothing and has read the names of the tables."""
-    connection = connect(path, mode, more)
-    try:
-        connection.execute("PRAGMA query_only=ON")
-        check_schema(connection, path)
-    except BaseException:
-        connection.close()
-        raise
-    return connection
+    todo = "`lampyris study repair` keeps every run that can be read; the study runs the others again"
+    return FileError("STORE_DAMAGED", what, where=str(path), todo=todo)
 
 
 def plain_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
-    """The study as plain data."""
-    records = connection.execute("SELECT n, seal, name, value FROM meta ORDER BY n").fetchall()
-    if len(records) != 1:
-        raise damaged(path, f"meta: {len(records)} records, not 1")
-    _, text = sealed(path, "meta", records[0], 1)
-    return dict(loaded(path, "the study", text))
-
-
-def maps_of(connection: sqlite3.Connection, path: Path) -> dict[str, str]:
-    """The packed maps as JSON, by hash."""
-    maps = {}
-    records = connection.execute("SELECT n, seal, hash, value FROM maps ORDER BY n").fetchall()
-    for n, record in enumerate(records, start=1):
-        key, text = sealed(path, "maps", record, n)
-        maps[key] = text
-    return maps
-
-
-def tally_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
-    """Number of runs, and head of their chain, as the store says."""
-    records = connection.execute("SELECT n, seal, count, head FROM tally").fetchall()
-    if len(records) != 1:
-        raise damaged(path, f"tally: {len(records)} records, not 1")
-    said, head = sealed(path, "tally", records[0], 1)
-    count = count_of(said)
-    if count is None:
-        raise damaged(path, "tally: no number of runs")
-    return count, head
-
-
-def real(path: str | os.PathLike[str]) -> Path:
-    """The path with every link followed: one store, one name, one lock.
-
-    Raises
-    ------
-    FileError : STORE_READ: a name that no file can have, or a folder that may not be looked into.
-    """
-    try:
-        place = Path(os.path.realpath(path))
-        place.exists()
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise FileError("STORE_READ", why, where=repr(os.fspath(path))[:200]) from None
-    return place
-
-
-def check_schema(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a store whose tables are not exactly ours: a changed declaration would change what is stored."""
-    found = connection.execute(
-        "SELECT type, name, tbl_name, sql FROM sqlite_schema ORDER BY rowid"
-    ).fetchall()
-    if found != [("table", name, name, sql) for name, sql in TABLES.items()]:
-        raise damaged(path, "its tables are not those of a store")
-
-
-def sealed(path: Path, table: str, record: tuple[Any, ...], n: int) -> tuple[str, ...]:
-    """The texts of a record ``(n, seal, *texts)`` whose number and seal hold, the seal left out.
-
-    Raises
-    ------
-    FileError : STORE_DAMAGED, with the record's number.
-    """
-    number, said, *texts = record
-    if number != n:
-        raise damaged(path, f"{table}: record {n} is missing")
-    if not all(type(t) is str for t in texts) or seal(table, *texts) != said:
-        raise damaged(path, f"{table}: record {n} does not match its seal")
-    return tuple(texts)
-
-
-def check_pages(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a store whose pages do not fit together, though every record may be read: adding would hurt it.
+    """The study as plain data.
 
     Raises
     ------
     FileError : STORE_DAMAGED.
     """
-    said = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
-    if said != "ok":
-        raise damaged(path, " ".join(str(said).split()))
+    records = connection.execute("SELECT name, value, checksum FROM meta").fetchall()
+    if len(records) != 1 or not is_sound("meta", records[0]):
+        raise damaged(path, "the study in it does not match its checksum")
+    return dict(json_table(path, "the study", records[0][1]))
 
 
-@contextmanager
-def speaking(path: Path, doing: Literal["read", "write"], kept: int | None = None) -> Iterator[None]:
-    """What SQLite and the system refuse within becomes a typed error of one line.
-
-    Parameters
-    ----------
-    path : of the store.
-    doing : whether something was to be read or written.
-    kept : runs that are stored whatever happened; None where unknown.
-    """
-    try:
-        yield
-    except sqlite3.Error as error:
-        raise _told(error, path, doing, kept) from None
-    except UnicodeError:
-        raise damaged(path, "text that is not UTF-8") from None
-    except OSError as error:
-        code = "STORE_WRITE" if doing == "write" else "STORE_READ"
-        raise FileError(
-            code, error.strerror or str(error), where=str(path), todo=_safe(doing, kept)
-        ) from None
-
-
-def _told(
-    error: sqlite3.Error, path: Path, doing: Literal["read", "write"], kept: int | None
-) -> FileError | UsageError:
-    """The typed error for one of SQLite's."""
-    code = getattr(error, "sqlite_errorcode", None)
-    where = str(path)
-    if isinstance(error, sqlite3.ProgrammingError):
-        return UsageError("STORE_CLOSED", "the store was closed", where=where)
-    if code is None:  # Python's own: text that is not UTF-8, a value too large to be one of ours
-        return damaged(path, str(error))
-    name = getattr(error, "sqlite_errorname", "")
-    what = {
-        sqlite3.SQLITE_FULL: "no space left",
-        sqlite3.SQLITE_READONLY: "the file or its folder is read-only",
-        sqlite3.SQLITE_IOERR: f"the system reports an input/output error ({name})",
-        sqlite3.SQLITE_CANTOPEN: "it cannot be opened, or not the files beside it",
-        sqlite3.SQLITE_PERM: "no permission",
-        sqlite3.SQLITE_AUTH: "no permission",
-        sqlite3.SQLITE_NOMEM: "no memory left",
-    }.get(code & 0xFF)
-    if code & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_PROTOCOL):
-        return FileError("STORE_BUSY", "another process holds it", where=where, todo="wait for that one")
-    if what is None and code & 0xFF in _WRONG:
-        return damaged(path, str(error))
-    what = what or f"{error} ({name})"
-    return FileError(
-        "STORE_WRITE" if doing == "write" else "STORE_READ", what, where=where, todo=_safe(doing, kept)
-    )
-
-
-def _safe(doing: str, kept: int | None) -> str:
-    if doing == "read":
-        return ""
-    return _ABOUT if kept is None else f"{kept:,} {'run is' if kept == 1 else 'runs are'} safe"
-
-
-def loaded(path: Path, name: str, text: str) -> Mapping[str, Any]:
-    """A table of JSON of which the seal held; anything else is damage all the same.
+def maps_of(connection: sqlite3.Connection, path: Path) -> dict[str, str]:
+    """The packed maps as JSON, by hash.
 
     Raises
     ------
-    FileError : STORE_DAMAGED: it is no JSON, no table, or has numbers that are not finite.
+    FileError : STORE_DAMAGED.
+    """
+    maps: dict[str, str] = {}
+    for record in connection.execute("SELECT hash, value, checksum FROM maps ORDER BY rowid"):
+        if not is_sound("maps", record):
+            raise damaged(path, f"map {len(maps) + 1} does not match its checksum")
+        maps[record[0]] = record[1]
+    return maps
+
+
+def json_table(path: Path, name: str, text: str) -> Mapping[str, Any]:
+    """A JSON object whose checksum is right; the file may have been made by anyone.
+
+    Raises
+    ------
+    FileError : STORE_DAMAGED: it is no JSON object, or has numbers that are not finite.
     """
     try:
         value = json.loads(text, parse_constant=_finite, parse_float=_finite)
@@ -378,18 +130,339 @@ def _finite(text: str) -> float:
     return value
 
 
-def count_of(text: str) -> int | None:
-    """The number of runs that a tally says; None if that is no number as we write it."""
-    if not (text.isascii() and text.isdigit() and len(text) <= 18):
-        return None
-    return int(text) if str(int(text)) == text else None
+# ---- the file --------------------
 
 
-def log_left(path: Path) -> bool:
-    """Whether a store has a log that is not empty; where the system cannot say, that it has."""
+def sidecar(path: Path, ending: str) -> Path:
+    """A file beside a store that belongs to it: ``-wal``, ``-shm``, ``.lock``."""
+    return path.with_name(path.name + ending)
+
+
+def real(path: str | os.PathLike[str]) -> Path:
+    """The path with every link followed: one store, one name, one lock.
+
+    Raises
+    ------
+    FileError : STORE_READ: a name that no file can have, or a folder that may not be looked into.
+    """
     try:
-        return sidecar(path, "-wal").stat().st_size > 0
+        place = Path(os.path.realpath(path))
+        place.exists()
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise FileError("STORE_READ", why, where=repr(os.fspath(path))[:200]) from None
+    return place
+
+
+def look(path: Path) -> None:
+    """Refuse what cannot be a store before SQLite opens it; reads 100 bytes and waits at no pipe.
+
+    Raises
+    ------
+    FileError : STORE_READ, STORE_FORMAT, STORE_VERSION, STORE_DAMAGED.
+    """
+    try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            what = "a folder" if path.is_dir() else "not a regular file"
+            raise FileError("STORE_FORMAT", what, where=str(path), allowed=_OURS)
+        with path.open("rb") as file:
+            head = file.read(100)
     except FileNotFoundError:
-        return False
-    except OSError:
-        return True
+        raise FileError("STORE_READ", "no such file", where=str(path)) from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise FileError("STORE_READ", why, where=str(path)) from None
+    if not head:
+        raise damaged(path, "the file is empty")
+    if head[:16] != _MAGIC[: len(head[:16])]:
+        what = f"not a store (starts with {head[:12]!r})"
+        raise FileError("STORE_FORMAT", what, where=str(path), allowed=_OURS)
+    if len(head) < 100:
+        raise damaged(path, f"cut after {len(head)} bytes")
+    application, version = (int.from_bytes(head[k : k + 4], "big") for k in (68, 60))
+    if application != APPLICATION:
+        what = f"an SQLite file of another program (application id {application})"
+        raise FileError("STORE_FORMAT", what, where=str(path), allowed=_OURS)
+    if version != FORMAT:
+        raise FileError(
+            "STORE_VERSION", f"a store of format {version}", where=str(path), allowed=f"format {FORMAT}",
+            todo="read it with the release that made it",
+        )  # fmt: skip
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a store where there is no folder to hold it.
+
+    Raises
+    ------
+    FileError : STORE_WRITE.
+    """
+    if not path.parent.is_dir():
+        what = "no such folder"
+        raise FileError("STORE_WRITE", what, where=str(path), allowed="a folder that is there")
+
+
+def write_new(
+    place: Path,
+    study: str,
+    maps: Mapping[str, str],
+    runs: Iterable[tuple[str, ...]] = (),
+    *,
+    before: Callable[[], object] | None = None,
+) -> None:
+    """Write a store under another name, sync it, and then give it its own: it is there whole or not at all.
+
+    Parameters
+    ----------
+    place : where; what is there is replaced. The caller holds its lock.
+    study : the study as canonical JSON.
+    maps : packed maps as canonical JSON, by hash.
+    runs : records of runs, each key once.
+    before : called just before the store gets its name.
+
+    Raises
+    ------
+    FileError : STORE_WRITE; STORE_DAMAGED: the log of a deleted store, which SQLite would take for this one's.
+    """
+    new = sidecar(place, NEW)
+    with typed_errors(place, "write"):
+        try:
+            _remove(new)
+            _fill(new, study, maps, runs)
+            if before is not None:
+                before()
+            log = sidecar(place, "-wal")
+            if log.exists() and log.stat().st_size:
+                raise FileError(
+                    "STORE_DAMAGED", "the log of a store that is not there", where=str(log),
+                    todo="put its store back, or delete it",
+                )  # fmt: skip
+            os.replace(new, place)
+        except BaseException:
+            with suppress(OSError):  # the first error is the one to report
+                _remove(new)
+            raise
+        sync_folder(place.parent)
+
+
+def _fill(new: Path, study: str, maps: Mapping[str, str], runs: Iterable[tuple[str, ...]]) -> None:
+    connection = connect(new, "rwc")
+    try:
+        connection.execute("PRAGMA journal_mode=OFF")  # a file that is not whole is never given its name
+        connection.execute(f"PRAGMA application_id={APPLICATION}")
+        connection.execute(f"PRAGMA user_version={FORMAT}")
+        connection.execute("BEGIN EXCLUSIVE")
+        for sql in SCHEMA.values():
+            connection.execute(sql)
+        add = "INSERT INTO {} VALUES (?, ?, ?)"
+        connection.execute(add.format("meta"), ("study", study, checksum("meta", "study", study)))
+        for key, value in maps.items():
+            connection.execute(add.format("maps"), (key, value, checksum("maps", key, value)))
+        connection.executemany(ADD_RUN, runs)
+        connection.execute("COMMIT")
+        _use_log(connection, new)
+    finally:
+        connection.close()
+
+
+def _remove(new: Path) -> None:
+    for ending in ("", "-journal", "-wal", "-shm"):
+        sidecar(new, ending).unlink(missing_ok=True)
+
+
+# ---- connections --------------------
+
+
+def connect(
+    path: Path, mode: Literal["ro", "rw", "rwc"], more: str = "", *, recover: bool = False
+) -> sqlite3.Connection:
+    """An SQLite connection without implicit transactions that runs nothing the file brings along."""
+    name = f"file:{quote(str(path))}?mode={mode}{more}"
+    # Not bound to one thread: a run may be watched by another. Store refuses a second call during one.
+    connection = sqlite3.connect(name, uri=True, isolation_level=None, timeout=10.0, check_same_thread=False)
+    try:
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_VALUE)
+        if recover:  # so SQLite reads a file that is shorter than its head says
+            connection.execute("PRAGMA writable_schema=ON")
+        for pragma in ("trusted_schema=OFF", "cell_size_check=ON", "mmap_size=0", "synchronous=FULL"):
+            connection.execute(f"PRAGMA {pragma}")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def writer(path: Path) -> sqlite3.Connection:
+    """The connection that writes.
+
+    Raises
+    ------
+    sqlite3.Error : it cannot be opened for writing.
+    FileError : STORE_DAMAGED; STORE_WRITE: no write-ahead log can be kept there.
+    """
+    connection = connect(path, "rw")
+    try:
+        _check_schema(connection, path)
+        _use_log(connection, path)
+        connection.execute("BEGIN IMMEDIATE")  # SQLite opens a read-only file without an error
+        connection.execute("ROLLBACK")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _use_log(connection: sqlite3.Connection, path: Path) -> None:
+    """Turn a store to its write-ahead log. SQLite reports no error where it cannot (network disks)."""
+    mode = connection.execute("PRAGMA journal_mode=WAL").fetchone()[0]
+    if mode != "wal":
+        what = "no write-ahead log can be kept there"
+        raise FileError("STORE_WRITE", what, where=str(path), allowed="a disk of this machine")
+
+
+@contextmanager
+def transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """One transaction, undone if anything at all goes wrong in it."""
+    try:
+        connection.execute("BEGIN IMMEDIATE")
+        yield
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            with suppress(sqlite3.Error):  # SQLite may have done so itself
+                connection.execute("ROLLBACK")
+        raise
+
+
+@contextmanager
+def snapshot(path: Path, *, recover: bool = False) -> Iterator[sqlite3.Connection]:
+    """A connection that sees one state of the store and changes nothing; SQLite's errors become typed.
+
+    With ``recover`` a file that is shorter than its head says is read as far as it goes.
+    """
+    with typed_errors(path, "read"):
+        connection = _reader(path, recover)
+        try:
+            connection.execute("PRAGMA query_only=ON")
+            _check_schema(connection, path)
+            connection.execute("BEGIN")
+            yield connection
+        finally:
+            connection.close()
+
+
+def _reader(path: Path, recover: bool) -> sqlite3.Connection:
+    """The connection that reads.
+
+    With a log it is opened ``ro``, so that a log is never moved into a main file that may be damaged. Without
+    one, ``ro`` would leave an empty log behind, and ``rw`` leaves nothing. In a folder that may not be written
+    to, SQLite can open neither; without a log nobody is writing there, and ``immutable`` reads the file alone.
+    With a log it must not be used: the runs in the log would be missing.
+    """
+    log = sidecar(path, "-wal")
+    if log.exists() and log.stat().st_size:
+        try:
+            return _asked(path, recover, "ro")
+        except sqlite3.OperationalError as error:
+            if not _cannot_open(error) or os.access(path.parent, os.W_OK):
+                raise
+            raise FileError(
+                "STORE_READ", "runs are in its log, which cannot be read in a read-only folder",
+                where=str(path), todo=f"copy it and {log.name} to a folder you may write in",
+            ) from None  # fmt: skip
+    try:
+        return _asked(path, recover, "rw")
+    except sqlite3.OperationalError as error:
+        if not _cannot_open(error):
+            raise
+        return _asked(path, recover, "ro", "&immutable=1")
+
+
+def _asked(path: Path, recover: bool, mode: Literal["ro", "rw"], more: str = "") -> sqlite3.Connection:
+    """A connection that has read something: until then SQLite opens no file."""
+    connection = connect(path, mode, more, recover=recover)
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _cannot_open(error: sqlite3.Error) -> bool:
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+    return code in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a store whose tables are not exactly ours; a trigger or a view would run what is in the file."""
+    found = connection.execute("SELECT name, sql FROM sqlite_schema ORDER BY rowid").fetchall()
+    if found != list(SCHEMA.items()):
+        raise damaged(path, "its tables are not those of a store")
+
+
+def check_pages(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a store whose pages or index SQLite finds damaged.
+
+    Raises
+    ------
+    FileError : STORE_DAMAGED.
+    """
+    found = connection.execute("PRAGMA integrity_check(1)").fetchone()[0]
+    if found != "ok":
+        raise damaged(path, " ".join(str(found).split()))
+
+
+# ---- errors --------------------
+
+
+@contextmanager
+def typed_errors(
+    path: Path, doing: Literal["read", "write"], kept: Callable[[], int | None] = lambda: None
+) -> Iterator[None]:
+    """What SQLite and the system refuse within becomes a typed error of one line.
+
+    Parameters
+    ----------
+    path : of the store.
+    doing : whether something was to be read or written.
+    kept : how many runs are stored whatever happened; None where unknown.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise _typed(error, path, doing, kept) from None
+    except UnicodeError:
+        raise damaged(path, "text that is not UTF-8") from None
+    except OSError as error:
+        raise _refused(path, doing, error.strerror or str(error), kept) from None
+
+
+def _typed(
+    error: sqlite3.Error, path: Path, doing: Literal["read", "write"], kept: Callable[[], int | None]
+) -> FileError | UsageError:
+    """The typed error for one of SQLite's."""
+    extended = getattr(error, "sqlite_errorcode", None)
+    if isinstance(error, sqlite3.ProgrammingError):
+        return UsageError("STORE_CLOSED", "the store was closed", where=str(path))
+    if extended is None:  # Python's own: text that is not UTF-8, a value of another type
+        return damaged(path, str(error))
+    code, name = extended & 0xFF, getattr(error, "sqlite_errorname", "")
+    if code in _BUSY:
+        what = "another process holds it"
+        return FileError("STORE_BUSY", what, where=str(path), todo="wait for that one")
+    if code in _DAMAGED:
+        return damaged(path, str(error))
+    if code == sqlite3.SQLITE_IOERR:
+        return _refused(path, doing, f"the system reports an input/output error ({name})", kept)
+    return _refused(path, doing, _REFUSED.get(code, f"{error} ({name})"), kept)
+
+
+def _refused(path: Path, doing: str, what: str, kept: Callable[[], int | None]) -> FileError:
+    if doing == "read":
+        return FileError("STORE_READ", what, where=str(path))
+    count = kept()
+    safe = "what is stored stays"
+    if count is not None:
+        safe = f"{count:,} {'run is' if count == 1 else 'runs are'} safe"
+    return FileError("STORE_WRITE", what, where=str(path), todo=safe)

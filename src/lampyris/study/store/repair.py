@@ -1,12 +1,11 @@
-"""Repair: a new store with every run of a damaged one whose seal holds; the damaged one is kept."""
+"""Repair: a new store with every run of a damaged one that SQLite can read; the damaged one is kept."""
 
 from __future__ import annotations
 
-import mmap
 import os
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+import sqlite3
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,47 +13,49 @@ from typing import Any
 from lampyris.errors import FileError, LampyrisError
 from lampyris.study.design.serialize import differing, study_plain
 from lampyris.study.design.study import Study, canonical
-from lampyris.study.design.study_map import pack
-from lampyris.study.store.carve import carved
-from lampyris.study.store.file import check_pages, count_of, loaded, real, sidecar, snapshot, speaking
-from lampyris.study.store.lock import Witness, held, witness_of
-from lampyris.study.store.new_store import check_folder, write_new
+from lampyris.study.store.file import (
+    RUNS,
+    check_folder,
+    look,
+    maps_of,
+    plain_of,
+    real,
+    sidecar,
+    snapshot,
+    typed_errors,
+    write_new,
+)
+from lampyris.study.store.lock import StoreLock
 from lampyris.study.store.row_record import unpacked
-from lampyris.study.store.store import Store
+from lampyris.study.store.store import Store, packed_maps
 
 KEPT = ".damaged"
+_NAMED = 5
+"""Runs that a note names; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """What came of a repair.
+    """The outcome of a repair.
 
     Parameters
     ----------
     kept : runs that are in the new store.
-    lost : runs that were stored and are not; as many as are known of.
-    notes : what else there is to say, a sentence each.
+    lost : runs that were stored and cannot be read, or are not as they were written; as far as it is known.
+    notes : what else there is to report, a sentence each.
+    lost_runs : the keys of the lost runs.
     """
 
     kept: int
     lost: int
     notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class _Salvage:
-    """What was found: the study and its maps as JSON, runs by key, and how many it says there were."""
-
-    study: str | None
-    maps: Mapping[str, str]
-    runs: Mapping[str, tuple[str, ...]]
-    count: int | None
+    lost_runs: tuple[str, ...] = ()
 
 
 def repair(
     path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, study: Study | None = None
 ) -> Repaired:
-    """Write a new store with all that can be saved of a damaged one; what is lost can then be run again.
+    """Write a new store with all that can be read of a damaged one; running the study again adds the rest.
 
     Parameters
     ----------
@@ -65,180 +66,146 @@ def repair(
 
     Raises
     ------
-    FileError : STORE_READ: no such file; STORE_EXISTS: something is at ``out``; STORE_BUSY; STORE_WRITE;
-        STORE_STUDY: the study is damaged and none was given, or that one is another; STORE_FORMAT: nothing
-        of a store is in it.
+    FileError : STORE_READ: no such file; STORE_FORMAT: no store; STORE_VERSION; STORE_DAMAGED: SQLite can
+        read nothing of it; STORE_EXISTS: something is at ``out``; STORE_BUSY; STORE_WRITE; STORE_STUDY: the
+        study is damaged and none was given, or that one is another.
     """
     place = real(path)
     target = place if out is None else real(out)
-    with speaking(target, "write"):
-        return _repaired(place, target, out is None, study)
-
-
-def _repaired(place: Path, target: Path, here: bool, study: Study | None) -> Repaired:
-    if not here and target.exists():
-        raise FileError("STORE_EXISTS", "the file exists", where=str(target))
-    log = sidecar(place, "-wal")
-    if not (place.is_file() or log.is_file()):
-        what = "not a regular file" if place.exists() else "no such file"
-        raise FileError("STORE_READ", what, where=str(place))
+    look(place)
     check_folder(target)
-    with ExitStack() as holds:
-        hold = holds.enter_context(held(place))
-        found = _salvaged(place, log)
-        if found == _Salvage(None, {}, {}, None):
-            raise FileError("STORE_FORMAT", "nothing of a store is in it", where=str(place))
-        stored, notes = _expected(place, found)
-        if here and not notes and _is_sound(place, found):
-            return Repaired(len(found.runs), 0, ("nothing is damaged; nothing was changed",))
-        text, maps = _study(place, found, study)
-        keep, more = _of_study(found, study)
-        if target != place:
-            hold = holds.enter_context(held(target))
+    with typed_errors(target, "write"), ExitStack() as locks:
+        if out is not None and target.exists():
+            raise FileError("STORE_EXISTS", "the file exists", where=str(target))
+        locks.enter_context(StoreLock(place))
+        sound = _count_if_sound(place)
+        if out is None and sound is not None:
+            return Repaired(sound, 0, ("nothing is damaged; nothing was changed",))
+        with snapshot(place, recover=True) as connection:
+            runs, lost, notes = _salvaged(connection)
+            text, maps = _study(connection, place, study)
+        if study is not None:
+            jobs = {job.key for job in study.jobs()}
+            others = [key for key in runs if key not in jobs]
+            for key in others:
+                del runs[key]
+            if others:
+                notes += (f"{len(others):,} runs are not of the study that was given; they were left out",)
         kept: list[Path] = []
-        with speaking(target, "write"):
-            before = None if target != place else lambda: kept.append(_set_aside(place, log))
-            tally = write_new(target, text, maps, keep, before=before)
-            if target == place:
-                log.unlink(missing_ok=True)
-            hold.start(tally)
-            hold.release(remove=True)
-    aside = tuple(f"the damaged store is kept as {one.name}" for one in kept)
-    return Repaired(tally.count, stored - len(found.runs), notes + more + aside)
+        if target != place:
+            locks.enter_context(StoreLock(target))
+        before = None if target != place else lambda: kept.append(_set_aside(place))
+        write_new(target, text, maps, runs.values(), before=before)
+    notes += tuple(f"the damaged store is kept as {one.name}" for one in kept)
+    return Repaired(len(runs), len(lost), notes, lost)
 
 
-def _salvaged(place: Path, log: Path) -> _Salvage:
-    """All records in both files whose seals hold; of runs with one key, the first."""
-    study: str | None = None
-    maps: dict[str, str] = {}
-    runs: dict[str, tuple[str, ...]] = {}
-    counts: list[int] = []
-    with speaking(place, "read"), _bytes_of(place) as main, _bytes_of(log) as more:
-        for table, texts in carved(main, more):
-            if table == "runs":
-                if not isinstance(unpacked(texts[1:]), str):
-                    runs.setdefault(texts[1], texts)
-            elif table == "maps":
-                maps[texts[1]] = texts[2]
-            elif table == "tally":
-                counts += [count for count in (count_of(texts[1]),) if count is not None]
-            elif texts[1] == "study":
-                study = texts[2]
-    return _Salvage(study, maps, runs, max(counts, default=None))
-
-
-@contextmanager
-def _bytes_of(path: Path) -> Iterator[bytes]:
-    """The bytes of a file, not all in memory at once; none if it is not there, or empty."""
-    if not path.is_file() or not path.stat().st_size:
-        yield b""
-        return
-    with path.open("rb") as file:
-        data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-        try:
-            yield data  # type: ignore[misc]  # all that is asked of it, it does as bytes do
-        finally:
-            with suppress(BufferError):  # an error on its way holds on to it
-                data.close()
-
-
-def _expected(place: Path, found: _Salvage) -> tuple[int, tuple[str, ...]]:
-    """How many runs there were, and what to say if that is not known, or more than were found."""
-    said = [] if found.count is None else [found.count]
-    with suppress(LampyrisError):
-        said.append((witness_of(place) or Witness()).count)
-    stored = max([*said, len(found.runs)])
-    notes: tuple[str, ...] = ()
-    if stored > len(found.runs):
-        notes = (f"{stored - len(found.runs):,} runs are lost; `lampyris study` runs them again",)
-    elif found.count is None:
-        notes = ("how many runs there were cannot be read; there may have been more",)
-    return stored, notes
-
-
-def _is_sound(place: Path, found: _Salvage) -> bool:
-    """Whether SQLite reads the same runs, and the study, without a fault."""
+def _count_if_sound(place: Path) -> int | None:
+    """The number of runs if nothing is damaged."""
     try:
-        with snapshot(place) as connection:
-            check_pages(connection, place)
         with Store.open(place, writable=False) as store:
-            text, maps = _study(place, found, None)
-            return (
-                canonical(store.plain()).decode() == text
-                and store.maps() == maps
-                and store.keys() == {*found.runs}
-            )
+            return store.verify()
     except LampyrisError:
-        return False
+        return None
 
 
-def _study(place: Path, found: _Salvage, study: Study | None) -> tuple[str, Mapping[str, str]]:
-    """The study and its maps as JSON: those found, or those of the study that was given.
+def _salvaged(
+    connection: sqlite3.Connection,
+) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...], tuple[str, ...]]:
+    """Records of all runs whose checksums are right, by key; the runs that are lost; notes on them.
+
+    The table is read from both ends up to what is damaged, and what lies between is asked for run by run by
+    the numbers in the index, which also names the runs that cannot be read.
+    """
+    connection.text_factory = lambda raw: raw.decode("utf-8", "replace")
+    found: dict[int, tuple[Any, ...]] = {}
+    names: dict[int, str] = {}
+    whole = True
+    for order in ("ASC", "DESC"):
+        index, whole_index = _until_damage(
+            connection, f"SELECT n, key FROM runs INDEXED BY runs_by_key ORDER BY key {order}"
+        )
+        usable = {n: key for n, key in index if type(n) is int and _is_key(key)}
+        whole &= whole_index and len(usable) == len(index)
+        names |= usable
+        table, _ = _until_damage(connection, f"{RUNS} ORDER BY n {order}")
+        found |= {n: tuple(record) for n, *record in table}
+    for n in names.keys() - found.keys():
+        table, _ = _until_damage(connection, f"{RUNS} WHERE n = ?", n)
+        found |= {n: tuple(record) for n, *record in table}
+    sound = {n: record for n, record in sorted(found.items()) if not isinstance(unpacked(record), str)}
+    runs: dict[str, tuple[str, ...]] = {}
+    for record in sound.values():
+        runs.setdefault(record[0], record)
+    if not whole:
+        names = {n: record[0] for n, record in found.items() if _is_key(record[0])} | names
+    named = (key for n, key in sorted(names.items()) if n not in sound and key not in runs)
+    lost = tuple(dict.fromkeys(named))
+    notes: tuple[str, ...] = ()
+    if lost:
+        first = ", ".join(key[:12] for key in lost[:_NAMED]) + (", ..." if len(lost) > _NAMED else "")
+        are = "run is" if len(lost) == 1 else "runs are"
+        notes = (f"{len(lost):,} {are} lost ({first}); `lampyris study` runs what is missing",)
+    if not whole:
+        notes += ("how many runs there were cannot be read; there may have been more",)
+    return runs, lost, notes
+
+
+def _is_key(text: Any) -> bool:
+    """Whether it can be the key of a job, a SHA-256 in hex; a damaged index holds anything."""
+    return type(text) is str and len(text) == 64 and text.isalnum()
+
+
+def _until_damage(
+    connection: sqlite3.Connection, sql: str, *values: int
+) -> tuple[list[tuple[Any, ...]], bool]:
+    """The rows of a query, up to where SQLite can read no further; whether those are all."""
+    rows: list[tuple[Any, ...]] = []
+    try:
+        rows.extend(connection.execute(sql, values))
+    except sqlite3.Error:
+        return rows, False
+    return rows, True
+
+
+def _study(connection: sqlite3.Connection, place: Path, study: Study | None) -> tuple[str, dict[str, str]]:
+    """The study and its maps as JSON: those that are stored, or those of the study that was given.
 
     Raises
     ------
     FileError : STORE_STUDY.
     """
-    plain = _table(place, found.study)
-    asked = None if plain is None else _asked_maps(plain)
-    if asked is None:
-        plain = None
-    elif found.study is not None and all(key in found.maps for key in asked):
-        return found.study, {key: found.maps[key] for key in asked}
+    plain: dict[str, Any] | None = None
+    with suppress(LampyrisError, sqlite3.Error, LookupError, TypeError):
+        plain = plain_of(connection, place)
+        maps = maps_of(connection, place)
+        return canonical(plain).decode("ascii"), {one["hash"]: maps[one["hash"]] for one in plain["maps"]}
     if study is None:
         what = "the study in it is damaged" if plain is None else "a map in it is damaged"
         raise FileError("STORE_STUDY", what, where=str(place), todo="give the study's file too")
     if plain is not None and (other := differing(plain, study_plain(study))):
         raise FileError("STORE_STUDY", f"made for another study, which differs in {other}", where=str(place))
-    maps = {key: canonical(pack(ground.grid)).decode("ascii") for key, ground in study.grounds.items()}
-    return canonical(study_plain(study)).decode("ascii"), maps
+    return canonical(study_plain(study)).decode("ascii"), packed_maps(study)
 
 
-def _table(place: Path, text: str | None) -> Mapping[str, Any] | None:
-    """The study found, if it is a table: a seal alone does not make it one."""
-    if text is not None:
-        with suppress(LampyrisError):
-            return loaded(place, "the study", text)
-    return None
+def _set_aside(place: Path) -> Path:
+    """Keep the damaged store under another name, its log too; the log goes from its own place.
 
-
-def _asked_maps(plain: Mapping[str, Any]) -> list[str] | None:
-    """Hashes of the maps that a study names; None if it does not say."""
-    maps = plain.get("maps")
-    if not isinstance(maps, list) or not maps:
-        return None
-    hashes = [one["hash"] for one in maps if isinstance(one, dict) and isinstance(one.get("hash"), str)]
-    return hashes if len(hashes) == len(maps) else None
-
-
-def _of_study(found: _Salvage, study: Study | None) -> tuple[list[tuple[str, ...]], tuple[str, ...]]:
-    """The runs to be kept. Of a study that was given, those of its jobs: it may be another than it was."""
-    if study is None or found.study is not None:
-        return list(found.runs.values()), ()
-    jobs = {job.key for job in study.jobs()}
-    keep = [texts for key, texts in found.runs.items() if key in jobs]
-    others = len(found.runs) - len(keep)
-    notes = (f"{others:,} runs are not of the study that was given; they were left out",) if others else ()
-    return keep, notes
-
-
-def _set_aside(place: Path, log: Path) -> Path:
-    """Give the damaged files second names; the name of the main one.
-
-    The first names stay until the new store takes the main one's, and the log goes last. Killed before that,
-    nothing has changed; killed between, the new store stands beside the old log, which is damage that another
-    repair finds, and nothing is lost.
+    A log that stayed would be read into the new store. Killed before that has its name, all that was there is
+    under the other name.
     """
     k = 1
     while any(sidecar(place, f"{_numbered(k)}{e}").exists() for e in ("", "-wal")):
         k += 1
-    kept = sidecar(place, _numbered(k))
+    kept, log = sidecar(place, _numbered(k)), sidecar(place, "-wal")
     for old, new in ((place, kept), (log, sidecar(kept, "-wal"))):
         if old.exists():
             try:
                 new.hardlink_to(old)
             except OSError:  # not every file system has second names
                 shutil.copyfile(old, new)
+    for ending in ("-wal", "-shm"):
+        sidecar(place, ending).unlink(missing_ok=True)
     return kept
 
 

@@ -1,4 +1,4 @@
-"""Row and record: a seal says that a record is as it was written, not that what was written is a row."""
+"""Row and record: a right checksum says that a record is as it was written, not that it is a row."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 from lampyris.errors import InternalFault
 from lampyris.study.design.row import ENDINGS, Row
 from lampyris.study.design.study import canonical
-from lampyris.study.store.file import damaged, seal
+from lampyris.study.store.file import checksum, damaged, is_sound
 
 MOST = 2**63
 """Whole numbers are below it: what reads a store elsewhere has no longer ones."""
 
 
 def packed(row: Row) -> tuple[str, str, str, str, str, str]:
-    """A row as the columns of its record, the seal first.
+    """A row as the columns of its record, the checksum last.
 
     Raises
     ------
@@ -37,44 +37,46 @@ def packed(row: Row) -> tuple[str, str, str, str, str, str]:
     # An error may quote a file's name, and those need not be Unicode: SQLite holds nothing else.
     error = row.error.encode("utf-8", "backslashreplace").decode()
     texts = (row.key, row.ending, error, metrics, timing)
-    return (seal("runs", *texts), *texts)
+    return (*texts, checksum("runs", *texts))
 
 
-def row_of(path: Path, n: int, texts: tuple[str, ...]) -> Row:
-    """The row of record ``n``, whose seal was checked.
+def row_of(path: Path, n: int, record: tuple[Any, ...]) -> Row:
+    """The row of record ``n``.
 
     Parameters
     ----------
     path : of the store.
     n : number of the record, for the message.
-    texts : its columns, the seal left out.
+    record : its columns, the checksum last.
 
     Raises
     ------
-    FileError : STORE_DAMAGED: no program of ours wrote that.
+    FileError : STORE_DAMAGED: it is not as it was written, or no row.
     """
-    found = unpacked(texts)
+    found = unpacked(record)
     if isinstance(found, str):
-        raise damaged(path, f"runs: record {n} is sealed, and no row: {found}")
+        raise damaged(path, f"run {n} ({str(record[0])[:12]}) {found}")
     return found
 
 
-def unpacked(texts: tuple[str, ...]) -> Row | str:
-    """The row of a record's columns, the seal left out; in words what is wrong if it is none."""
-    key, ending, error, metrics, timing = texts
+def unpacked(record: tuple[Any, ...]) -> Row | str:
+    """The row of a record; in words what is wrong if it is none."""
+    if not is_sound("runs", record):
+        return "does not match its checksum"
+    key, ending, error, metrics, timing, _ = record
     if ending not in ENDINGS:
-        return f"it ended {ending[:40]!r}"
+        return f"ended {ending[:40]!r}"
     tables: list[dict[str, Any]] = []
     for kind, text in (("metrics", metrics), ("timing", timing)):
         try:
             values = json.loads(text)
         except (ValueError, RecursionError):
-            return f"its {kind} are no JSON"
+            return f"has {kind} that are no JSON"
         if type(values) is not dict:
-            return f"its {kind} are no table"
+            return f"has {kind} that are no table"
         for name, value in values.items():
             if not _plain(value):
-                return f"its {kind}.{name[:40]} is neither a finite number nor a word"
+                return f"has a {kind}.{name[:40]} that is neither a finite number nor a word"
         tables.append(values)
     return Row(key, ending, tables[0], tables[1], error)
 

@@ -1,21 +1,18 @@
-"""Store: the rows of one study in one SQLite file, each on the disk before anyone is told that it is done.
+"""Store: the rows of one study in one SQLite file, each on the disk before :meth:`Store.add` returns.
 
 A store holds its study too, maps and all: nothing else is needed to read, count and draw what is in it. It
-is written by one process at a time and may be read by others meanwhile. Three things make it certain that
-what is read is what was written: every record has a seal (:func:`lampyris.study.store.file.seal`), the seals
-of the runs form a chain whose length and head are written in the same transaction, and length and head stand
-once more beside the store before a run counts as acknowledged (:mod:`lampyris.study.store.lock`).
+is written by one process at a time and may be read by others meanwhile. Closed, it is one file.
 
-Runs are only ever added, at the end. There is no index by key: the writer holds the keys in memory (192 MB
-for a million), because an index, keys being hashes, has a page written for nearly every run, and is one more
-thing that can be damaged.
+Every row is checked against its checksum when it is read, and the number of rows against the index of their
+keys. What is damaged is refused (``STORE_DAMAGED``); :func:`lampyris.study.store.repair.repair` keeps the rows
+that can be read and names the others, which the study then runs again: the same job gives the same row.
 """
 
 from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from types import TracebackType
@@ -23,35 +20,32 @@ from typing import Any, Self
 
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris.errors import FileError, LampyrisError, UsageError
-from lampyris.study.design.row import Ending, Row
+from lampyris.study.design.row import ENDINGS, Row
 from lampyris.study.design.serialize import demand_same, study_of, study_plain
 from lampyris.study.design.study import Study, canonical
 from lampyris.study.design.study_map import pack, unpack
 from lampyris.study.store.file import (
-    HEAD,
-    chained,
+    ADD_RUN,
+    RUNS,
+    check_folder,
     check_pages,
     damaged,
-    loaded,
-    log_left,
+    json_table,
     look,
     maps_of,
     plain_of,
     real,
-    seal,
-    sealed,
     snapshot,
-    speaking,
-    tally_of,
+    transaction,
+    typed_errors,
+    write_new,
     writer,
 )
-from lampyris.study.store.lock import StoreLock, Witness, vouched
-from lampyris.study.store.new_store import ADD, check_folder, write_new
+from lampyris.study.store.lock import StoreLock
 from lampyris.study.store.row_record import packed, row_of
 
 _PATIENCE_MS = 200
 """How long closing waits for readers; the log may stay."""
-_RUNS = "SELECT n, seal, key, ending, error, metrics, timing FROM runs ORDER BY n"
 
 
 class Store(Exclusive):
@@ -62,13 +56,10 @@ class Store(Exclusive):
     of its own and may run beside them. Not to be used across a fork. Leaving a ``with`` closes it.
     """
 
-    def __init__(self, path: Path, hold: StoreLock | None) -> None:
+    def __init__(self, path: Path, lock: StoreLock | None) -> None:
         self.path = path
-        self._hold = hold
+        self._lock = lock
         self._writer: sqlite3.Connection | None = None
-        self._at: dict[str, int] | None = None
-        self._tally = Witness()
-        self._sound = False
         self._closed = False
 
     @classmethod
@@ -80,34 +71,22 @@ class Store(Exclusive):
         FileError : STORE_EXISTS; STORE_BUSY; STORE_WRITE; STORE_DAMAGED: the log of another is in the way.
         """
         place = real(path)
-        with speaking(place, "write"):
-            return cls._create(place, study)
-
-    @classmethod
-    def _create(cls, place: Path, study: Study) -> Self:
-        if place.exists():
-            raise FileError("STORE_EXISTS", "the file exists", where=str(place))
-        check_folder(place)
-        hold = StoreLock(place)
-        try:
-            if place.exists():  # made by the previous holder of the lock
-                raise FileError("STORE_EXISTS", "the file exists", where=str(place))
-            maps = {
-                key: canonical(pack(ground.grid)).decode("ascii") for key, ground in study.grounds.items()
-            }
-            write_new(place, canonical(study_plain(study)).decode("ascii"), maps)
-            store = cls(place, hold)
-            hold.start(Witness())
-            store._writer = writer(place)
-        except BaseException:
-            hold.release(remove=not log_left(place))
-            raise
-        store._at, store._sound = {}, True
+        with typed_errors(place, "write"):
+            _check_free(place)
+            check_folder(place)
+            store = cls(place, StoreLock(place))
+            try:
+                _check_free(place)  # or made by the previous holder of the lock
+                write_new(place, canonical(study_plain(study)).decode("ascii"), packed_maps(study))
+                store._writer = writer(place)
+            except BaseException:
+                store.close()
+                raise
         return store
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, writable: bool = True) -> Self:
-        """A store that is there.
+        """A store that is there. One that is to be written to is read whole and checked first.
 
         Raises
         ------
@@ -123,16 +102,11 @@ class Store(Exclusive):
                     return store
             if not os.access(place, os.W_OK):
                 raise FileError("STORE_WRITE", "the file is read-only", where=str(place))
-            store.plain(), store.maps()  # Nothing is added to a store that could not be read afterwards.
-            at, tally = store._read_all()
-            with speaking(place, "write", tally.count):
+            count = store.verify()
+            with typed_errors(place, "write", lambda: count):
                 store._writer = writer(place)
-                check_pages(store._writer, place)
-                assert store._hold is not None
-                store._hold.start(tally)
-            store._at, store._tally, store._sound = at, tally, True
         except BaseException:
-            store._abandon()
+            store.close()
             raise
         return store
 
@@ -164,7 +138,7 @@ class Store(Exclusive):
         path = self.path
         with self._snapshot() as connection:
             maps, plain = maps_of(connection, path), plain_of(connection, path)
-        grounds = {key: unpack(loaded(path, f"map {key[:12]}", text), key) for key, text in maps.items()}
+        grounds = {key: unpack(json_table(path, f"map {key[:12]}", text), key) for key, text in maps.items()}
         return study_of(plain, grounds)
 
     def maps(self) -> dict[str, str]:
@@ -185,7 +159,10 @@ class Store(Exclusive):
         ------
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
-        return frozenset(self._read_all()[0] if self._at is None else self._at)
+        if self._writer is None:
+            return frozenset(row.key for row in self.scan())
+        with typed_errors(self.path, "read"):  # all rows were checked when it was opened
+            return frozenset(key for (key,) in self._writer.execute("SELECT key FROM runs"))
 
     def __len__(self) -> int:
         return len(self.keys())
@@ -208,13 +185,31 @@ class Store(Exclusive):
         ------
         FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
         """
-        for row, _ in self._records():
-            yield row
+        path, found, last = self.path, 0, 0
+        with self._snapshot() as connection:
+            (count,) = connection.execute("SELECT count(*) FROM runs INDEXED BY runs_by_key").fetchone()
+            for n, *record in connection.execute(f"{RUNS} ORDER BY n"):
+                if n <= last:
+                    raise damaged(path, f"run {n} is there twice")
+                found, last = found + 1, n
+                yield row_of(path, n, tuple(record))
+        if found != count:
+            raise damaged(path, f"{found:,} runs can be read, and its index has {count:,}")
 
-    def records(self) -> Iterator[tuple[Ending, tuple[str, ...]]]:
-        """Every run as it is stored, its seal first, with its ending; otherwise as :meth:`scan`."""
-        for row, texts in self._records():
-            yield row.ending, texts
+    def verify(self) -> int:
+        """Read and check everything; returns the number of runs.
+
+        Raises
+        ------
+        FileError : STORE_READ, STORE_DAMAGED; UsageError : STORE_CLOSED.
+        """
+        with self._snapshot() as connection:
+            check_pages(connection, self.path)
+        self.plain(), self.maps()
+        count = 0
+        for _ in self.scan():
+            count += 1
+        return count
 
     @one_call
     def add(self, rows: Sequence[Row]) -> int:
@@ -230,121 +225,66 @@ class Store(Exclusive):
         BusyError : another call is at work.
         InternalFault : STORE_ROW: a row that is not plain data.
         """
-        if self._closed or self._hold is None or self._writer is None:
-            code = "STORE_CLOSED" if self._closed else "STORE_READER"
-            raise UsageError(code, "not open for writing", where=str(self.path))
-        if self._at is None:  # what the last call left is not known
-            self._at, self._tally = self._read_all()
-        fresh = self._fresh(rows)
-        if not fresh:
-            return 0
-        n, head = self._tally.count, self._tally.head
-        for texts in fresh.values():
-            head = chained(head, texts[0])
-        try:
-            with speaking(self.path, "write", n):
-                self._insert(self._writer, n, head, fresh)
-                tally = Witness(n + len(fresh), head)
-                self._hold.write(tally)
-        except BaseException:
-            self._at = None
-            raise
-        self._at.update((key, k) for k, key in enumerate(fresh, start=n + 1))
-        self._tally = tally
-        return len(fresh)
+        connection = self._for_writing()
+        with typed_errors(self.path, "write", self._count), transaction(connection):
+            return [self._insert(connection, row) for row in rows].count(True)
+
+    @one_call
+    def forget(self, endings: Collection[str]) -> int:
+        """Delete every run that ended so, in one transaction; returns how many.
+
+        Raises
+        ------
+        UsageError : ENDING: no such ending; STORE_CLOSED, STORE_READER.
+        FileError : STORE_WRITE.
+        """
+        for word in endings:
+            if word not in ENDINGS:
+                raise UsageError("ENDING", f"{word!r}", where="endings", allowed=", ".join(ENDINGS))
+        connection, gone = self._for_writing(), 0
+        with typed_errors(self.path, "write", self._count), transaction(connection):
+            for word in endings:
+                gone += connection.execute("DELETE FROM runs WHERE ending = ?", (word,)).rowcount
+        return gone
 
     @one_call
     def close(self) -> None:
         """Close it; what is in the log goes into the main file, as far as the system lets it."""
-        if self._closed:
-            return
-        if self._writer is not None:
-            with suppress(sqlite3.Error):  # All runs are in the log then, until the next writer tries again.
-                self._writer.execute(f"PRAGMA busy_timeout={_PATIENCE_MS}")
-                self._writer.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        self._abandon()
-
-    def _abandon(self) -> None:
-        """Close it as it is. The witness goes only when there is no log left that it must vouch for."""
         self._closed = True
         if self._writer is not None:
+            with suppress(sqlite3.Error):  # all runs are in the log then, until the next writer tries again
+                self._writer.execute(f"PRAGMA busy_timeout={_PATIENCE_MS}")
+                self._writer.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             with suppress(sqlite3.Error):
                 self._writer.close()
         self._writer = None
-        if self._hold is not None:
-            self._hold.release(remove=self._sound and not log_left(self.path))
+        if self._lock is not None:
+            self._lock.release()
 
-    def _insert(
-        self, connection: sqlite3.Connection, n: int, head: str, fresh: dict[str, tuple[str, ...]]
-    ) -> None:
-        """One transaction; undone if anything at all goes wrong."""
-        try:
-            connection.execute("BEGIN IMMEDIATE")
-            connection.executemany(ADD, ((k, *texts) for k, texts in enumerate(fresh.values(), start=n + 1)))
-            said = (str(n + len(fresh)), head)
-            connection.execute(
-                "UPDATE tally SET seal = ?, count = ?, head = ?", (seal("tally", *said), *said)
-            )
-            connection.execute("COMMIT")
-        except BaseException:
-            if connection.in_transaction:
-                with suppress(sqlite3.Error):  # SQLite may have done so itself.
-                    connection.execute("ROLLBACK")
-            raise
+    def _for_writing(self) -> sqlite3.Connection:
+        if self._writer is None:
+            code = "STORE_CLOSED" if self._closed else "STORE_READER"
+            raise UsageError(code, "not open for writing", where=str(self.path))
+        return self._writer
 
-    def _fresh(self, rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
-        """Records of the rows that are new, by key."""
-        assert self._at is not None
-        fresh: dict[str, tuple[str, ...]] = {}
-        for row in rows:
-            texts = packed(row)
-            old = fresh.get(row.key)
-            if old is None and (n := self._at.get(row.key)) is not None:
-                old = self._record(n)
-            if old is None:
-                fresh[row.key] = texts
-            elif (old[2], old[4]) != (texts[2], texts[4]):
-                raise _conflict(self.path, row_of(self.path, self._at.get(row.key, 0), old[1:]), row)
-        return fresh
+    def _insert(self, connection: sqlite3.Connection, row: Row) -> bool:
+        """Add one row within a transaction; whether it is new."""
+        record = packed(row)
+        found = connection.execute(f"{RUNS} WHERE key = ?", (row.key,)).fetchone()
+        if found is None:
+            connection.execute(ADD_RUN, record)
+            return True
+        n, _, ending, _, metrics, *_ = found
+        if (ending, metrics) != (record[1], record[3]):
+            raise _conflict(self.path, row_of(self.path, n, found[1:]), row)
+        return False
 
-    def _record(self, n: int) -> tuple[str, ...]:
-        """The record of a run that is there, the seal first."""
-        assert self._writer is not None
-        with speaking(self.path, "read"):
-            record = self._writer.execute(_RUNS.replace("ORDER BY", "WHERE") + " = ?", (n,)).fetchone()
-        texts = sealed(self.path, "runs", record or (None, None), n)
-        return (record[1], *texts)
-
-    def _read_all(self) -> tuple[dict[str, int], Witness]:
-        """Number of each run by key, and the tally, every run read and checked."""
-        at: dict[str, int] = {}
-        head = HEAD
-        for n, (_, texts) in enumerate(self._records(), start=1):
-            at[texts[1]] = n
-            head = chained(head, texts[0])
-            if len(at) < n:
-                raise damaged(self.path, f"runs: record {n} repeats an earlier one")
-        return at, Witness(len(at), head)
-
-    def _records(self) -> Iterator[tuple[Row, tuple[str, ...]]]:
-        """Every run, and as its seal and texts, each checked; all of them together are after the last."""
-        path, n, head = self.path, 0, HEAD
-        with self._snapshot() as connection:
-            # The witness is read first: the tally is never behind it, but may be ahead.
-            witness = vouched(path)
-            connection.execute("BEGIN")
-            count, said = tally_of(connection, path)
-            if count < witness.count:
-                raise damaged(path, f"{witness.count:,} runs were stored, {count:,} are left")
-            for record in connection.execute(_RUNS):
-                n += 1
-                texts = sealed(path, "runs", record, n)
-                head = chained(head, record[1])
-                if n == witness.count and head != witness.head:
-                    raise damaged(path, f"runs: up to record {n} they are not those that were stored")
-                yield row_of(path, n, texts), (record[1], *texts)
-            if (n, head) != (count, said):
-                raise damaged(path, f"runs: {n:,} are there, {count:,} were stored; or in another order")
+    def _count(self) -> int | None:
+        """How many runs are stored, for the message of an error; None if not even that can be read."""
+        with suppress(sqlite3.Error):
+            if self._writer is not None:
+                return int(self._writer.execute("SELECT count(*) FROM runs").fetchone()[0])
+        return None
 
     def _snapshot(self) -> AbstractContextManager[sqlite3.Connection]:
         """A connection that sees one state of the store."""
@@ -364,7 +304,7 @@ def open_for(path: str | os.PathLike[str], study: Study) -> Store:
         :meth:`Store.create` and :meth:`Store.open` raise.
     """
     place = real(path)
-    with speaking(place, "read"):
+    with typed_errors(place, "read"):
         there = place.exists()
     if not there:
         try:
@@ -379,6 +319,16 @@ def open_for(path: str | os.PathLike[str], study: Study) -> Store:
         store.close()
         raise
     return store
+
+
+def packed_maps(study: Study) -> dict[str, str]:
+    """The maps of a study as canonical JSON, by hash."""
+    return {key: canonical(pack(ground.grid)).decode("ascii") for key, ground in study.grounds.items()}
+
+
+def _check_free(place: Path) -> None:
+    if place.exists():
+        raise FileError("STORE_EXISTS", "the file exists", where=str(place))
 
 
 def _conflict(path: Path, old: Row, new: Row) -> LampyrisError:

@@ -21,7 +21,7 @@ GROUPS = {
     "referee": "the referee itself: what it no longer sees",
     "metamorphic": "anything that two answers must have in common",
     "swarm": "swarm planners and their bounds",
-    "store": "the store of a study's results: reading, going on and repair",
+    "store": "the store of a study's results: reading, resuming and repair",
     "determinism": "draws, orders and sums, which must be the same everywhere",
 }
 """Groups of defects, a file of them each."""

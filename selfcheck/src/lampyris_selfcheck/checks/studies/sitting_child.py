@@ -1,4 +1,4 @@
-"""A process in which ``lampyris`` sits over a study: it can be killed, or its disk fail it, at any call.
+"""A process in which ``lampyris`` works on a study: it can be killed, its disk be full, its clock be wrong.
 
 ``python -m lampyris_selfcheck.checks.studies.sitting_child`` waits warm: all is imported and compiled, and each line
 it reads is a sitting, done in a fork of it. So a sitting takes hundredths of a second and not two seconds.
@@ -14,6 +14,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import resource
 import signal
 import sys
 import time
@@ -21,8 +22,6 @@ import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-
-from lampyris_selfcheck.checks.studies.os_calls import CHANGES, Listening, OsCall
 
 STEP = 0.06
 """Seconds between two looks at the clock of a sitting: rows are stored after every other batch."""
@@ -56,66 +55,13 @@ def log_acknowledged(log: str) -> None:
     Store.add = add_and_log  # type: ignore[method-assign]
 
 
-class SittingPlan:
-    """What is to happen at which call.
-
-    Parameters
-    ----------
-    told : ``kill``: the number of the change before or after which the process ends; ``after``: which of
-        them. ``fail``: the number of the call that fails, of all; ``errno``: how; ``stays``: whether all
-        later ones of its sort fail too. ``record``: a file for every change, to be replayed.
-    """
-
-    def __init__(self, told: dict[str, Any]) -> None:
-        self.calls = self.changes = 0
-        self._kill, self._after = told.get("kill", -1), told.get("after", False)
-        self._fail, self._errno, self._stays = told.get("fail", -1), told.get("errno", 0), told.get("stays")
-        self._failed = ""
-        self._out = os.open(told["record"], os.O_WRONLY | os.O_CREAT, 0o644) if "record" in told else None
-        self._write = os.write
-        self._marks = told.get("marks")
-
-    def before(self, call: OsCall) -> int:
-        """Die, or say how it fails."""
-        number, self.calls = self.calls, self.calls + 1
-        if call.op in CHANGES and self.changes == self._kill and not self._after:
-            os.kill(os.getpid(), signal.SIGKILL)
-        if number == self._fail:
-            self._failed = call.op
-            return int(self._errno)
-        if self._failed and self._stays and _alike(call.op, self._failed):
-            return int(self._errno)
-        return 0
-
-    def after(self, call: OsCall) -> None:
-        """Die, or keep what was done."""
-        if call.op not in CHANGES:
-            return
-        if self.changes == self._kill and self._after:
-            os.kill(os.getpid(), signal.SIGKILL)
-        self.changes += 1
-        if self._out is not None:
-            head = json.dumps([call.op, call.path, call.at, len(call.data), self._acknowledged()])
-            self._write(self._out, head.encode() + b"\n" + call.data + b"\n")
-
-    def _acknowledged(self) -> int:
-        """How long the log of what was acknowledged is by now."""
-        return os.fstat(self._marks).st_size if self._marks is not None else 0
-
-
-def _alike(op: str, failed: str) -> bool:
-    """Whether a trouble that made one fail makes the other fail too: writing, or reading."""
-    reading = {"open", "look", "read"}
-    return (op in reading) == (failed in reading)
-
-
 def sitting(told: dict[str, Any]) -> int:
     """One sitting; its exit code.
 
     Parameters
     ----------
-    told : ``argv`` of the command; ``folder`` it is called in; ``log`` of what is acknowledged; ``plan``, as
-        above; ``clock``: ``steps``, ``back`` or ``stands``.
+    told : ``argv`` of the command; ``folder`` it is called in; ``log`` of what is acknowledged; ``room``:
+        bytes that no file may exceed; ``clock``: ``steps``, ``back`` or ``stands``.
     """
     from lampyris import cli
 
@@ -123,19 +69,14 @@ def sitting(told: dict[str, Any]) -> int:
     log_acknowledged(told["log"])
     _set_clock(told.get("clock", "steps"))
     sys.argv = ["lampyris", *told["argv"]]
-    plan = None
-    if "plan" in told:
-        if "record" in told["plan"]:
-            told["plan"]["marks"] = os.open(told["log"], os.O_RDONLY)
-        plan = SittingPlan(told["plan"])
-        Listening(told["folder"], plan)
+    if "room" in told:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # what is refused is an error, not the end
+        resource.setrlimit(resource.RLIMIT_FSIZE, (told["room"], resource.RLIM_INFINITY))
     try:
         cli.main()
         code = 0
     except SystemExit as done:
         code = done.code if isinstance(done.code, int) else int(done.code is not None)
-    if plan is not None:
-        print(json.dumps({"calls": plan.calls, "changes": plan.changes}), file=sys.stderr)
     return code
 
 

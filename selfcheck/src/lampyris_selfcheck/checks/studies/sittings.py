@@ -54,12 +54,6 @@ class SittingEnding:
     errors: str
     seconds: float
 
-    @property
-    def counts(self) -> dict[str, int]:
-        """How many calls, and changes, there were."""
-        said = next(line for line in self.errors.splitlines()[::-1] if line.startswith('{"calls"'))
-        return dict(json.loads(said))
-
 
 class Bench:
     """Where studies are sat over; made by :func:`bench`.
@@ -77,11 +71,10 @@ class Bench:
         self._ask([str(at / NAME), str(at / "warm.csv")])
         self.study = load_study(at / NAME)
         self.fresh()
-        self.whole = self.sit(plan={})
+        self.whole = self.sit()
         if self.whole.code:
             raise InternalFault("SITTING", self.whole.errors[-300:], where="an undisturbed sitting")
         self.csv = (self.place / CSV).read_bytes()
-        self.calls, self.changes = self.whole.counts["calls"], self.whole.counts["changes"]
 
     def fresh(self) -> None:
         """Nothing but the study's file, and nothing acknowledged."""

@@ -1,29 +1,35 @@
-"""Damaged stores: cut, flipped, overwritten; and what must come of them.
+"""Damaged stores: bits turned, pages overwritten, files cut; and what must come of them.
 
-Two stores are damaged: one that was closed, and one as a killed writer leaves it, with runs in its log. What
-must be saved is known without the product's own way of finding records: a run whose bytes, its record's head
-and all, stand whole in either file.
+Two stores are damaged: one that was closed, and one as a killed writer leaves it, with runs in its log.
+Whatever is read must be what was stored. Of the main file nothing may be missed; a log whose end is damaged
+ends earlier for SQLite, so that its last calls are run again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from math import gcd
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 from lampyris.errors import InternalFault, LampyrisError
 from lampyris.study.design.row import Row
-from lampyris.study.store.file import PAGE
 from lampyris.study.store.repair import repair
 from lampyris.study.store.row_record import packed
 from lampyris.study.store.store import Store, open_for
-from lampyris_selfcheck.check import Ask, Kind, Part, Tally
-from lampyris_selfcheck.checks.studies.stores import Files, bytes_of, clear, filled, put, rows, study
+from lampyris_selfcheck.check import Ask
+from lampyris_selfcheck.checks.studies.stores import (
+    Files,
+    bytes_of,
+    clear,
+    filled,
+    left_open,
+    put,
+    rows,
+    study,
+)
 from lampyris_selfcheck.scratch import folder
 
 T = TypeVar("T")
@@ -31,34 +37,28 @@ SEEDS = 7
 """Of the study: 28 jobs."""
 CLOSED, MAIN, CALL = 24, 8, 4
 """Rows of the closed store; rows of the open one that are in its main file; rows of a call."""
+PAGE = 4096
 FRAME = PAGE + 24
 """Bytes of a page in the log with its head."""
-READING = frozenset(
-    ("STORE_DAMAGED", "STORE_FORMAT", "STORE_VERSION", "STUDY_PLAIN", "STUDY_MAP", "PACKED_MAP")
-)
-"""What reading a damaged store may say."""
-REPAIRING = frozenset(("STORE_STUDY", "STORE_FORMAT"))
-"""What repairing one without its study may say: its study is damaged; nothing of a store is in it."""
+REFUSED = frozenset((
+    "STORE_DAMAGED", "STORE_FORMAT", "STORE_VERSION", "STORE_READ", "STORE_WRITE",
+    "STUDY_PLAIN", "STUDY_MAP", "PACKED_MAP",
+))  # fmt: skip
+"""What using a damaged store may report. STORE_WRITE: of a version that its SQLite may read and not write."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A store that is whole.
-
-    Parameters
-    ----------
-    files : its bytes by ending.
-    right : its rows, in order.
-    raw : the bytes of each row's record by key; those of rows longer than a page are in pieces, and are not
-        among them.
-    last : where in its growing file the last three rows, or calls, begin.
-    """
+    """A store that is whole: its bytes by ending, its rows in order, and the row that is damaged bit by bit."""
 
     files: Files
     right: list[Row]
-    raw: dict[str, bytes]
-    last: int
-    keyed: dict[str, Row] = field(default_factory=dict)
+    row: Row | None = None
+
+    @property
+    def by_key(self) -> dict[str, Row]:
+        """The rows by key."""
+        return {row.key: row for row in self.right}
 
 
 @cache
@@ -68,88 +68,72 @@ def closed() -> Sample:
         given = rows(study(SEEDS), words=5000)[:CLOSED]
         filled(at / "a", study(SEEDS), 7, given)
         files = bytes_of(at / "a")
-    raw = _raw(files, given)
-    last = min(files[""].index(packed(row)[0].encode()) for row in given[-3:])
-    return Sample(files, given, raw, last, {row.key: row for row in given})
+    return Sample(files, given, next(row for row in given[5:] if not row.error))
 
 
 @cache
 def opened() -> Sample:
     """A store as a killed writer leaves it: 8 rows in its main file, 20 in the log, four a call."""
     with folder() as at:
-        path, given, sizes = at / "a", rows(study(SEEDS)), []
-        filled(path, study(SEEDS), CALL, given[:MAIN])
-        with Store.open(path) as store:
-            for k in range(MAIN, len(given), CALL):
-                sizes.append(len(bytes_of(path).get("-wal", b"")))
-                store.add(given[k : k + CALL])
-            files = bytes_of(path)
-    del files["-shm"]  # The next to open it makes it anew, and it holds nothing.
-    files[".lock"] = b"pid 1".ljust(255) + b"\n" + files[".lock"][256:]
-    return Sample(files, given, _raw(files, given), sizes[-3], {row.key: row for row in given})
-
-
-def _raw(files: Files, given: list[Row]) -> dict[str, bytes]:
-    """The bytes of each row's record as they stand in either file, from its head to its end."""
-    found = {}
-    for row in given:
-        body = "".join(packed(row)).encode()
-        for data in (files[""], files.get("-wal", b"")):
-            at = data.find(body)
-            for head in range(5, 48) if at > 48 else ():
-                if data[at - head] == head and data[at - head + 1 : at - head + 4] == b"\x00\x81\x0d":
-                    found[row.key] = data[at - head : at + len(body)]
-    return found
+        files, given = left_open(at / "a", study(SEEDS), CALL, closed=MAIN)
+    files.pop(".lock")  # it may be there, and says nothing
+    return Sample(files, given)
 
 
 # ---- what must come of one --------------------
-
-
-def judged(path: Path, files: Files, sample: Sample) -> tuple[list[str], list[str]]:
-    """Read a damaged store, write to it and repair it: each time exactly the right rows, or a typed error.
-
-    Parameters
-    ----------
-    path : where it is put.
-    files : its bytes as they are now.
-    sample : what it was.
-
-    Returns
-    -------
-    What is wrong, in words; and what was seen of it.
-    """
-    wrong: list[str] = []
-    put(path, files)
-    reads = _does(wrong, "reading", READING, lambda: _read(path, sample))
-    after = bytes_of(path)
-    if any(after.get(ending) != files.get(ending) for ending in ("", "-wal")):
-        wrong.append("reading changed it")
-    put(path, files)
-    writes = _does(wrong, "going on", READING, lambda: _write(path, sample))
-    if writes and not reads:
-        wrong.append("it could be written to, and not be read")
-    repairs = _does(wrong, "repair", frozenset(), lambda: _repair(path, files, sample))
-    seen = [
-        "read whole" if reads else "refused",
-        *(["read, and may not be added to"] if reads and not writes else []),
-        *([] if repairs else ["not repaired"]),
-    ]
-    clear(path.parent)
-    return wrong, seen
 
 
 class _Wrong(Exception):
     """Something that must not be."""
 
 
-def _does(wrong: list[str], doing: str, codes: frozenset[str], do: Callable[[], None]) -> bool:
-    """Whether it was done; a refusal is all right if it is typed, of one line, and one of those."""
+def judged(path: Path, files: Files, sample: Sample, lost: Row | None = None) -> tuple[list[str], list[str]]:
+    """Read a damaged store, write to it and repair it: each time right rows, or a typed error.
+
+    Parameters
+    ----------
+    path : where it is put.
+    files : its bytes as they are now.
+    sample : what it was.
+    lost : the only row that may be lost, where that is known.
+
+    Returns
+    -------
+    What is wrong, in words; and what was seen of it.
+    """
+    wrong: list[str] = []
+    in_log = files.get("-wal") != sample.files.get("-wal")
+    put(path, files)
+    reads = _does(wrong, "reading", lambda: _read(path, sample, in_log))
+    after = bytes_of(path)
+    if any(after.get(ending) != files.get(ending) for ending in ("", "-wal")):
+        wrong.append("reading changed it")
+    put(path, files)
+    writes = _does(wrong, "resuming", lambda: _resume(path, sample, in_log))
+    if writes and not reads:
+        wrong.append("it could be written to, and not be read")
+    if reads and lost is not None:
+        wrong.append("a damaged run was read")
+    put(path, files)
+    repairs = _does(wrong, "repair", lambda: _repair(path, sample, in_log, lost))
+    if not repairs and lost is not None:
+        wrong.append("repair was refused")
+    clear(path.parent)
+    return wrong, [
+        "read whole" if reads else "refused",
+        *(["read, and may not be added to"] if reads and not writes else []),
+        *([] if repairs else ["not repaired"]),
+    ]
+
+
+def _does(wrong: list[str], doing: str, do: Callable[[], None]) -> bool:
+    """Whether it was done; a refusal must be typed, of one line, and one of those."""
     try:
         do()
     except _Wrong as fault:
         wrong.append(f"{doing}: {fault}")
     except LampyrisError as error:
-        if isinstance(error, InternalFault) or error.code not in codes or not str(error).isprintable():
+        if isinstance(error, InternalFault) or error.code not in REFUSED or not str(error).isprintable():
             wrong.append(f"{doing}: {error!s:.300}")
     except Exception as fault:
         wrong.append(f"{doing}: {type(fault).__name__}: {fault!s:.300}")
@@ -158,124 +142,142 @@ def _does(wrong: list[str], doing: str, codes: frozenset[str], do: Callable[[], 
     return False
 
 
-def _read(path: Path, sample: Sample) -> None:
-    with Store.open(path, writable=False) as store:
-        found = list(store.rows().values())
-        jobs = len(store.study())
-    if found != sample.right:
+def _check_rows(found: list[Row], sample: Sample, in_log: bool) -> None:
+    """All rows in order; where the log is damaged, those of the first calls."""
+    right = sample.right[: len(found)] if in_log and len(found) % CALL == 0 else sample.right
+    if found != right or (in_log and len(found) < MAIN):
         raise _Wrong(f"{len(found)} rows that are not the {len(sample.right)} that were stored")
-    if jobs != 4 * SEEDS:
-        raise _Wrong(f"its study has {jobs} jobs")
 
 
-def _write(path: Path, sample: Sample) -> None:
-    """Open it as a study that goes on does, add what is missing, and read it again."""
-    all_ = rows(study(SEEDS), words=5000)
-    more = [row for row in all_ if row.key not in sample.keyed]
+def _read(path: Path, sample: Sample, in_log: bool) -> None:
+    with Store.open(path, writable=False) as store:
+        _check_rows(list(store.rows().values()), sample, in_log)
+        if len(store.study()) != 4 * SEEDS:
+            raise _Wrong(f"its study has {len(store.study())} jobs")
+
+
+def _resume(path: Path, sample: Sample, in_log: bool) -> None:
+    """Open it as a study that is resumed does, add what is missing, and read it again."""
+    all_ = rows(study(SEEDS), words=0 if in_log or "-wal" in sample.files else 5000)
     with open_for(path, study(SEEDS)) as store:
-        if list(store.rows().values()) != sample.right:
-            raise _Wrong("it was opened, and its rows are others")
+        found = store.rows()
+        _check_rows(list(found.values()), sample, in_log)
+        more = [row for row in all_ if row.key not in found]
         store.add(more)
     with Store.open(path, writable=False) as store:
-        if list(store.rows().values()) != sample.right + more:
+        if list(store.rows().values()) != [*found.values(), *more]:
             raise _Wrong("what was added is not there, or not alone")
 
 
-def _repair(path: Path, files: Files, sample: Sample) -> None:
-    """Repair keeps right rows only, all that are whole, and counts the others; then the study can go on."""
-    data = files.get("", b""), files.get("-wal", b"")
-    whole = {key for key, raw in sample.raw.items() if raw in data[0] or raw in data[1]}
-    put(path, files)
-    try:
-        told = repair(path, study=study(SEEDS))
-    except LampyrisError as error:
-        if error.code in REPAIRING and not whole:
-            return
-        raise
+def _repair(path: Path, sample: Sample, in_log: bool, lost: Row | None) -> None:
+    """Repair keeps right rows only and names the others; then the study can be resumed."""
+    came = repair(path, study=study(SEEDS))
     with open_for(path, study(SEEDS)) as store:
         kept = store.rows()
-        if any(sample.keyed.get(key) != row for key, row in kept.items()):
+        if any(sample.by_key.get(key) != row for key, row in kept.items()):
             raise _Wrong("a row that was never stored")
-        if lost := whole - set(kept):
-            raise _Wrong(f"{len(lost)} rows are lost that stand whole in its bytes")
-        unknown = any("there may have been more" in note for note in told.notes)
-        if told.kept != len(kept) or (told.kept + told.lost != len(sample.right) and not unknown):
-            raise _Wrong(f"says {told.kept} kept, {told.lost} lost of {len(sample.right)}; {len(kept)} kept")
+        known = not in_log and not any("there may have been more" in note for note in came.notes)
+        if came.kept != len(kept) or (known and came.kept + came.lost != len(sample.right)):
+            raise _Wrong(f"says {came.kept} kept, {came.lost} lost of {len(sample.right)}; {len(kept)} kept")
+        if lost is not None and came.lost_runs != (lost.key,):
+            raise _Wrong(f"lost {came.lost_runs}, not run {lost.key}")
         store.add(sample.right)
-        if store.rows() != sample.keyed:
-            raise _Wrong("repaired and continued, it has not all rows")
+        if store.rows() != sample.by_key:
+            raise _Wrong("repaired and resumed, it has not all rows")
 
 
 # ---- the damage --------------------
 
 
-def kinds() -> dict[str, Kind]:
-    """Kinds of damage, and how many cases each has."""
-    cuts, bits, pages = len(_cuts()), 8 * len(_record()), len(_pages())
-    return {
-        "cut": Kind(
-            "a store cut at every byte of its last three records, its log at every byte of its last three "
-            "calls: right rows or a typed error; repair keeps what is whole",
-            100, cuts, cuts, 100, cuts,
-        ),
-        "bit": Kind("every bit of one record", 100, bits, bits, 100, bits),
-        "page": Kind("every page of zeros, of ones, or of another page", 24, pages, pages, 50, pages),
-        "noise": Kind(
-            "one to three bits anywhere, of the main file, the log or the witness",
-            150, 65_600, 1_000_000, 100,
-        ),
-    }  # fmt: skip
+def bits() -> int:
+    """Cases of the kind ``bit``."""
+    return 8 * len(_record())
 
 
-@cache
-def _cuts() -> list[tuple[str, int]]:
-    """File and size of every cut."""
-    main, log = closed(), opened()
-    return [
-        *(("", size) for size in range(main.last, len(main.files[""]))),
-        *(("-wal", size) for size in range(log.last, len(log.files["-wal"]))),
-    ]
+def pages() -> int:
+    """Cases of the kind ``page``."""
+    return len(_pages())
+
+
+def damage(ask: Ask, kind: str, number: int, at: Path) -> tuple[list[str], str]:
+    """A damaged store: what was seen of it, and what is wrong."""
+    sample, files, how, lost = _DAMAGE[kind](ask, number)
+    wrong, seen = judged(at / "a", files, sample, lost)
+    return seen, f"{how}: {'; '.join(wrong)}" if wrong else ""
+
+
+_Case = tuple[Sample, dict[str, bytes], str, Row | None]
 
 
 @cache
 def _record() -> tuple[int, ...]:
-    """Where the bytes of one record are in the closed store."""
+    """Where the texts of one record are in the closed store, its checksum too."""
     sample = closed()
-    raw = sample.raw[sample.right[CLOSED // 2].key]
-    at = sample.files[""].index(raw)
-    return tuple(range(at, at + len(raw)))
+    assert sample.row is not None
+    texts = "".join(packed(sample.row)).encode()
+    at = sample.files[""].index(texts)
+    return tuple(range(at, at + len(texts)))
+
+
+_CHANGES = ("zeros", "ones", "another page", "one record fewer")
+"""What is done to a page."""
 
 
 @cache
-def _pages() -> list[tuple[str, int, int]]:
-    """File, place of the page, and what is put there: 0 zeros, 1 ones, 2 the page before."""
-    log = opened().files["-wal"]
+def _pages() -> tuple[tuple[str, int, int], ...]:
+    """File, place of the page, and what is done to it: see :data:`_CHANGES`."""
     places = [
         *(("", at) for at in range(0, len(closed().files[""]), PAGE)),
-        *(("-wal", at + 24) for at in range(32, len(log), FRAME)),
+        *(("-wal", at + 24) for at in range(32, len(opened().files["-wal"]), FRAME)),
     ]
-    return [(ending, at, what) for ending, at in places for what in range(3)]
+    return tuple((ending, at, what) for ending, at in places for what in range(len(_CHANGES)))
 
 
-def damage(ask: Ask, part: Part, number: int) -> tuple[Sample, dict[str, bytes], str]:
-    """The store of a case, damaged, and in words how."""
-    if part.kind == "cut":
-        ending, size = _spread(_cuts(), number)
-        sample = opened() if ending else closed()
-        return sample, {**sample.files, ending: sample.files[ending][:size]}, f"{ending} cut to {size} bytes"
-    if part.kind == "bit":
-        at, bit = divmod(_spread(range(8 * len(_record())), number), 8)
-        return _flipped(closed(), "", [(_record()[at], bit)])
-    if part.kind == "page":
-        ending, at, what = _spread(_pages(), number)
-        sample = opened() if ending else closed()
-        data = bytearray(sample.files[ending])
-        step = FRAME if ending else PAGE
-        before = data[at - step : at - step + PAGE] if at > step else data[-PAGE:]
-        data[at : at + PAGE] = (bytes(PAGE), b"\xff" * PAGE, before)[what]
-        words = f"{ending} page at {at}: {('zeros', 'ones', 'another')[what]}"
-        return sample, {**sample.files, ending: bytes(data)}, words
-    return _noise(ask.rng("store", part.kind, number))
+def _bit(ask: Ask, number: int) -> _Case:
+    at, bit = divmod(_spread(range(bits()), number), 8)
+    return *_flipped(closed(), "", [(_record()[at], bit)]), closed().row
+
+
+def _page(ask: Ask, number: int) -> _Case:
+    ending, at, what = _spread(_pages(), number)
+    sample = opened() if ending else closed()
+    data = bytearray(sample.files[ending])
+    step = FRAME if ending else PAGE
+    before = data[at - step : at - step + PAGE] if at > step else data[-PAGE:]
+    count = at + 4 + 100 * (not ending and at == 0)
+    fewer = data[at:count] + bytes([max(data[count] - 1, 0)]) + data[count + 1 : at + PAGE]
+    data[at : at + PAGE] = (bytes(PAGE), b"\xff" * PAGE, before, fewer)[what]
+    words = f"{ending} page at {at}: {_CHANGES[what]}"
+    return sample, {**sample.files, ending: bytes(data)}, words, None
+
+
+def _cut(ask: Ask, number: int) -> _Case:
+    rng = ask.rng("store", "cut", number)
+    ending = ("", "-wal")[number % 2]
+    sample = opened() if ending else closed()
+    size = int(rng.integers(len(sample.files[ending])))
+    return (
+        sample,
+        {**sample.files, ending: sample.files[ending][:size]},
+        f"{ending} cut to {size} bytes",
+        None,
+    )
+
+
+def _noise(ask: Ask, number: int) -> _Case:
+    """One to three bits; a third of them where one bit decides most: heads of the file, pages and frames."""
+    rng = ask.rng("store", "noise", number)
+    ending = ("", "", "-wal")[int(rng.integers(3))]
+    sample = opened() if ending or rng.integers(4) == 0 else closed()
+    size, step = len(sample.files[ending]), FRAME if ending == "-wal" else PAGE
+    places = rng.integers(0, size, int(rng.integers(1, 4)))
+    if rng.integers(3) == 0:
+        places = rng.integers(0, size // step, 1) * step + rng.integers(0, 30 if rng.integers(2) else 110, 1)
+    turned = rng.integers(0, 8, len(places))
+    return *_flipped(sample, ending, list(zip(places.tolist(), turned.tolist(), strict=True))), None
+
+
+_DAMAGE = {"bit": _bit, "page": _page, "cut": _cut, "noise": _noise}
 
 
 def _spread(items: Sequence[T], number: int) -> T:
@@ -287,18 +289,6 @@ def _spread(items: Sequence[T], number: int) -> T:
     return items[number * step % n]
 
 
-def _noise(rng: np.random.Generator) -> tuple[Sample, dict[str, bytes], str]:
-    """One to three bits; a third of them where one bit decides most: heads of the file, pages and frames."""
-    ending = ("", "", "-wal", "-wal", ".lock")[int(rng.integers(5))]
-    sample = opened() if ending or rng.integers(4) == 0 else closed()
-    size, step = len(sample.files[ending]), FRAME if ending == "-wal" else PAGE
-    places = rng.integers(0, size, int(rng.integers(1, 4)))
-    if ending != ".lock" and rng.integers(3) == 0:
-        places = rng.integers(0, size // step, 1) * step + rng.integers(0, 30 if rng.integers(2) else 110, 1)
-    bits = rng.integers(0, 8, len(places))
-    return _flipped(sample, ending, list(zip(places.tolist(), bits.tolist(), strict=True)))
-
-
 def _flipped(
     sample: Sample, ending: str, flips: list[tuple[int, int]]
 ) -> tuple[Sample, dict[str, bytes], str]:
@@ -307,16 +297,3 @@ def _flipped(
         data[at] ^= 1 << bit
     words = ", ".join(f"byte {at} bit {bit}" for at, bit in flips)
     return sample, {**sample.files, ending: bytes(data)}, f"{ending or 'main'}: {words}"
-
-
-def run(ask: Ask, part: Part) -> Tally:
-    """The cases of a part."""
-    tally = Tally(part)
-    with folder() as at:
-        for number in part.numbers:
-            sample, files, how = damage(ask, part, number)
-            wrong, seen = judged(at / "a", files, sample)
-            tally.case(*seen)
-            if wrong:
-                tally.fail(number, f"{how}: {'; '.join(wrong)}")
-    return tally

@@ -11,14 +11,16 @@ import numpy as np
 from lampyris.errors import LampyrisError
 from lampyris.study.design.row import Row
 from lampyris.study.store.store import Store, open_for
+from lampyris_selfcheck.check import Ask
 from lampyris_selfcheck.checks.studies.stores import BESIDE, clear, rows, study
 
 PATIENCE = 120
 """Seconds that two processes may take for one small store."""
 
 
-def writers(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
-    """Two writers and a reader in turn, as drawn: who comes second is told, and no row is lost or doubled."""
+def writers(ask: Ask, kind: str, number: int, at: Path) -> tuple[list[str], str]:
+    """Two writers and a reader in turn, as drawn: the second is refused, and no row is lost or doubled."""
+    rng = ask.rng("store", kind, number)
     clear(at)
     hands: list[Store | None] = [None, None]
     try:
@@ -97,8 +99,9 @@ print(busy)
 """
 
 
-def processes(rng: np.random.Generator, at: Path) -> tuple[list[str], str]:
+def processes(ask: Ask, kind: str, number: int, at: Path) -> tuple[list[str], str]:
     """Two processes want the same store again and again: every row is in it once, and nothing lies beside."""
+    rng = ask.rng("store", kind, number)
     clear(at)
     path, of = at / "a", study(15)
     seeds = [str(int(n)) for n in rng.integers(0, 2**31, 2)]

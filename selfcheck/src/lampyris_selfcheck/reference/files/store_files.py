@@ -1,8 +1,7 @@
-"""Stores of studies written and changed without the product: its tables by name, its seals by their rule.
+"""Stores of studies written and changed without the product: its tables by name, its checksums by their rule.
 
-A store is an SQLite file whose records are sealed, and whose runs are chained: what turns a bit is found by
-the seal. So most mutants are changed record by record and sealed anew; a reader must find what is wrong in
-what is said, not in the bytes.
+A store is an SQLite file whose records have checksums: a turned bit is found by them. So most mutants are
+changed record by record and given a right checksum; a reader must find what is wrong in the contents.
 """
 
 from __future__ import annotations
@@ -19,10 +18,14 @@ from lampyris_selfcheck.reference.files.mutator import BYTE_CHANGES, ODD, Corpus
 from lampyris_selfcheck.reference.files.trees import ODD_VALUES, changed_tree
 
 Records: TypeAlias = dict[str, list[list[Any]]]
-"""The records of each table, each a number, a seal, and texts."""
+"""The records of each table, each a number, texts, and a checksum."""
 
-TABLES = ("meta", "maps", "runs", "tally")
-_TREES = {"meta": (3,), "maps": (3,), "runs": (5, 6), "tally": ()}
+_COLUMNS = {
+    "meta": ("rowid", "name", "value", "checksum"),
+    "maps": ("rowid", "hash", "value", "checksum"),
+    "runs": ("n", "key", "ending", "error", "metrics", "timing", "checksum"),
+}
+_TREES = {"meta": (2,), "maps": (2,), "runs": (4, 5)}
 """Columns whose text is JSON."""
 _WORDS = (
     *(
@@ -63,29 +66,31 @@ _VALUES: tuple[Any, ...] = (None, 0, 1, -1, 2**62, 1.5, b"", b"x", b"\xff\xfe")
 """What a column may hold in SQLite besides text."""
 
 
-def seal(table: str, texts: list[str]) -> str:
-    """The seal of a record: SHA-256 over the lengths and texts, the table's name before them."""
-    said = "".join(f"{len(text)}:{text}" for text in (table, *texts))
-    return hashlib.sha256(said.encode("utf-8", "surrogatepass")).hexdigest()
+def checksum(table: str, texts: list[str]) -> str:
+    """The checksum of a record: SHA-256 over the lengths and texts, the table's name before them."""
+    joined = "".join(f"{len(text)}:{text}" for text in (table, *texts))
+    return hashlib.sha256(joined.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def records_of(data: bytes) -> Records:
     """The records of a good store."""
     with closing(_opened(data)) as connection:
         return {
-            name: [list(one) for one in connection.execute(f"SELECT * FROM {name} ORDER BY n")]
-            for name in TABLES
+            name: [
+                list(one) for one in connection.execute(f"SELECT {', '.join(columns)} FROM {name} ORDER BY 1")
+            ]
+            for name, columns in _COLUMNS.items()
         }
 
 
 def with_records(data: bytes, records: Records) -> bytes:
-    """A store like this one with other records, sealed as they come."""
+    """A store like this one with other records, as they come."""
     with closing(_opened(data)) as connection:
-        for name in TABLES:
+        for name, columns in _COLUMNS.items():
             connection.execute(f"DELETE FROM {name}")
-            for one in records[name]:
-                marks = ", ".join("?" * len(one))
-                connection.execute(f"INSERT OR REPLACE INTO {name} VALUES ({marks})", one)
+            marks = ", ".join("?" * len(columns))
+            add = f"INSERT OR REPLACE INTO {name} ({', '.join(columns)}) VALUES ({marks})"
+            connection.executemany(add, records[name])
         connection.commit()
         made = connection.serialize()
     # A store is kept with a log; in memory there is none, and the head says so.
@@ -99,22 +104,17 @@ def _opened(data: bytes) -> sqlite3.Connection:
     return connection
 
 
-def sealed(records: Records) -> Records:
-    """Every seal, the chain of the runs and their number made right, as far as they are texts."""
-    done: Records = {}
-    head = "0" * 64
-    for name in ("meta", "maps", "runs"):
-        done[name] = []
-        for one in records[name]:
-            texts = one[2:]
-            if all(isinstance(text, str) for text in texts):
-                one = [one[0], seal(name, texts), *texts]
-            done[name].append(one)
-            if name == "runs":
-                head = hashlib.sha256(f"{head}{one[1]}".encode()).hexdigest()
-    said = [str(len(records["runs"])), head]
-    done["tally"] = [[1, seal("tally", said), *said]]
-    return done
+def checked(records: Records) -> Records:
+    """Every checksum made right, where the other columns are texts."""
+    return {
+        name: [
+            [*one[:-1], checksum(name, one[1:-1])]
+            if all(isinstance(text, str) for text in one[1:-1])
+            else one
+            for one in rows
+        ]
+        for name, rows in records.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class StoreCorpus:
         return tuple(records_of(data) for data in self.seeds)
 
     def mutant(self, rng: Rng) -> bytes:
-        """One mutant: of its bytes, or of its records, mostly sealed anew."""
+        """One mutant: of its bytes, or of its records, mostly with right checksums."""
         k = int(rng.integers(0, len(self.seeds)))
         if rng.random() < 0.3:
             data = self.seeds[k]
@@ -138,11 +138,8 @@ class StoreCorpus:
         records = self._records[k]
         for _ in range(int(pick(rng, (1, 1, 1, 2)))):
             records = self._changed(rng, records)
-        roll = rng.random()
-        if roll < 0.85:
-            records = sealed(records)
-        if roll < 0.1:
-            records = {**records, "tally": _text_changed(rng, "tally", records["tally"])}
+        if rng.random() < 0.85:
+            records = checked(records)
         return with_records(self.seeds[k], records)
 
     def _changed(self, rng: Rng, records: Records) -> Records:
@@ -185,7 +182,7 @@ def _text_changed(rng: Rng, name: str, rows: list[list[Any]]) -> list[list[Any]]
     if not rows:
         return rows
     k = int(rng.integers(0, len(rows)))
-    column = int(rng.integers(2, len(rows[k])))
+    column = int(rng.integers(1, len(rows[k]) - 1))
     roll = rng.random()
     if roll < 0.05:
         return _put(rows, k, 0, int(pick(rng, (0, -1, 2, 7, 2**40))))

@@ -44,8 +44,9 @@ _NEVER = (
 )
 _IMPORTS = ("open", "compile", "exec")
 """What an import does: it reads code and runs it."""
-_MOVES = {"os.remove": 1, "os.rename": 2, "os.link": 2}
-"""What a writer may do with its own files, and how many of its words are their names."""
+_MOVES = {"os.remove": 1, "os.rename": 2, "os.link": 2, "os.mkdir": 1}
+"""What a writer may do with its own files, and how many of its words are their names. filelock makes sure that
+the folder of its file is there."""
 _folders: tuple[str, ...] = ()
 _plain: frozenset[str] = frozenset()
 _may_write = False

@@ -237,7 +237,7 @@ def repair(
     ] = None,
     json_: Json = False,
 ) -> None:
-    """Save every whole run of a damaged store; the rest is run again when the study goes on."""
+    """Keep every run of a damaged store that can be read; the study runs the others again."""
     _repair_store(store, out, study, data, json_)
 
 
@@ -300,7 +300,7 @@ def page_of(store: Path) -> Path:
 
 
 def _repair_store(path: Path, out: Path | None, study: str | None, data: Path | None, as_json: bool) -> None:
-    """Save every whole run of a damaged store."""
+    """Keep every run of a damaged store that can be read."""
     from lampyris.study.design.study_file import load_study
     from lampyris.study.store.repair import repair as repair_store
 

@@ -145,12 +145,11 @@ def _run(study: Study, path: Path, where: Execution, out: StudyOutputs) -> int:
 
 def _forget(study: Study, path: Path, endings: tuple[str, ...], *, quiet: bool) -> None:
     """Remove the runs with these endings from the store of this study."""
-    from lampyris.study.store.forget import forget
     from lampyris.study.store.store import Store
 
-    with Store.open(path, writable=False) as store:
+    with Store.open(path) as store:
         demand_same(store.plain(), study, str(path))
-    gone = forget(path, endings)
+        gone = store.forget(endings)
     if not quiet:
         print(f"{plural(gone, 'run')} ({', '.join(endings)}) will be run again", file=sys.stderr)
 
@@ -237,15 +236,13 @@ def _discard(path: Path) -> None:
     except FileError as fault:
         if fault.code not in ("STORE_DAMAGED", "STORE_VERSION"):
             raise
-    hold = StoreLock(path)
-    try:
-        # The store itself last: killed before that, `--fresh` finds it and begins again.
-        for file in (sidecar(path, "-wal"), sidecar(path, "-shm"), path):
-            file.unlink(missing_ok=True)
-    except OSError as error:
-        raise FileError("STORE_WRITE", error.strerror or str(error), where=str(path)) from None
-    finally:
-        hold.release(remove=True)
+    with StoreLock(path):
+        try:
+            # The store itself last: killed before that, `--fresh` finds it and begins again.
+            for file in (sidecar(path, "-wal"), sidecar(path, "-shm"), path):
+                file.unlink(missing_ok=True)
+        except OSError as error:
+            raise FileError("STORE_WRITE", error.strerror or str(error), where=str(path)) from None
 
 
 def _write_and_print(

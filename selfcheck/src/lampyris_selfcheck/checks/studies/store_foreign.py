@@ -6,6 +6,7 @@ import os
 import sqlite3
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +14,13 @@ from lampyris.errors import LampyrisError
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.study.design.row import Row
 from lampyris.study.design.study import Config, Study, StudyMap, StudyTraffic, canonical
-from lampyris.study.store.file import seal
+from lampyris.study.store.file import checksum
 from lampyris.study.store.repair import repair
 from lampyris.study.store.store import Store, open_for
-from lampyris_selfcheck.check import Ask, Kind, Part, Tally
-from lampyris_selfcheck.checks.studies.store_damage import MAIN, closed, opened
-from lampyris_selfcheck.checks.studies.store_writers import processes, writers
+from lampyris_selfcheck.check import Ask
+from lampyris_selfcheck.checks.studies.store_damage import MAIN, SEEDS, closed, opened
 from lampyris_selfcheck.checks.studies.stores import bytes_of, clear, filled, put, rows, study
 from lampyris_selfcheck.reference.files.watching import Hangs, no_longer_than
-from lampyris_selfcheck.scratch import folder
 
 PATIENCE_S = 60.0
 """After so many seconds a store that does not answer hangs."""
@@ -37,15 +36,16 @@ class Foreign:
     ----------
     name : of the case.
     make : puts it at a path.
-    reads, goes_on : the code that reading it, and going on with it, must be refused with; empty: neither is.
+    reads, resumes : the code that reading it, and resuming a study there, must be refused with; empty:
+        neither is.
     repairs : the code that repair is refused with; empty: it is not.
-    saves : the rows that the repaired store must have, by key, and no other: all whose records stand whole.
+    saves : the rows that the repaired store must have, by key, and no other.
     """
 
     name: str
     make: Callable[[Path], object]
     reads: str
-    goes_on: str
+    resumes: str
     repairs: str
     saves: Mapping[str, Row] = field(default_factory=dict)
 
@@ -80,36 +80,39 @@ def _other_database(path: Path) -> None:
     db.close()
 
 
+@cache
 def _foreign() -> tuple[Foreign, ...]:
-    """All of them."""
-    log, lock = opened().files["-wal"], opened().files[".lock"]
-    fmt, old = "STORE_FORMAT", "STORE_DAMAGED"
-    all_, left = closed().keyed, opened().keyed
+    fmt, bad, version = "STORE_FORMAT", "STORE_DAMAGED", "STORE_VERSION"
+    all_, left = closed().by_key, opened().by_key
     main = {row.key: row for row in opened().right[:MAIN]}
-    # Rows of one study: where both have one, the store's own is kept.
-    both = {key: row for key, row in left.items() if key not in main} | all_
     return (
-        Foreign("an empty file", _bytes(b""), old, old, fmt),
+        Foreign("an empty file", _bytes(b""), bad, bad, bad),
         Foreign("text", _bytes(b"nothing of the kind\n" * 50), fmt, fmt, fmt),
         Foreign("a picture", _bytes(b"\x89PNG\r\n\x1a\n" + bytes(500)), fmt, fmt, fmt),
         Foreign("zeros", _bytes(bytes(8192)), fmt, fmt, fmt),
         Foreign("a database of another program", _other_database, fmt, fmt, fmt),
-        Foreign("one byte of a store", _bytes(b"S"), old, old, fmt),
-        Foreign("half a head", _bytes(closed().files[""][:60]), old, old, fmt),
-        Foreign("a head alone", _bytes(closed().files[""][:100]), old, old, fmt),
-        Foreign("a newer format", _store(60, b"\0\0\0\2"), "STORE_VERSION", "STORE_VERSION", "", all_),
-        Foreign("an older format", _store(60, b"\0\0\0\0"), "STORE_VERSION", "STORE_VERSION", "", all_),
-        Foreign("the log of another store", _store(log=log), old, old, "", both),
-        Foreign("the witness of another store", _store(lock=lock), old, old, "", all_),
+        Foreign("one byte of a store", _bytes(b"S"), bad, bad, bad),
+        Foreign("half a head", _bytes(closed().files[""][:60]), bad, bad, bad),
+        Foreign("a head alone", _bytes(closed().files[""][:100]), bad, bad, bad),
+        Foreign("a newer format", _store(60, b"\0\0\0\x09"), version, version, version),
+        Foreign("an older format", _store(60, b"\0\0\0\x01"), version, version, version),
+        Foreign("a log that is none", _store(log=b"not a log" * 99), "", "", "", all_),
+        Foreign("a lock that nobody holds", _store(lock=b"pid 1\n"), "", "", "", all_),
         Foreign("a journal of nothing", _store(journal=b"not a journal" * 99), "", "", "", all_),
-        Foreign("a log alone", _of_open("-wal", ".lock"), "STORE_READ", old, "", left),
-        Foreign("a store without its log", _of_open("", ".lock"), old, old, "", main),
-        Foreign("a store without its main page", _store(0, bytes(4096)), fmt, fmt, "", all_),
-        Foreign("a folder", Path.mkdir, fmt, fmt, "STORE_READ"),
-        Foreign("a pipe", lambda path: os.mkfifo(path), fmt, fmt, "STORE_READ"),
+        Foreign("a killed writer's", _of_open("", "-wal"), "", "", "", left),
+        Foreign("a log alone", _of_open("-wal"), "STORE_READ", bad, "STORE_READ"),
+        Foreign("a store without its log", _of_open(""), "", "", "", main),
+        Foreign("a store without its main page", _store(0, bytes(4096)), fmt, fmt, fmt),
+        Foreign("a folder", Path.mkdir, fmt, fmt, fmt),
+        Foreign("a pipe", lambda path: os.mkfifo(path), fmt, fmt, fmt),
         Foreign("nothing", lambda path: None, "STORE_READ", "", "STORE_READ"),
         Foreign("a link to nothing", lambda path: path.symlink_to("no"), "STORE_READ", "", "STORE_READ"),
     )
+
+
+def foreign_cases() -> int:
+    """Cases of the kind ``foreign``."""
+    return len(_foreign())
 
 
 def _is_refused(code: str, do: Callable[[], object]) -> str:
@@ -125,34 +128,35 @@ def _is_refused(code: str, do: Callable[[], object]) -> str:
     return f"{code} was expected, and nothing was refused" if code else ""
 
 
-def foreign(number: int, at: Path) -> tuple[str, str]:
-    """One of them: its name, and what is wrong."""
+def foreign(ask: Ask, kind: str, number: int, at: Path) -> tuple[list[str], str]:
+    """One of them: nothing to count, and what is wrong."""
     case, path = _foreign()[number], at / "a"
     wrong = []
 
     def seen() -> dict[str, bytes]:
-        return {} if path.is_dir() or path.is_fifo() else bytes_of(path)
+        files = {} if path.is_dir() or path.is_fifo() else bytes_of(path)
+        return {ending: data for ending, data in files.items() if ending in ("", "-wal")}
 
-    def go_on() -> None:
-        with open_for(path, study(7)):
+    def resumed() -> None:
+        with open_for(path, study(SEEDS)):
             pass
 
     for code, do in (
         (case.reads, lambda: _read(path, writable=False)), (case.reads, lambda: _read(path, writable=True)),
-        (case.goes_on, go_on),
+        (case.resumes, resumed),
     ):  # fmt: skip
         clear(at)
         case.make(path)
         before = seen()
         wrong.append(_is_refused(code, do))
-        if code and {e: b for e, b in seen().items() if e in ("", "-wal")} != {
-            e: b for e, b in before.items() if e in ("", "-wal")
-        }:
+        if code and seen() != before:
             wrong.append("it was changed")
     clear(at)
     case.make(path)
     wrong.append(_is_refused(case.repairs, lambda: _repair(path, case.saves)))
-    return case.name, "; ".join(w for w in wrong if w)
+    clear(at)
+    words = "; ".join(w for w in wrong if w)
+    return [], f"{case.name}: {words}" if words else ""
 
 
 def _read(path: Path, *, writable: bool) -> None:
@@ -161,16 +165,16 @@ def _read(path: Path, *, writable: bool) -> None:
 
 
 def _repair(path: Path, saves: Mapping[str, Row]) -> None:
-    """Repair, judge what is saved, and go on until every row is there."""
-    told = repair(path, study=study(7))
-    all_ = rows(study(7), words=5000)
-    with open_for(path, study(7)) as store:
+    """Repair, judge what is saved, and resume until every row is there."""
+    came = repair(path, study=study(SEEDS))
+    with open_for(path, study(SEEDS)) as store:
         kept = store.rows()
-        if kept != saves or told.kept != len(saves):
+        if kept != saves or came.kept != len(saves):
             same = sum(saves.get(key) == row for key, row in kept.items())
             raise AssertionError(
-                f"{same} of {len(saves)} rows are saved, {len(kept)} there, {told.kept} told"
+                f"{same} of {len(saves)} rows are saved, {len(kept)} there, {came.kept} reported"
             )
+        all_ = rows(study(SEEDS), words=5000)
         store.add([row for row in all_ if row.key not in kept])
         if len(store.rows()) != len(all_):
             raise AssertionError(f"{len(store)} rows of {len(all_)}")
@@ -221,15 +225,20 @@ def _others() -> Mapping[str, tuple[str, Callable[[Study], Study]]]:
         "planner's settings": ("planners.0.settings.weight", study_with(planners=planner)),
         "planners": ("planners", study_with(planners=planner[1:])),
         "law": ("laws.0.settings.speed", study_with(laws=(Config("constant", {"speed": 2.0}),))),
-        "crowd": ("crowds.0.count", study_with(crowds=(StudyTraffic("random-walk", 4),))),
+        "traffic": ("crowds.0.count", study_with(crowds=(StudyTraffic("random-walk", 4),))),
         "version of the code": ("version.0", lambda of: of),
         "version of results": ("version.1", lambda of: of),
     }
 
 
-def resume(number: int, at: Path) -> tuple[str, str]:
+def other_studies() -> int:
+    """Cases of the kind ``resume``."""
+    return len(_others())
+
+
+def resume(ask: Ask, kind: str, number: int, at: Path) -> tuple[list[str], str]:
     """A store of another study is refused, the field named, and nothing in it changed."""
-    name, (field, other) = list(_others().items())[number]
+    name, (field_name, other) = list(_others().items())[number]
     path = at / "a"
     clear(at)
     filled(path, study(7))
@@ -238,66 +247,21 @@ def resume(number: int, at: Path) -> tuple[str, str]:
     before = bytes_of(path)
     try:
         open_for(path, other(study(7))).close()
-        return name, "it was not refused"
+        return [], f"{name}: it was not refused"
     except LampyrisError as error:
-        if error.code != "STORE_OTHER" or f"differs in {field}" not in str(error):
-            return name, f"STORE_OTHER with {field} was expected: {error}"
-    except Exception as fault:
-        return name, f"{type(fault).__name__}: {fault}"
-    return name, "" if bytes_of(path) == before else "the store was changed"
+        if error.code != "STORE_OTHER" or f"differs in {field_name}" not in str(error):
+            return [], f"{name}: STORE_OTHER with {field_name} was expected: {error}"
+    return [], "" if bytes_of(path) == before else f"{name}: the store was changed"
 
 
 def _of_release(path: Path, name: str) -> None:
     """The store as another release would have made it."""
     with Store.open(path, writable=False) as store:
-        said = store.plain()
-    version, results = said["version"]
+        plain = store.plain()
+    version, results = plain["version"]
     other = ["0.0.0", results] if name == "version of the code" else [version, results + 1]
-    text = canonical({**said, "version": other}).decode()
+    text = canonical({**plain, "version": other}).decode()
     db = sqlite3.connect(path)
-    db.execute("UPDATE meta SET seal = ?, value = ?", (seal("meta", "study", text), text))
+    db.execute("UPDATE meta SET checksum = ?, value = ?", (checksum("meta", "study", text), text))
     db.commit()
     db.close()
-
-
-# ---- the kinds --------------------
-
-
-def kinds() -> dict[str, Kind]:
-    """Kinds of cases, and how many each has."""
-    none, others = len(_foreign()), len(_others())
-    return {
-        "foreign": Kind(
-            "what is no store, or not all of one: the right error, nothing changed, and repair saves all",
-            none, none, none, none, none,
-        ),
-        "resume": Kind(
-            "going on with the store of another study is refused, with the field that differs",
-            others, others, others, others, others,
-        ),
-        "writers": Kind(
-            "two writers and a reader in turn: one at a time, no row lost or doubled", 40, 6000, 50_000, 50
-        ),
-        "processes": Kind("two processes that want one store at once", 2, 60, 300, 2),
-    }  # fmt: skip
-
-
-def run(ask: Ask, part: Part) -> Tally:
-    """The cases of a part."""
-    tally = Tally(part)
-    with folder() as at:
-        for number in part.numbers:
-            if part.kind in ("foreign", "resume"):
-                name, wrong = (foreign if part.kind == "foreign" else resume)(number, at)
-                tally.case()
-            else:
-                rng = ask.rng("store", part.kind, number)
-                try:
-                    seen, wrong = (writers if part.kind == "writers" else processes)(rng, at)
-                except Exception as fault:
-                    seen, wrong = [], f"{type(fault).__name__}: {fault!s:.300}"
-                name = part.kind
-                tally.case(*seen)
-            if wrong:
-                tally.fail(number, f"{name}: {wrong}")
-    return tally
