@@ -290,10 +290,10 @@ def _spread(items: Sequence[T], number: int) -> T:
 
 
 def _flipped(
-    sample: Sample, ending: str, flips: list[tuple[int, int]]
+    sample: Sample, ending: str, turned: list[tuple[int, int]]
 ) -> tuple[Sample, dict[str, bytes], str]:
     data = bytearray(sample.files[ending])
-    for at, bit in flips:
+    for at, bit in turned:
         data[at] ^= 1 << bit
-    words = ", ".join(f"byte {at} bit {bit}" for at, bit in flips)
+    words = ", ".join(f"byte {at} bit {bit}" for at, bit in turned)
     return sample, {**sample.files, ending: bytes(data)}, f"{ending or 'main'}: {words}"
