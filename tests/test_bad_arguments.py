@@ -29,7 +29,7 @@ from bad_arguments import (
     shown,
     what_comes,
 )
-from lampyris._core.predicates import MOST_WHOLE, is_whole
+from lampyris._core.scalars import MOST_WHOLE, is_whole
 from lampyris.errors import (
     MAX_DIGITS,
     MAX_SHOWN,
@@ -39,9 +39,9 @@ from lampyris.errors import (
     UsageError,
     did_you_mean,
 )
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.movingai import ask
 from lampyris.planning import registry
-from lampyris.sim.continuous.settings import Settings
 
 CLASSES = dict(public_classes())
 FUNCTIONS = dict(public_functions())
@@ -73,7 +73,17 @@ def unexpected(call: Callable[..., Any], given: dict[str, Any], name: str, value
 
 
 def test_the_lists_are_whole(right: dict[str, dict[str, Any]]) -> None:
-    for name in ("Robot", "Grid", "Scene", "Budget", "AdGso", "Settings", "PhysicalLaw", "GSO", "Adversary"):
+    for name in (
+        "Robot",
+        "Grid",
+        "Scene",
+        "Budget",
+        "AdGso",
+        "DriveSettings",
+        "PhysicalLaw",
+        "GSO",
+        "Adversary",
+    ):
         assert name in CLASSES
     assert len(list(public_classes())) == len(CLASSES) > 60, "two classes of one name"
     assert {"plan", "simulate", "drive", "smooth", "speed_profile", "run_study"} <= FUNCTIONS.keys()
@@ -147,7 +157,7 @@ def test_the_errors_that_were_others(call: Callable[[], Any], error: type[InputE
 
 def own_options(verb: Callable[..., Any]) -> set[str]:
     taken = set(names_of(verb)) - {"scene", "planner", "planner_settings"}
-    return taken | {f for f in Settings.__dataclass_fields__ if verb is lampyris.drive}
+    return taken | {f for f in DriveSettings.__dataclass_fields__ if verb is lampyris.drive}
 
 
 CLASHES = [
@@ -182,7 +192,7 @@ def test_any_argument_may_be_called_as_a_setting_of_a_planner(
 ) -> None:
     """A planner of another package may call its settings as it likes."""
     own = {p.name for p in inspect.signature(verb).parameters.values() if p.default is not p.empty}
-    own |= {f for f in Settings.__dataclass_fields__ if verb is lampyris.drive}
+    own |= {f for f in DriveSettings.__dataclass_fields__ if verb is lampyris.drive}
     own -= {"planner", "planner_settings"}
     assert len(own) >= 3
     monkeypatch.setattr(registry, "settings_of", lambda kind: dict.fromkeys(own))

@@ -263,7 +263,7 @@ ASKED: dict[str, str] = {
     "planning.adgso.settings.MAX_MVR": HERE,
     "planning.adgso.settings.MAX_NT": HERE,
     "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",
-    "sim.continuous.settings.MAX_PASSED": "sim/test_sim_drive.py",
+    "model.settings.drive.MAX_PASSED": "sim/test_sim_drive.py",
     "sim.sensor._MOST": "sim/test_sim_feed.py",
     "study.execution.batches.MAX_JOBS": NOT_INPUT + "jobs of a batch",
     "study.analysis.compare.MAX_DRAWN": "study/test_study_compare.py",

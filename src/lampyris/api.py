@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris import referee
+from lampyris._core import defaults
 from lampyris._core.cancellation import uninterrupted
 from lampyris._core.defaults import COURSE_SMOOTH, COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris._core.limits import MAX_CELLS, NODES, PATH, TICKS, demand_memory
-from lampyris._core.predicates import in_range, is_whole, is_word, numbers
+from lampyris._core.predicates import numbers
+from lampyris._core.scalars import in_range, is_whole, is_word
 from lampyris.errors import SettingError, UsageError, callable_or_none, of_kind, shown
 from lampyris.io.maps.load import load_map
 from lampyris.kernels import loading
@@ -65,8 +67,8 @@ MIN_SPACING = 1e-3
 def load_grid(
     path_or_name: str | os.PathLike[str],
     *,
-    values: str = "occupancy",
-    colour: str = "legend",
+    values: str = defaults.VALUES,
+    colour: str = defaults.COLOUR,
     resolution: float | None = None,
     max_cells: int = MAX_CELLS,
     allow_outside: bool = False,
@@ -98,7 +100,7 @@ def load_grid(
 
 def plan(
     scene: Scene,
-    planner: str | Planner = "ad-gso",
+    planner: str | Planner = defaults.PLANNER,
     *,
     seed: int = 0,
     budget: Budget | None = None,
@@ -398,7 +400,7 @@ def _path(given: object) -> Path:
 
 
 def simulate(
-    scene: Scene, planner: str | Planner = "ad-gso", *,
+    scene: Scene, planner: str | Planner = defaults.PLANNER, *,
     traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None, seed: int = 0,
     ticks: int | None = None, law: str = "physical", patience: int | None = None,
     budget: Budget | None = None, progress: Callable[[int], None] | None = None,
@@ -455,7 +457,7 @@ def simulate(
 
 def drive(
     scene: Scene,
-    planner: str | Planner = "ad-gso",
+    planner: str | Planner = defaults.PLANNER,
     *,
     traffic: ObstacleSpec | Sequence[ObstacleSpec] | None = None,
     seed: int = 0,
@@ -479,7 +481,7 @@ def drive(
     progress : called with the seconds that are over.
     planner_settings : the planner's settings by name; needed beside what is a setting of a drive as well, see
         :func:`simulate`.
-    settings : those of :class:`lampyris.sim.continuous.settings.Settings`; all others are the planner's.
+    settings : those of :class:`lampyris.model.settings.drive.DriveSettings`; all others are the planner's.
 
     Raises
     ------
@@ -491,8 +493,8 @@ def drive(
     """
     # Loaded here, and by simulate: who plans has no use for a simulator.
     with uninterrupted():
+        from lampyris.model.settings.drive import split_settings
         from lampyris.sim.continuous import drive as driving
-        from lampyris.sim.continuous.settings import split_settings
 
     ours, rest = split_settings(settings)
     chosen = chosen_planner(

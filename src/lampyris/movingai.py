@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from lampyris import referee
+from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.predicates import is_whole
+from lampyris._core.scalars import is_whole
 from lampyris.errors import FileError, SettingError, shown
 from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import ScenQuery, check_query, grid_for, read_scen
@@ -237,7 +238,7 @@ def tolerances(queries: Sequence[ScenQuery]) -> list[float]:
 
 def ask(
     benchmark: Benchmark,
-    planner: str = "astar",
+    planner: str = defaults.QUERY_PLANNER,
     moves: str = "octile",
     *,
     seed: int = 0,

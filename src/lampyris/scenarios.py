@@ -48,9 +48,9 @@ class _Names:
 
     def drive(self, settings: Mapping[str, Any]) -> object:
         """The settings themselves."""
-        from lampyris.sim.continuous.settings import Settings
+        from lampyris.model.settings.drive import DriveSettings
 
-        return Settings.of(settings)
+        return DriveSettings.of(settings)
 
 
 def load_scenario(
@@ -192,14 +192,14 @@ def completed(scenario: Scenario, trace: Trace | None = None) -> Scenario:
     source = scenario.map
     if isinstance(source, Made):
         source = replace(source, settings=recipe_named(source.recipe).complete(source.settings))
-    from lampyris.sim.continuous.settings import Settings
+    from lampyris.model.settings.drive import DriveSettings
 
     done = replace(
         scenario,
         settings={key: getattr(planner, key) for key in registry.settings_of(type(planner))},
         law_settings=_law_settings(scenario.law, scenario.law_settings),
         map=source,
-        drive=None if scenario.drive is None else asdict(Settings.of(scenario.drive)),
+        drive=None if scenario.drive is None else asdict(DriveSettings.of(scenario.drive)),
     )
     if not scenario.simulated:
         return done

@@ -403,6 +403,7 @@ def warm() -> None:
     import lampyris.cli.verbs.study.running
     import lampyris.cli.verbs.study.tables
     import lampyris.movingai
+    import lampyris.model.settings.drive
     import lampyris.report.charts.drive_chart
     import lampyris.report.charts.speed_compare
     import lampyris.report.data.adgso_tables
@@ -412,7 +413,6 @@ def warm() -> None:
     import lampyris.report.film.simulation_film
     import lampyris.report.pictures.plan_picture
     import lampyris.scenarios
-    import lampyris.sim.continuous.settings
     import lampyris.study.execution.run  # noqa: F401
 
     for name in registry.names():

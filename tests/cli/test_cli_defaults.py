@@ -12,15 +12,17 @@ import typer
 
 from lampyris import api
 from lampyris._core.defaults import COURSE_SPACING, DRIVE_SPACING, SIMULATION_PATIENCE
+from lampyris._core.settings import defaults_of, settings_of
 from lampyris.cli.app import app
 from lampyris.io.scenario.run_settings import DriveTable, SimulateTable
 from lampyris.io.scenario.schema import RobotTable, ScenarioFile
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import DriveSettings
+from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.planning.graph.astar import AStar
 from lampyris.sim.continuous.replanner import Replanner
-from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.grid import loop
 
 GROUP: Any = typer.main.get_command(app)
@@ -63,32 +65,36 @@ def test_an_option_that_has_a_default_has_the_same_everywhere(verb: str) -> None
             assert given[name].default == ScenarioFile.model_fields[name].default, name
 
 
-def test_the_settings_of_a_drive_have_one_default_each() -> None:
-    given, usual = options("drive"), Settings()
-    for f in fields(Settings):
-        value, told = getattr(usual, f.name), given[f.name].help or ""
-        assert DriveTable.model_fields[f.name].default == value, f.name
-        # Not given, the setting's own default is in force; the help has to say it.
-        assert given[f.name].default is None, f.name
-        if isinstance(value, str):
-            said = told.startswith(f"{value} (default)") or f" {value} (default)" in told
-            assert said, f"{f.name}: {told}"
-        elif value is not None:
-            assert told.endswith(f"({value:g})."), f"{f.name}: {told}"
-        else:
-            assert "default" in told, f"{f.name}: {told}"
+@pytest.mark.parametrize(
+    ("verb", "kind", "table"),
+    [("drive", DriveSettings, DriveTable), ("simulate", SimulationSettings, SimulateTable)],
+)
+def test_options_and_files_have_the_declared_defaults(verb: str, kind: type, table: Any) -> None:
+    given = options(verb)
+    for name, setting in settings_of(kind).items():
+        default = defaults_of(kind)[name]
+        assert table.model_fields[name].default == default, name
+        assert given[name].default == default, name
+        if setting.none:
+            assert f"(default: {setting.none})" in (given[name].help or ""), name
+            assert f"Null: {setting.none}." in table.model_fields[name].description, name
 
 
-def test_the_spacing_of_a_drive_is_told_once() -> None:
+def test_the_spacing_of_a_drive_is_declared_once() -> None:
     scene = Scene(Grid([[False] * 3] * 3, resolution=2.0), (0, 0), (2, 2))
     planner = AStar()
     assert Replanner(scene, planner, 0, "arcs", None).spacing == 2.0 * DRIVE_SPACING
-    for told in (options("drive")["spacing"].help, DriveTable.model_fields["spacing"].description):
-        assert f"{DRIVE_SPACING:g} of a cell" in (told or "")
+    for text in (options("drive")["spacing"].help, DriveTable.model_fields["spacing"].description):
+        assert f"{DRIVE_SPACING:g} of a cell" in (text or "")
     assert f"{COURSE_SPACING:g} of a cell" in (options("speed")["spacing"].help or "")
 
 
-def test_the_patience_of_a_simulation_is_told_once() -> None:
+def test_the_patience_of_a_simulation_is_declared_once() -> None:
     assert loop.PATIENCE == SIMULATION_PATIENCE
-    assert f"(default {SIMULATION_PATIENCE})" in (options("simulate")["patience"].help or "")
-    assert f"null: {SIMULATION_PATIENCE}." in (SimulateTable.model_fields["patience"].description or "")
+    assert settings_of(SimulationSettings)["patience"].none == f"{SIMULATION_PATIENCE}"
+
+
+def test_a_verb_has_the_options_of_its_groups_by_themselves() -> None:
+    for verb in VERBS:
+        assert {"resolution", "start", "v_max", "preset"} <= set(options(verb)), verb
+        assert not {"ends", "rules", "traffic", "map_options"} & set(options(verb)), verb

@@ -17,7 +17,7 @@ from PIL import Image
 import lampyris
 from bad_inputs.case import inside, run
 from lampyris.io.scenario.run_settings import DriveTable
-from lampyris.sim.continuous.settings import Settings
+from lampyris.model.settings.drive import DriveSettings
 
 CALL = ("drive", "guide", "--radius", "0.2", "--obstacles", "2", "--seed", "3")
 
@@ -92,7 +92,12 @@ def test_saved_and_run_again_it_is_the_same_to_the_byte() -> None:
     assert run("run", "b.json", "--json", "--no-timing").out == done.out
     assert lampyris.load_scenario("a.yaml") == lampyris.load_scenario("b.json")
     said = lampyris.load_scenario("a.yaml").drive
-    assert said == {**asdict(Settings()), "obstacle_info": "velocities", "tracking": "velocity", "delay": 0.1}
+    assert said == {
+        **asdict(DriveSettings()),
+        "obstacle_info": "velocities",
+        "tracking": "velocity",
+        "delay": 0.1,
+    }
 
 
 def test_figures_films_and_tables_are_written() -> None:
@@ -148,10 +153,10 @@ def test_a_scenario_may_say_how_to_drive() -> None:
 
 
 def test_the_table_of_a_scenario_is_that_of_the_simulation() -> None:
-    assert DriveTable.model_validate({}).model_dump() == asdict(Settings())
-    assert list(DriveTable.model_fields) == [f.name for f in fields(Settings)] or set(
+    assert DriveTable.model_validate({}).model_dump() == asdict(DriveSettings())
+    assert list(DriveTable.model_fields) == [f.name for f in fields(DriveSettings)] or set(
         DriveTable.model_fields
-    ) == {f.name for f in fields(Settings)}
+    ) == {f.name for f in fields(DriveSettings)}
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import MAX_PASSED
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import Crossing, Patrol, RandomWalk, Recorded
 from lampyris.motion.laws.registry import LAWS
@@ -25,7 +26,6 @@ from lampyris.referee import check_curve, check_drive
 from lampyris.referee.drive import measure
 from lampyris.sim.continuous.drive import DriveSimulation, drive
 from lampyris.sim.continuous.leg import closed_cells, comfort, curve_from
-from lampyris.sim.continuous.settings import MAX_PASSED
 from lampyris.sim.sensor import ObstacleMessage
 from lampyris.sim.traffic.adversary import Adversary
 from sizes import some

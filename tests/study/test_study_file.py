@@ -20,9 +20,9 @@ from lampyris.io.scenario.map_source import Files
 from lampyris.io.scenario.save import json_of, yaml_of
 from lampyris.io.text.strict_json import JsonDocument
 from lampyris.io.text.strict_yaml import read_yaml
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
-from lampyris.sim.continuous.settings import Settings
 from lampyris.study.design.study import Study, StudyTraffic, canonical
 from lampyris.study.design.study_file import json_schema, load_study
 from lampyris.study.design.worlds import spread
@@ -133,7 +133,7 @@ memory: true
     assert s.crowds == (StudyTraffic(), StudyTraffic("mixed", 9, 0.5, 0.25, "live"))
     assert (s.expansions, s.seconds) == (None, 2.5)
     assert s.drive["period"] == 0.5
-    assert set(s.drive) == set(Settings.__slots__)
+    assert set(s.drive) == set(DriveSettings.__slots__)
     assert [w.name for w in s.laws] == ["physical", "blind"]
     assert len(s) == 4 * 2 * 2 * 1 * 2 == len({j.key for j in s.jobs()})
 

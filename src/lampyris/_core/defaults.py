@@ -3,7 +3,10 @@
 Texts of ``--help`` are made of them.
 """
 
-from typing import Final
+from typing import Final, Literal, TypeAlias
+
+Smooth: TypeAlias = Literal["arcs", "none"]
+"""How a path becomes a curve: corners rounded as widely as there is room, or each within half a step."""
 
 DRIVE_SPACING = 0.125
 """Cells between two nodes of the path of a drive, at most."""
@@ -18,8 +21,44 @@ cells, each corner rounded within half a step, or a stop."""
 COURSE_SMOOTH: Final = "taut"
 """How ``lampyris.smooth(scene, plan)`` draws a planned path, and a drive by its ``arcs``."""
 
-POINTS_SMOOTH: Final = "arcs"
+SMOOTH: Final = "arcs"
+"""How paths become curves where nothing else is said."""
+
+POINTS_SMOOTH: Final = SMOOTH
 """How points that somebody gave (an array, a file) are driven: along their own lines, corners rounded."""
 
 SIMULATION_PATIENCE = 50
 """Ticks in a row that the robot of a simulation waits before it gives up."""
+
+CREEP = 0.1
+"""Share of a robot's top speed that clearance and the rules beside it never take away."""
+
+MAX_AGE = 0.5
+"""Seconds after which what is known of obstacles is not trusted."""
+
+PLANNER: Final = "ad-gso"
+"""The planner of calls that name none."""
+
+PRESET: Final = "robot"
+"""The preset (moves and speed law) of calls that name none."""
+
+MOBILITY: Final = "random-walk"
+"""How generated obstacles move where nothing else is said."""
+
+VALUES: Final = "occupancy"
+"""What grey samples and numbers of a map mean where nothing else is said."""
+
+COLOUR: Final = "legend"
+"""How colours outside the legend of a map are read where nothing else is said: they are refused."""
+
+RHO, GAMMA = 0.4, 0.6
+"""Decay and enhancement of luciferin in a field, the dissertation's."""
+
+GATES: Final = "ignore"
+"""What becomes of openings that are too narrow for the robot where nothing else is said."""
+
+TRACKS: Final = "replayed"
+"""Obstacles of a study: drawn once without the robot, the same for every planner."""
+
+QUERY_PLANNER: Final = "astar"
+"""The planner that MovingAI queries are put to where none is named."""

@@ -2,40 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
-MOST_WHOLE = 2**63 - 1
-"""The greatest whole number that compiled code can count with."""
-
-
-def is_real(value: object) -> TypeGuard[float]:
-    """Whether it is a finite number that a float64 can hold: an int, a float, or one of NumPy's; no bool."""
-    if not isinstance(value, int | float | np.integer | np.floating) or isinstance(value, bool):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def in_range(value: object, least: float, most: float) -> TypeGuard[float]:
-    """Whether it is a finite number from ``least`` to ``most``."""
-    return is_real(value) and least <= float(value) <= most
-
-
-def is_whole(value: object, least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> TypeGuard[int]:
-    """Whether it is a whole number from ``least`` to ``most``: an int, or one of NumPy's; no bool."""
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    return whole and bool(least <= int(value) <= most)  # type: ignore[call-overload]
-
-
-def is_word(value: object, known: Collection[str]) -> TypeGuard[str]:
-    """Whether it is one of these words."""
-    return isinstance(value, str) and value in known
+from lampyris._core.scalars import is_real, is_whole
 
 
 def numbers(value: object, shape: tuple[int | None, ...]) -> np.ndarray[Any, np.dtype[np.float64]] | None:

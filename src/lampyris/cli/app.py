@@ -9,6 +9,7 @@ import typer
 from lampyris import __version__
 from lampyris.cli.installed_verbs import VerbGroup
 from lampyris.cli.option_errors import Command
+from lampyris.cli.option_groups import with_groups
 from lampyris.cli.verbs import app as app_command
 from lampyris.cli.verbs import (
     drive,
@@ -69,4 +70,4 @@ for verb in (
     plan.plan, simulate.simulate, run.run, schema.schema, planners.planners, movingai.movingai, speed.speed, laws.laws,
     drive.drive, compare.compare, reproduce.reproduce, app_command.app, warm.warm,
 ):  # fmt: skip
-    app.command(cls=Command)(verb)
+    app.command(cls=Command)(with_groups(verb))

@@ -78,10 +78,6 @@ RobotFile = Annotated[
         help="YAML or JSON with any of radius, v_max, a_max, d_max, a_lat_max, turn_radius, jerk_max; options override it.",
     ),
 ]
-Radius = Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the robot.")]
-VMax = Annotated[float, typer.Option("--v-max", metavar="M/S", help="Greatest speed of the robot.")]
-AMax = Annotated[float, typer.Option("--a-max", metavar="M/S2", help="Greatest acceleration.")]
-DMax = Annotated[float, typer.Option("--d-max", metavar="M/S2", help="Greatest braking.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 Picture = Annotated[
     Path | None, typer.Option("--picture", metavar="FILE", help="Draw the result (.png or .svg).")
@@ -138,19 +134,6 @@ MaxCells = Annotated[
     typer.Option(
         "--max-cells", metavar="N", min=1, max=MAX_CELLS, help="Refuse maps of more cells (default 2^24)."
     ),
-]
-ALatMax = Annotated[
-    float, typer.Option("--a-lat-max", metavar="M/S2", help="Greatest lateral acceleration in a bend.")
-]
-TurnRadius = Annotated[
-    float,
-    typer.Option(
-        "--turn-radius", metavar="M", help="Smallest radius it drives; tighter: it stops and turns."
-    ),
-]
-JerkMax = Annotated[
-    float | None,
-    typer.Option("--jerk-max", metavar="M/S3", help="Greatest change of acceleration (default: no limit)."),
 ]
 SetLaw = Annotated[
     list[str] | None,

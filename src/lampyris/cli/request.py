@@ -8,11 +8,20 @@ import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
-from pathlib import Path
 from typing import Any
 
 from lampyris._core.limits import MAX_CELLS
 from lampyris.cli.option_errors import check_choice
+from lampyris.cli.option_groups import (
+    EndOptions,
+    LawOptions,
+    MapOptions,
+    PlannerOptions,
+    RobotOptions,
+    RuleOptions,
+    TrafficOptions,
+    settings_in,
+)
 from lampyris.errors import SceneError, SettingError, UnknownSettingError, UsageError
 from lampyris.io.maps import library
 from lampyris.io.maps.formats.document import MapDocument
@@ -32,88 +41,94 @@ from lampyris.typing import Cell, FloatGrid
 
 @dataclass(frozen=True)
 class Request:
-    """The options that ``plan`` and ``simulate`` share, as they were typed."""
+    """What a run is of: the options that several verbs share, as they were typed."""
 
-    map_: str
-    start: str | None
-    goal: str | None
-    start_m: str | None
-    goal_m: str | None
-    planner: str
-    preset: str
-    moves: str | None
-    law: str | None
-    settings: list[str]
-    seed: int
-    resolution: float | None
-    radius: float
-    v_max: float
-    a_max: float
-    d_max: float
-    values: str = "occupancy"
-    colour: str = "legend"
-    allow_outside: bool = False
-    max_cells: int | None = None
-    a_lat_max: float = 1.0
-    turn_radius: float = 0.0
-    jerk_max: float | None = None
-    zones: Path | None = None
-    law_settings: Sequence[str] = ()
+    map: MapOptions
+    ends: EndOptions
+    robot_options: RobotOptions
+    rules: RuleOptions
+    planning: PlannerOptions
+    law_options: LawOptions
+
+    @property
+    def planner(self) -> str:
+        """The planner's name."""
+        return self.planning.planner
+
+    @property
+    def law(self) -> str:
+        """The law's name: the one given, or the preset's."""
+        return self.preset_of()[1]
+
+    @property
+    def seed(self) -> int:
+        """Root of every draw."""
+        return self.rules.seed
 
     def robot(self) -> Robot:
         """Size and limits."""
-        limits = (self.v_max, self.a_max, self.d_max, self.a_lat_max, self.turn_radius, self.jerk_max)
-        return Robot(self.radius, *limits)
+        return Robot(**settings_in(self.robot_options, Robot))
+
+    def planner_settings(self) -> dict[str, Any]:
+        """Settings of the planner, as it declares them."""
+        return parse_settings(self.planner, self.planning.settings or [])
+
+    def law_settings(self) -> dict[str, Any]:
+        """Settings of the law."""
+        return parse_law(self.law, self.law_options.set_law or [])
 
     def read_zones(self, grid: Grid) -> tuple[FloatGrid | None, tuple[str, ...]]:
         """The speed zones, and notes on them."""
-        if self.zones is None:
+        zones = self.law_options.zones
+        if zones is None:
             return None, ()
         from lampyris.io.maps.zones import read_zones
 
-        return read_zones(self.zones, grid, self.v_max, allow_outside=self.allow_outside)
+        return read_zones(zones, grid, self.robot().v_max, allow_outside=self.map.allow_outside)
 
     def load(self) -> MapDocument:
         """The map."""
-        check_choice("VALUES", "--values", self.values, VALUES)
-        check_choice("COLOUR", "--colour", self.colour, COLOURS)
+        one = self.map
+        check_choice("VALUES", "--values", one.values, VALUES)
+        check_choice("COLOUR", "--colour", one.colour, COLOURS)
         return load_map(
-            self.map_,
-            resolution=self.resolution,
-            max_cells=MAX_CELLS if self.max_cells is None else self.max_cells,
-            allow_outside=self.allow_outside,
-            values=self.values,
-            colour=self.colour,
+            one.map_,
+            resolution=one.resolution,
+            max_cells=MAX_CELLS if one.max_cells is None else one.max_cells,
+            allow_outside=one.allow_outside,
+            values=one.values,
+            colour=one.colour,
         )
 
     def preset_of(self) -> tuple[str, str]:
         """Moves and speed law: those given, or the preset's."""
-        moves, law = PRESETS[check_choice("PRESET", "--preset", self.preset, PRESETS)]
-        return check_choice("MOVES", "--moves", self.moves or moves, MOVES), self.law or law
+        moves, law = PRESETS[check_choice("PRESET", "--preset", self.rules.preset, PRESETS)]
+        moves = check_choice("MOVES", "--moves", self.rules.moves or moves, MOVES)
+        return moves, self.law_options.law or law
 
     def scenario(self) -> Scenario:
         """Build the scenario of the options; its traffic is what is drawn in the map."""
         moves, law = self.preset_of()
         if not 0 <= self.seed <= MAX_SEED:
             raise SettingError.of("SEED", "seed", f"{self.seed}", allowed=f"a whole number, 0 to {MAX_SEED}")
-        settings = parse_settings(self.planner, self.settings)
-        law_settings = parse_law(law, self.law_settings)
+        settings, law_settings = self.planner_settings(), self.law_settings()
         robot, document = self.robot(), self.load()
         zones, notes = self.read_zones(document.grid)
         scene = Scene(
             document.grid,
-            self._end("start", self.start, self.start_m, document),
-            self._end("goal", self.goal, self.goal_m, document),
+            self._end("start", self.ends.start, self.ends.start_m, document),
+            self._end("goal", self.ends.goal, self.ends.goal_m, document),
             moves=moves,
             robot=robot,
             traffic=document.traffic(),
             zones=zones,
         )
-        bundled = self.map_ in library.names()
-        source = Bundled(self.map_) if bundled else MapFile(self.map_, self.values, self.colour)
+        name, where = self.map.map_, self.law_options.zones
+        bundled = name in library.names()
+        source = Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
         return Scenario(
             scene, self.planner, settings, law, law_settings, self.seed, map=source,
-            notes=(*document.notes, *notes), zones=None if self.zones is None else str(self.zones),
+            notes=(*document.notes, *notes), zones=None if where is None else str(where),
         )  # fmt: skip
 
     def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> Cell:
@@ -134,7 +149,7 @@ class Request:
         if own is None:
             raise UsageError(
                 "OPTIONS",
-                f"{self.map_} has no {what} of its own",
+                f"{self.map.map_} has no {what} of its own",
                 todo=f"give --{what} X,Y (a cell) or --{what}-m X,Y (metres)",
             )
         return typing.cast(Cell, own)
@@ -184,33 +199,24 @@ def _outside(what: str, point: tuple[float, float], grid: Grid) -> SceneError:
     )
 
 
-@dataclass(frozen=True)
-class TrafficRequest:
-    """The options that say what moves besides the robot."""
+def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[ObstacleSpec, ...]:
+    """All obstacles of a scene: those drawn in its map, recorded ones, and generated ones.
 
-    count: int
-    mobility: str
-    rate: float | None
-    radius: float
-    tracks: tuple[Path, ...]
+    Raises
+    ------
+    SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the scene.
+    """
+    from lampyris.sim.traffic.mobility import MOBILITIES, crowd
 
-    def traffic(self, scene: Scene, seed: int) -> tuple[ObstacleSpec, ...]:
-        """All obstacles of a scene: those drawn in its map, recorded ones, and generated ones.
-
-        Raises
-        ------
-        SceneError : ``OBSTACLE_ROOM``: patrols that do not fit the scene.
-        """
-        from lampyris.sim.traffic.mobility import MOBILITIES, crowd
-
-        check_choice("MOBILITY", "--mobility", self.mobility, MOBILITIES)
-        if self.rate is not None and self.mobility not in ("random-walk", "mixed"):
-            raise UsageError("OPTIONS", f"--rate with --mobility {self.mobility}", allowed="random walkers")
-        made: list[ObstacleSpec] = [replace(one, radius=self.radius) for one in scene.traffic]
-        made += [Recorded(read_track(p), self.radius) for p in self.tracks]
-        fit = replace(scene, traffic=tuple(made))
-        more = crowd(self.mobility, self.count, scene.grid, seed, rate=self.rate, radius=self.radius, fit=fit)
-        return (*made, *more)
+    mobility, rate, radius = options.mobility, options.rate, options.obstacle_radius
+    check_choice("MOBILITY", "--mobility", mobility, MOBILITIES)
+    if rate is not None and mobility not in ("random-walk", "mixed"):
+        raise UsageError("OPTIONS", f"--rate with --mobility {mobility}", allowed="random walkers")
+    made: list[ObstacleSpec] = [replace(one, radius=radius) for one in scene.traffic]
+    made += [Recorded(read_track(p), radius) for p in options.tracks]
+    fit = replace(scene, traffic=tuple(made))
+    more = crowd(mobility, options.obstacles, scene.grid, seed, rate=rate, radius=radius, fit=fit)
+    return (*made, *more)
 
 
 def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lampyris._core.defaults import GAMMA, RHO
 from lampyris._core.values import Noun, Value
 from lampyris.model.moves import Moves
 from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid
@@ -35,8 +36,8 @@ class Field(Value):
     luciferin: FloatGrid
     goal: Cell
     moves: Moves
-    rho: float = 0.4
-    gamma: float = 0.6
+    rho: float = RHO
+    gamma: float = GAMMA
     revision: int = 0
     expansions: int = field(default=0)
 

@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.predicates import in_range, is_real
+from lampyris._core.scalars import in_range, is_real
 from lampyris.errors import SettingError, UsageError, shown
 from lampyris.kernels.motion.speed_passes import ACCELERATION, BRAKING, brake_floor, clock, sweep
 from lampyris.motion.jerk import limited, rest_to_rest

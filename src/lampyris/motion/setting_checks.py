@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lampyris._core.predicates import in_range, is_whole
+from lampyris._core.scalars import in_range, is_whole
 from lampyris.errors import SettingError, shown
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from lampyris._core.cancellation import CancelToken
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.predicates import MOST_WHOLE, is_real, is_whole
+from lampyris._core.scalars import MOST_WHOLE, is_real, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan

@@ -28,7 +28,8 @@ from typing import Literal, Protocol, get_args
 
 import numpy as np
 
-from lampyris._core.predicates import is_word
+from lampyris._core.defaults import MAX_AGE
+from lampyris._core.scalars import is_word
 from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.typing import Cell, Floats, Points
 
@@ -229,7 +230,7 @@ class SensorMonitor:
 
     resolution: float
     radius: float
-    max_age: float = 0.5
+    max_age: float = MAX_AGE
     noise: float = 0.0
     last: ObstacleMessage | None = None
     blocked: list[Cell] = field(default_factory=list)

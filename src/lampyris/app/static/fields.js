@@ -20,10 +20,7 @@ let made = 0;
 
 /** What null means where a setting may be null; empty: it may not. @param {Setting} setting */
 function noneOf(setting) {
-  if (setting.none !== undefined) return setting.none;
-  const said = `${setting.about} ${setting.allowed}`.match(/\bNone: ([a-z][^.;(]*)/);
-  if (said) return said[1].trim();
-  return setting.default === null || /\b(or None|or null|or nothing)\b/.test(setting.allowed) ? "none" : "";
+  return setting.none ?? (setting.default === null ? "none" : "");
 }
 
 /**
@@ -39,7 +36,7 @@ export function field(setting, give) {
   const one = setting.type === "flag" || switched ? flag(setting, id, switched, give)
     : setting.choices ? choice(setting, id, give) : typed(setting, id, give);
   one.control.id = id;
-  const about = setting.about.replace(/\s+/g, " ").replace(/:class:`[^`]*\.([A-Za-z]+)`/g, "$1");
+  const about = setting.about;
   const words = about && about !== setting.allowed ? about : setting.allowed;
   if (words) {
     const hint = el("p", { class: "hint about", id: `${id}-about`, hidden: true }, words);

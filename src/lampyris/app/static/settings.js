@@ -37,15 +37,19 @@ function limit(name, title, unit, value, least, about, none) {
   return { name, title, unit, type: "number", default: value, choices: null, least, most: 1e6, about, allowed: "", none };
 }
 
-const ROBOT = [
-  limit("radius", "radius", "m", 0, 0, "Size of the disc. 0 fits into any free cell."),
-  limit("v_max", "top speed", "m/s", 1, 1e-6, "Greatest speed."),
-  limit("a_max", "acceleration", "m/s²", 0.5, 1e-6, "Greatest acceleration."),
-  limit("d_max", "braking", "m/s²", 1, 1e-6, "Greatest braking."),
-  limit("a_lat_max", "sideways", "m/s²", 1, 1e-6, "Greatest lateral acceleration in a bend."),
-  limit("turn_radius", "turning radius", "m", 0, 0, "The smallest bend it can drive; tighter, it stops and turns."),
-  limit("jerk_max", "jerk", "m/s³", null, 1e-6, "Greatest change of acceleration.", "no limit"),
-];
+/** What the form calls the robot's limits. @type {Record<string, string>} */
+const ROBOT_TITLES = {
+  radius: "radius", v_max: "top speed", a_max: "acceleration", d_max: "braking", a_lat_max: "sideways",
+  turn_radius: "turning radius", jerk_max: "jerk",
+};
+
+/** The robot's limits as the program declares them. @param {Setting[]} rows @returns {Setting[]} */
+function robotForm(rows) {
+  return rows.map((row) => ({
+    ...row, title: ROBOT_TITLES[row.name] ?? row.name,
+    unit: (row.unit ?? "").replace("2", "²").replace("3", "³"),
+  }));
+}
 
 const MOST_BODIES = 10000;
 const MOST_SEED = Number.MAX_SAFE_INTEGER;
@@ -81,7 +85,7 @@ export function mount(page, into) {
   shown.push(plannerPart(page, planner));
   shown.push(presetPart(page, /** @type {HTMLElement} */ (block(into, "preset", "Steps and units"))));
   shown.push(lawPart(page, /** @type {HTMLElement} */ (block(into, "law", "Speed law"))));
-  shown.push(plainPart(page, /** @type {HTMLElement} */ (block(into, "robot", "Robot")), ROBOT, "robot"));
+  shown.push(plainPart(page, /** @type {HTMLElement} */ (block(into, "robot", "Robot")), robotForm(page.hello.robot), "robot"));
   shown.push(seedPart(page, /** @type {HTMLElement} */ (block(into, "seed", "Seed and end"))));
   const traffic = document.getElementById("traffic") ?? into;
   shown.push(trafficPart(page, /** @type {HTMLElement} */ (block(traffic, "crowds", "Moving obstacles"))));

@@ -5,186 +5,45 @@ Heavy modules are imported when the verb runs, so that --help is instant.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lampyris._core.defaults import DRIVE_SPACING
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
-from lampyris.cli.options import (
-    ALatMax,
-    AllowOutside,
-    AMax,
-    Colour,
-    DMax,
-    Film,
-    Force,
-    Goal,
-    GoalM,
-    Json,
-    Law,
-    Map,
-    MaxCells,
-    Mobility,
-    Moves,
-    NoTiming,
-    ObstacleRadius,
-    Obstacles,
-    PlanLimit,
-    Planner,
-    Preset,
-    Radius,
-    Rate,
-    Resolution,
-    RobotFile,
-    Save,
-    Seed,
-    Set,
-    SetLaw,
-    Start,
-    StartM,
-    Track,
-    TurnRadius,
-    Values,
-    VMax,
-    Zones,
-)  # fmt: skip
+from lampyris.cli.option_groups import (
+    DriveOptions,
+    EndOptions,
+    LawOptions,
+    MapOptions,
+    PlannerOptions,
+    RobotOptions,
+    RuleOptions,
+    TrafficOptions,
+    settings_in,
+)
+from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
-from lampyris.errors import SettingError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from lampyris.io.scenario.scenario import Scenario
     from lampyris.model.drive import Drive
     from lampyris.planning.base import Budget
-    from lampyris.sim.continuous.settings import Settings
 
 
 def drive(
-    map_: Map,
-    start: Start = None,
-    goal: Goal = None,
-    start_m: StartM = None,
-    goal_m: GoalM = None,
-    planner: Planner = "ad-gso",
-    preset: Preset = "robot",
-    moves: Moves = None,
-    law: Law = None,
-    set_law: SetLaw = None,
-    settings: Set = None,
-    seed: Seed = 0,
-    resolution: Resolution = None,
-    robot_file: RobotFile = None,
-    radius: Radius = 0.0,
-    v_max: VMax = 1.0,
-    a_max: AMax = 0.5,
-    d_max: DMax = 1.0,
-    a_lat_max: ALatMax = 1.0,
-    turn_radius: TurnRadius = 0.0,
-    jerk_max: Annotated[
-        float | None,
-        typer.Option("--jerk-max", metavar="M/S3", help="Binds profiles, not drives: there it may jump."),
-    ] = None,
-    zones: Zones = None,
-    values: Values = "occupancy",
-    colour: Colour = "legend",
-    allow_outside: AllowOutside = False,
-    max_cells: MaxCells = None,
-    obstacles: Obstacles = 10,
-    mobility: Mobility = "random-walk",
-    rate: Rate = None,
-    obstacle_radius: ObstacleRadius = 0.0,
-    track: Track = None,
-    obstacle_speed: Annotated[
-        float | None,
-        typer.Option(
-            "--obstacle-speed",
-            metavar="M/S",
-            help="Of a straight step (default: the robot's); at most 100 cells a decision.",
-        ),
-    ] = None,
-    obstacle_info: Annotated[
-        str | None,
-        typer.Option(
-            "--obstacle-info",
-            metavar="positions|velocities|tracks",
-            help="Of obstacles the law is told positions (default), velocities or tracks.",
-        ),
-    ] = None,
-    tracking: Annotated[
-        str | None,
-        typer.Option(
-            "--tracking",
-            metavar="perfect|velocity|position",
-            help="perfect (default), velocity or position: how commands are followed.",
-        ),
-    ] = None,
-    period: Annotated[
-        float | None, typer.Option("--period", metavar="S", help="Seconds between two decisions (0.1).")
-    ] = None,
-    command_period: Annotated[
-        float | None,
-        typer.Option("--command-period", metavar="S", help="Seconds between commands (default: the period)."),
-    ] = None,
-    delay: Annotated[
-        float | None, typer.Option("--delay", metavar="S", help="Seconds a command is late (0).")
-    ] = None,
-    lag: Annotated[
-        float | None, typer.Option("--lag", metavar="S", help="Seconds by which the motors lag (0.1).")
-    ] = None,
-    noise: Annotated[
-        float | None, typer.Option("--noise", metavar="M", help="Metres a told position may be off (0).")
-    ] = None,
-    time_limit: Annotated[
-        float | None, typer.Option("--time-limit", metavar="S", help="When to stop (default: generous).")
-    ] = None,
-    patience: Annotated[
-        float | None,
-        typer.Option("--patience", metavar="S", help="Seconds it stands before it plans anew (5)."),
-    ] = None,
-    give_up: Annotated[
-        float | None,
-        typer.Option("--give-up", metavar="S", help="Seconds it stands before it gives up (60)."),
-    ] = None,
-    on_hit: Annotated[
-        str | None,
-        typer.Option(
-            "--on-hit",
-            metavar="end|go-on",
-            help="An obstacle runs into the standing robot: end (default) or go-on.",
-        ),
-    ] = None,
-    smooth: Annotated[
-        str | None,
-        typer.Option(
-            "--smooth",
-            metavar="taut|arcs|none",
-            help="arcs (default): drawn taut, corners rounded; none: the planned cells as they are, each "
-            "corner rounded within half a step, or a stop.",
-        ),
-    ] = None,
-    spacing: Annotated[
-        float | None,
-        typer.Option(
-            "--spacing",
-            metavar="M",
-            help=f"Metres between nodes of the way (default {DRIVE_SPACING:g} of a cell).",
-        ),
-    ] = None,
-    data_timeout: Annotated[
-        float | None,
-        typer.Option(
-            "--data-timeout", metavar="S", help="It gives up after so many seconds without good data (2)."
-        ),
-    ] = None,
-    max_age: Annotated[
-        float | None, typer.Option("--max-age", metavar="S", help="Older data are not trusted (0.5).")
-    ] = None,
+    map_options: MapOptions,
+    ends: EndOptions,
+    robot: RobotOptions,
+    rules: RuleOptions,
+    planning: PlannerOptions,
+    law_options: LawOptions,
+    traffic: TrafficOptions,
+    simulation: DriveOptions,
     json_: Json = False,
     no_timing: NoTiming = False,
     film: Film = None,
@@ -203,49 +62,18 @@ def drive(
     plan_limit: PlanLimit = None,
 ) -> None:
     """Simulate a run among moving obstacles in continuous time, with real accelerations."""
-    from lampyris.cli.request import Request, TrafficRequest, budget_of
+    from lampyris.cli.request import Request, budget_of, traffic_of
+    from lampyris.model.settings.drive import DriveSettings
 
-    request = Request(
-        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
-        zones, set_law or [],
-    )  # fmt: skip
-    traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
-    how = {
-        "obstacle_speed": obstacle_speed, "obstacle_info": obstacle_info, "tracking": tracking, "period": period,
-        "command_period": command_period, "delay": delay, "lag": lag, "noise": noise, "data_timeout": data_timeout,
-        "time_limit": time_limit, "patience": patience, "give_up": give_up, "on_hit": on_hit,
-        "smooth": smooth, "spacing": spacing, "max_age": max_age,
-    }  # fmt: skip
-    given = {name: value for name, value in how.items() if value is not None}
+    request = Request(map_options, ends, robot, rules, planning, law_options)
     out = Outputs(json_, not no_timing, csv, save, force, film=film, chart=chart)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
-    simulation = _settings(given)
+    settings = DriveSettings(**settings_in(simulation, DriveSettings))
     scenario = request.scenario()
-    scene = replace(scenario.scene, traffic=traffic.traffic(scenario.scene, request.seed))
-    scenario = replace(scenario, scene=scene, drive=asdict(simulation))
+    scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
+    scenario = replace(scenario, scene=scene, drive=asdict(settings))
     raise typer.Exit(drive_scenario(scenario, out, budget))
-
-
-def _settings(how: Mapping[str, Any]) -> Settings:
-    """Settings of a drive from the words of a call.
-
-    Raises
-    ------
-    UsageError : a word that an option does not know.
-    SettingError : a number out of its range.
-    """
-    from lampyris.sim.continuous.settings import Settings
-
-    try:
-        return Settings.of(how)
-    except SettingError as fault:
-        option = f"--{fault.where.replace('_', '-')}"
-        word = how.get(fault.where)
-        kind = UsageError if isinstance(word, str) else SettingError
-        todo = did_you_mean(word, fault.allowed.split(", ")) if kind is UsageError else fault.todo
-        raise kind(fault.code, fault.what, where=option, allowed=fault.allowed, todo=todo) from None
 
 
 def drive_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None) -> int:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
 from lampyris.cli import text
 from lampyris.cli.option_errors import Command
@@ -126,8 +127,8 @@ def show(
     name: Annotated[
         str, typer.Argument(metavar="NAME", help="The name of a bundled map (./NAME for a file), or a file.")
     ],
-    values: Values = "occupancy",
-    colour: Colour = "legend",
+    values: Values = defaults.VALUES,
+    colour: Colour = defaults.COLOUR,
     resolution: Resolution = None,
     max_cells: MaxCells = None,
     allow_outside: AllowOutside = False,
@@ -295,9 +296,9 @@ def convert(
     context: typer.Context,
     source: Annotated[str, typer.Argument(metavar="IN", help="A map file, or the name of a bundled map.")],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="The new file; its ending names the format.")],
-    values: Values = "occupancy",
+    values: Values = defaults.VALUES,
     to_values: ToValues = None,
-    colour: Colour = "legend",
+    colour: Colour = defaults.COLOUR,
     scen: Annotated[
         bool, typer.Option("--scen", help="Write the map's stored queries beside a .map, as OUT.scen.")
     ] = False,

@@ -13,42 +13,15 @@ import typer
 
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
-from lampyris.cli.options import (
-    ALatMax,
-    AllowOutside,
-    AMax,
-    Colour,
-    Csv,
-    DMax,
-    Explain,
-    Force,
-    Goal,
-    GoalM,
-    JerkMax,
-    Json,
-    Law,
-    Layer,
-    Map,
-    MaxCells,
-    Moves,
-    NoTiming,
-    Picture,
-    Planner,
-    Preset,
-    Radius,
-    Resolution,
-    RobotFile,
-    Save,
-    Seed,
-    Set,
-    SetLaw,
-    Start,
-    StartM,
-    TurnRadius,
-    Values,
-    VMax,
-    Zones,
+from lampyris.cli.option_groups import (
+    EndOptions,
+    LawOptions,
+    MapOptions,
+    PlannerOptions,
+    RobotOptions,
+    RuleOptions,
 )
+from lampyris.cli.options import Csv, Explain, Force, Json, Layer, NoTiming, Picture, Save
 from lampyris.cli.outputs import LAYERS, Outputs, print_written
 from lampyris.cli.progress import working
 from lampyris.cli.text import print_json, print_notes, word_counts
@@ -63,32 +36,12 @@ if TYPE_CHECKING:
 
 
 def plan(
-    map_: Map,
-    start: Start = None,
-    goal: Goal = None,
-    start_m: StartM = None,
-    goal_m: GoalM = None,
-    planner: Planner = "ad-gso",
-    preset: Preset = "robot",
-    moves: Moves = None,
-    law: Law = None,
-    set_law: SetLaw = None,
-    settings: Set = None,
-    seed: Seed = 0,
-    resolution: Resolution = None,
-    robot_file: RobotFile = None,
-    radius: Radius = 0.0,
-    v_max: VMax = 1.0,
-    a_max: AMax = 0.5,
-    d_max: DMax = 1.0,
-    a_lat_max: ALatMax = 1.0,
-    turn_radius: TurnRadius = 0.0,
-    jerk_max: JerkMax = None,
-    zones: Zones = None,
-    values: Values = "occupancy",
-    colour: Colour = "legend",
-    allow_outside: AllowOutside = False,
-    max_cells: MaxCells = None,
+    map_options: MapOptions,
+    ends: EndOptions,
+    robot: RobotOptions,
+    rules: RuleOptions,
+    planning: PlannerOptions,
+    law_options: LawOptions,
     explain: Explain = False,
     json_: Json = False,
     no_timing: NoTiming = False,
@@ -105,11 +58,7 @@ def plan(
     """Plan a path and a speed for every cell of it: corners are rounded within half a step, or stops."""
     from lampyris.cli.request import Request, budget_of
 
-    request = Request(
-        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
-        zones, set_law or [],
-    )  # fmt: skip
+    request = Request(map_options, ends, robot, rules, planning, law_options)
     out = Outputs(json_, not no_timing, csv, save, force, explain, picture, layer)
     out.check()
     budget = budget_of("--time-limit", time_limit)

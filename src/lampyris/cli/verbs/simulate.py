@@ -11,48 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lampyris._core.defaults import SIMULATION_PATIENCE
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
-from lampyris.cli.options import (
-    ALatMax,
-    AllowOutside,
-    AMax,
-    Colour,
-    DMax,
-    Film,
-    Force,
-    Goal,
-    GoalM,
-    JerkMax,
-    Json,
-    Law,
-    Map,
-    MaxCells,
-    Mobility,
-    Moves,
-    NoTiming,
-    ObstacleRadius,
-    Obstacles,
-    PlanLimit,
-    Planner,
-    Preset,
-    Radius,
-    Rate,
-    Resolution,
-    RobotFile,
-    Save,
-    Seed,
-    Set,
-    SetLaw,
-    Start,
-    StartM,
-    Track,
-    TurnRadius,
-    Values,
-    VMax,
-    Zones,
+from lampyris.cli.option_groups import (
+    EndOptions,
+    LawOptions,
+    MapOptions,
+    PlannerOptions,
+    RobotOptions,
+    RuleOptions,
+    SimulationOptions,
+    TrafficOptions,
 )
+from lampyris.cli.options import Film, Force, Json, NoTiming, PlanLimit, Save
 from lampyris.cli.outputs import Outputs, print_written
 from lampyris.cli.progress import counting
 from lampyris.cli.text import print_json, print_notes, word_counts
@@ -64,46 +35,14 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    map_: Map,
-    start: Start = None,
-    goal: Goal = None,
-    start_m: StartM = None,
-    goal_m: GoalM = None,
-    planner: Planner = "ad-gso",
-    preset: Preset = "robot",
-    moves: Moves = None,
-    law: Law = None,
-    set_law: SetLaw = None,
-    settings: Set = None,
-    seed: Seed = 0,
-    resolution: Resolution = None,
-    robot_file: RobotFile = None,
-    radius: Radius = 0.0,
-    v_max: VMax = 1.0,
-    a_max: AMax = 0.5,
-    d_max: DMax = 1.0,
-    a_lat_max: ALatMax = 1.0,
-    turn_radius: TurnRadius = 0.0,
-    jerk_max: JerkMax = None,
-    zones: Zones = None,
-    values: Values = "occupancy",
-    colour: Colour = "legend",
-    allow_outside: AllowOutside = False,
-    max_cells: MaxCells = None,
-    obstacles: Obstacles = 10,
-    mobility: Mobility = "random-walk",
-    rate: Rate = None,
-    obstacle_radius: ObstacleRadius = 0.0,
-    track: Track = None,
-    ticks: Annotated[int | None, typer.Option("--ticks", metavar="N", help="When to stop.")] = None,
-    patience: Annotated[
-        int | None,
-        typer.Option(
-            "--patience",
-            metavar="N",
-            help=f"Ticks in a row the robot waits before it gives up (default {SIMULATION_PATIENCE}).",
-        ),
-    ] = None,
+    map_options: MapOptions,
+    ends: EndOptions,
+    robot: RobotOptions,
+    rules: RuleOptions,
+    planning: PlannerOptions,
+    law_options: LawOptions,
+    traffic: TrafficOptions,
+    simulation: SimulationOptions,
     json_: Json = False,
     no_timing: NoTiming = False,
     film: Film = None,
@@ -118,20 +57,17 @@ def simulate(
     plan_limit: PlanLimit = None,
 ) -> None:
     """Simulate a run among moving obstacles, cell by cell and tick by tick."""
-    from lampyris.cli.request import Request, TrafficRequest, budget_of
+    from lampyris.cli.request import Request, budget_of, traffic_of
 
-    request = Request(
-        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
-        zones, set_law or [],
-    )  # fmt: skip
-    traffic = TrafficRequest(obstacles, mobility, rate, obstacle_radius, tuple(track or ()))
+    request = Request(map_options, ends, robot, rules, planning, law_options)
     out = Outputs(json_, not no_timing, csv, save, force, film=film)
     out.check()
     budget = budget_of("--plan-limit", plan_limit)
     scenario = request.scenario()
-    scene = replace(scenario.scene, traffic=traffic.traffic(scenario.scene, request.seed))
-    scenario = replace(scenario, scene=scene, simulated=True, ticks=ticks, patience=patience)
+    scene = replace(scenario.scene, traffic=traffic_of(traffic, scenario.scene, request.seed))
+    scenario = replace(
+        scenario, scene=scene, simulated=True, ticks=simulation.ticks, patience=simulation.patience
+    )
     raise typer.Exit(simulate_scenario(scenario, out, budget))
 
 

@@ -15,39 +15,15 @@ from lampyris._core.defaults import COURSE_SPACING, POINTS_SMOOTH, PROFILE_SMOOT
 from lampyris.cli import outputs, text
 from lampyris.cli.exit_codes import NO_ANSWER
 from lampyris.cli.option_errors import check_choice
-from lampyris.cli.options import (
-    ALatMax,
-    AllowOutside,
-    AMax,
-    Colour,
-    DMax,
-    Force,
-    Goal,
-    GoalM,
-    JerkMax,
-    Json,
-    Map,
-    MaxCells,
-    Moves,
-    NoTiming,
-    ObstacleRadius,
-    Picture,
-    Planner,
-    Preset,
-    Radius,
-    Resolution,
-    RobotFile,
-    Seed,
-    Set,
-    SetLaw,
-    Start,
-    StartM,
-    Track,
-    TurnRadius,
-    Values,
-    VMax,
-    Zones,
-)  # fmt: skip
+from lampyris.cli.option_groups import (
+    EndOptions,
+    LawOptions,
+    MapOptions,
+    PlannerOptions,
+    RobotOptions,
+    RuleOptions,
+)
+from lampyris.cli.options import Force, Json, NoTiming, ObstacleRadius, Picture, SetLaw, Track, Zones
 from lampyris.cli.outputs import print_written
 from lampyris.cli.progress import working
 from lampyris.cli.text import print_json
@@ -61,7 +37,11 @@ COLOUR_BY = ("speed", "cause")
 
 
 def speed(
-    map_: Map,
+    map_options: MapOptions,
+    ends: EndOptions,
+    robot: RobotOptions,
+    rules: RuleOptions,
+    planning: PlannerOptions,
     path: Annotated[
         Path | None,
         typer.Option("--path", metavar="FILE", help="A way from a file: CSV, a ROS Path, a plan's JSON."),
@@ -72,14 +52,6 @@ def speed(
             "--units", metavar="metres|cells", help="Of a CSV's columns x,y: metres (default) or cells."
         ),
     ] = None,
-    start: Start = None,
-    goal: Goal = None,
-    start_m: StartM = None,
-    goal_m: GoalM = None,
-    planner: Planner = "ad-gso",
-    settings: Set = None,
-    preset: Preset = "robot",
-    moves: Moves = None,
     laws_: Annotated[
         str,
         typer.Option(
@@ -90,6 +62,7 @@ def speed(
         str, typer.Option("--law", help="The law whose limits and files are reported in detail.")
     ] = "physical",
     set_law: SetLaw = None,
+    zones: Zones = None,
     v0: Annotated[float, typer.Option("--v0", metavar="M/S", help="Speed at the start.")] = 0.0,
     smooth: Annotated[
         str | None,
@@ -121,21 +94,6 @@ def speed(
         typer.Option("--tick", metavar="S", help="Seconds of a row of --track (default: a cell at --v-max)."),
     ] = None,
     obstacle_radius: ObstacleRadius = 0.0,
-    zones: Zones = None,
-    seed: Seed = 0,
-    resolution: Resolution = None,
-    robot_file: RobotFile = None,
-    radius: Radius = 0.0,
-    v_max: VMax = 1.0,
-    a_max: AMax = 0.5,
-    d_max: DMax = 1.0,
-    a_lat_max: ALatMax = 1.0,
-    turn_radius: TurnRadius = 0.0,
-    jerk_max: JerkMax = None,
-    values: Values = "occupancy",
-    colour: Colour = "legend",
-    allow_outside: AllowOutside = False,
-    max_cells: MaxCells = None,
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what limits the speed where: stretches of one cause.")
     ] = False,
@@ -165,11 +123,7 @@ def speed(
     from lampyris.cli.request import Request
     from lampyris.cli.verbs.speed_laws import SpeedRequest, TracksRequest
 
-    request = Request(
-        map_, start, goal, start_m, goal_m, planner, preset, moves, law, settings or [], seed, resolution,
-        radius, v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
-        zones, set_law or [],
-    )  # fmt: skip
+    request = Request(map_options, ends, robot, rules, planning, LawOptions(law, set_law, zones))
     tracks = TracksRequest(tuple(track or ()), tick, obstacle_radius)
     speed_request = SpeedRequest(request, path, units, laws_, v0, smooth, spacing, movers, tracks)
     out = SpeedOutputs(json_, not no_timing, csv, picture, chart, colour_by, force, explain or all_, all_)

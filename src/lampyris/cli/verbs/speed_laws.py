@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from lampyris import api, referee
 from lampyris._core.defaults import POINTS_SMOOTH, PROFILE_SMOOTH
 from lampyris.cli.option_errors import check_choice
-from lampyris.cli.request import Request, parse_law, parse_settings
+from lampyris.cli.request import Request
 from lampyris.cli.text import print_notes
 from lampyris.errors import SettingError, UsageError
 from lampyris.io.paths import UNITS, read_way
@@ -93,7 +93,7 @@ class SpeedRequest:
 
     def check(self) -> tuple[str, ...]:
         """Reject options that contradict each other; return the laws to compare, the examined one among them."""
-        r = self.base
+        law = self.base.law
         if self.smooth is not None:
             check_choice("SMOOTH", "--smooth", self.smooth, DRAWINGS)
         if self.path is None and self.drawing == "none" and self.spacing is not None:
@@ -107,19 +107,19 @@ class SpeedRequest:
             check_choice("UNITS", "--units", self.units, UNITS)
             if self.path is None:
                 raise UsageError("OPTIONS", "--units without --path", allowed="a file whose units they are")
-        ends = {"--start": r.start, "--goal": r.goal, "--start-m": r.start_m, "--goal-m": r.goal_m}
+        ends = {f"--{name.replace('_', '-')}": value for name, value in asdict(self.base.ends).items()}
         both = [option for option, given in ends.items() if given is not None and self.path is not None]
         if both:
             raise UsageError("OPTIONS", f"--path and {both[0]}", allowed="one of them")
         names = [word.strip() for word in self.laws.split(",") if word.strip()]
         if names == ["all"]:
             names = list(laws.LAWS)
-        for name in (*names, r.law or ""):
+        for name in (*names, law):
             check_choice("LAW", "--laws" if name in names else "--law", name, laws.LAWS)
-        if self.tracks.files and not isinstance(laws.named(r.law or "").settings, PhysicalLaw):
+        if self.tracks.files and not isinstance(laws.named(law).settings, PhysicalLaw):
             ours = ", ".join(key for key, row in laws.LAWS.items() if isinstance(row.settings, PhysicalLaw))
-            raise UsageError("OPTIONS", f"--track with the law {r.law}", allowed=ours)
-        return tuple(dict.fromkeys((*names, r.law or "")))
+            raise UsageError("OPTIONS", f"--track with the law {law}", allowed=ours)
+        return tuple(dict.fromkeys((*names, law)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +279,7 @@ def _off_the_map(movers: ObstacleStates | None, grid: Grid) -> tuple[str, ...]:
 
 
 def _planner(request: Request) -> Any:
-    return registry.make(request.planner, parse_settings(request.planner, request.settings))
+    return registry.make(request.planner, request.planner_settings())
 
 
 def _cell_of(point: Points, grid: Grid, name: str, k: int) -> tuple[int, int]:
@@ -311,8 +311,8 @@ def _entries(
     ------
     SettingError : PROFILE_BLOCKED: the law that is looked at does not.
     """
-    looked_at = request.base.law or ""
-    settings = laws.with_settings(looked_at, parse_law(looked_at, request.base.law_settings))
+    looked_at = request.base.law
+    settings = laws.with_settings(looked_at, request.base.law_settings())
     refused: dict[str, str] = {}
 
     def make(law: laws.SpeedLaw) -> Profile:

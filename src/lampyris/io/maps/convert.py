@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import InternalFault, UsageError, plural
 from lampyris.io.maps.formats.costmap import FROM_OCCUPANCY, TO_OCCUPANCY
@@ -67,9 +68,9 @@ def convert(
     target: str | os.PathLike[str],
     *,
     resolution: float | None = None,
-    values: str = "occupancy",
+    values: str = defaults.VALUES,
     to_values: str | None = None,
-    colour: str = "legend",
+    colour: str = defaults.COLOUR,
     max_cells: int = MAX_CELLS,
     allow_outside: bool = False,
     strict: bool = False,

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.predicates import is_word
+from lampyris._core.scalars import is_word
 from lampyris.errors import FileError, SettingError, did_you_mean, of_kind, shown
 from lampyris.io.files import read_regular
 from lampyris.io.maps import library
@@ -68,8 +69,8 @@ def load_map(
     max_cells: int = MAX_CELLS,
     allow_outside: bool = False,
     strict: bool = False,
-    values: str = "occupancy",
-    colour: str = "legend",
+    values: str = defaults.VALUES,
+    colour: str = defaults.COLOUR,
     confined: bool = False,
 ) -> MapDocument:
     """Read a map: one of the bundled maps by its name, or a file.

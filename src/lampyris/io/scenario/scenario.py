@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import defaults
 from lampyris.errors import SettingError, shown
 from lampyris.model.edit import Edit, applied, check_edits
 from lampyris.model.grid import Grid
@@ -31,8 +32,8 @@ class MapFile:
     """A map file: its path as it can be opened from here, and how it is read."""
 
     path: str
-    values: str = "occupancy"
-    colour: str = "legend"
+    values: str = defaults.VALUES
+    colour: str = defaults.COLOUR
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,7 @@ class Scenario:
     """
 
     scene: Scene
-    planner: str = "ad-gso"
+    planner: str = defaults.PLANNER
     settings: Mapping[str, Any] = field(default_factory=dict)
     law: str = "physical"
     law_settings: Mapping[str, Any] = field(default_factory=dict)

@@ -7,12 +7,13 @@ module and by nobody else's import of the package: it takes 70 ms.
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, StringConstraints, Tag
 
+from lampyris._core import defaults
 from lampyris.io.maps.load import COLOURS, VALUES
+from lampyris.io.scenario.declared_table import table_of
 from lampyris.io.scenario.run_settings import DriveTable, SimulateTable
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.scenario.schema_types import (
@@ -27,7 +28,7 @@ from lampyris.io.scenario.schema_types import (
     Word,
 )
 from lampyris.model.edit import MAX_EDITS
-from lampyris.model.robot import GREATEST, LEAST, Robot
+from lampyris.model.robot import Robot
 from lampyris.model.traffic import MAX_BODIES
 
 VERSION = 1
@@ -52,10 +53,10 @@ class FileMap(Table):
         None, description="Metres a cell, for files that do not say (default 1); others must agree."
     )
     values: Annotated[Literal["occupancy", "costmap"], Rule("VALUES", " or ".join(VALUES))] = Field(
-        "occupancy", description="What grey samples and numbers are; costmap: ROS 2 costmap values."
+        defaults.VALUES, description="What grey samples and numbers are; costmap: ROS 2 costmap values."
     )
     colour: Annotated[Literal["legend", "luminance"], Rule("COLOUR", " or ".join(COLOURS))] = Field(
-        "legend", description="Colours that are not of the legend: refused, or read as grey."
+        defaults.COLOUR, description="Colours that are not of the legend: refused, or read as grey."
     )
 
 
@@ -131,33 +132,10 @@ End: TypeAlias = Annotated[
     Discriminator(_end_kind),
     Rule("TYPE", "[x, y]: two whole numbers, column and row from the top left; or {m: [x, y]} in metres"),
 ]
-_DEFAULT: dict[str, Any] = {f.name: f.default for f in fields(Robot)}
-_LIMIT: TypeAlias = Annotated[
-    float, Field(ge=LEAST, le=GREATEST), Rule("ROBOT_LIMIT", f"a number > 0, {LEAST:g} to {GREATEST:g}")
-]
-
-
-class RobotTable(Table):
-    """Size and limits of the robot."""
-
-    radius: Annotated[
-        float, Field(ge=0, le=GREATEST), Rule("ROBOT_LIMIT", f"a number >= 0, up to {GREATEST:g}")
-    ] = Field(_DEFAULT["radius"], description="Metres; 0 fits any free cell.")
-    v_max: _LIMIT = Field(_DEFAULT["v_max"], description="Greatest speed, m/s.")
-    a_max: _LIMIT = Field(_DEFAULT["a_max"], description="Greatest acceleration, m/s2.")
-    d_max: _LIMIT = Field(_DEFAULT["d_max"], description="Greatest braking, m/s2.")
-    a_lat_max: _LIMIT = Field(
-        _DEFAULT["a_lat_max"], description="Greatest lateral acceleration in a bend, m/s2."
-    )
-    turn_radius: Annotated[
-        float, Field(ge=0, le=GREATEST), Rule("ROBOT_LIMIT", f"a number >= 0, up to {GREATEST:g}")
-    ] = Field(
-        _DEFAULT["turn_radius"], description="Smallest radius it drives, metres; tighter, it stops and turns."
-    )
-    jerk_max: Annotated[
-        Annotated[float, Field(ge=LEAST, le=GREATEST)] | None,
-        Rule("ROBOT_LIMIT", f"a number > 0, {LEAST:g} to {GREATEST:g}, or null"),
-    ] = Field(_DEFAULT["jerk_max"], description="Greatest change of acceleration, m/s3; null: no limit.")
+if TYPE_CHECKING:
+    RobotTable: TypeAlias = Table
+else:
+    RobotTable = table_of("RobotTable", Robot, "Size and limits of the robot.", "ROBOT_LIMIT")
 
 
 class Named(Table):
@@ -315,13 +293,14 @@ class ScenarioFile(Table):
     goal: End | None = Field(None, description="Where it drives; null: the map's own goal.")
     robot: RobotTable = Field(RobotTable.model_validate({}), description="Size and limits, SI units.")
     preset: Annotated[Literal["robot", "dissertation"], Rule("PRESET", ", ".join(PRESETS))] = Field(
-        "robot", description="Moves and law where they are not given: octile and physical, or its own."
+        defaults.PRESET,
+        description="Moves and law where they are not given: octile and physical, or its own.",
     )
     moves: Annotated[
         Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,
         Rule("MOVES", "dissertation, octile, four-connected or sixteen-connected"),
     ] = Field(None, description="Which steps the robot makes; null: the preset's.")
-    planner: NameOrTable = Field("ad-gso", description="Who plans: see `lampyris planners`.")
+    planner: NameOrTable = Field(defaults.PLANNER, description="Who plans: see `lampyris planners`.")
     law: NameOrTable | None = Field(
         None, description="The speed law (see `lampyris laws`); null: the preset's."
     )

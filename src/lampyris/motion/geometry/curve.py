@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.predicates import is_word
+from lampyris._core.defaults import SMOOTH, Smooth
+from lampyris._core.scalars import is_word
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.fillets import fit_bends, share
 from lampyris.model.curve import Curve
@@ -18,8 +18,6 @@ from lampyris.model.path import Path
 from lampyris.model.robot import Robot
 from lampyris.motion.geometry.string_pulling import Polyline, lines_of, taut
 from lampyris.typing import Floats, Points
-
-Smooth: TypeAlias = Literal["arcs", "none"]
 
 LONGEST_STEP = math.sqrt(5.0)
 """Cells: the longest step of a planned path, a knight's."""
@@ -38,7 +36,7 @@ def curve_of(
     grid: Grid,
     robot: Robot,
     *,
-    smooth: Smooth = "arcs",
+    smooth: Smooth = SMOOTH,
     shortcut: bool = True,
     tangent: Floats | None = None,
 ) -> Curve:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.defaults import CREEP
+from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -19,7 +21,6 @@ from lampyris.motion.geometry.acceleration_switches import with_switches
 from lampyris.motion.geometry.sampled_path import SampledPath, course_of_path, places
 from lampyris.motion.laws.physical import STATIC, PhysicalLaw, ground_of
 from lampyris.motion.profile import OnInfeasible, feasible_profile
-from lampyris.motion.setting_checks import number
 from lampyris.typing import Cell
 
 
@@ -36,10 +37,10 @@ class Constant:
     SettingError : ``LAW_SETTING``.
     """
 
-    creep: float = 0.1
+    creep: float = number(CREEP, 1e-6, 1.0)
 
     def __post_init__(self) -> None:
-        number("constant.creep", self.creep, 1e-6, 1.0)
+        check_settings(self, under_code("LAW_SETTING", "constant."))
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris._core.predicates import array_of, in_range, is_real, is_word
+from lampyris._core.predicates import array_of
+from lampyris._core.settings import check_settings, flag, number, under_code, word
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.speed_passes import sweep
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
-from lampyris.motion.laws.rings import Reading, cells_of, count, headings, step_error
+from lampyris.motion.laws.rings import RING1, RING2, Reading, cells_of, count, headings, step_error
 from lampyris.motion.lowest import lowest, only
 from lampyris.motion.profile import start_speed
 from lampyris.typing import Cell, Floats
@@ -56,39 +57,24 @@ class DissertationLaw:
     SettingError : ``LAW_SETTING``.
     """
 
-    v_max: float = 80.0
-    v_min: float = 20.0
-    ring1_drop: float = 6.0
-    ring2_drop: float = 3.0
-    a_straight: float = 20.0
-    a_diagonal: float = 28.0
-    a_knight: float = 44.0
-    braking: float = 40.0
-    v_180: float = 80.0
-    v_135: float = 60.0
-    v_90: float = 20.0
-    ring1: Reading = "all"
-    ring2: Reading = "ahead"
-    outside1: bool = True
-    outside2: bool = False
+    v_max: float = number(80.0, 1e-6, 1e6)
+    v_min: float = number(20.0, 1e-6, 1e6)
+    ring1_drop: float = number(6.0, 1e-6, 1e6, off=(0.0, "no drop"))
+    ring2_drop: float = number(3.0, 1e-6, 1e6, off=(0.0, "no drop"))
+    a_straight: float = number(20.0, 1e-6, 1e6)
+    a_diagonal: float = number(28.0, 1e-6, 1e6)
+    a_knight: float = number(44.0, 1e-6, 1e6)
+    braking: float = number(40.0, 1e-6, 1e6)
+    v_180: float = number(80.0, 1e-6, 1e6)
+    v_135: float = number(60.0, 1e-6, 1e6)
+    v_90: float = number(20.0, 1e-6, 1e6)
+    ring1: Reading = word(RING1, ("all", "ahead"))
+    ring2: Reading = word(RING2, ("all", "ahead"))
+    outside1: bool = flag(True)
+    outside2: bool = flag(False)
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if f.name in ("ring1", "ring2"):
-                ok, allowed = is_word(value, ("all", "ahead")), "all or ahead"
-            elif f.name.startswith("outside"):
-                ok, allowed = isinstance(value, bool), "true or false"
-            else:
-                drop = f.name.endswith("_drop")
-                ok = in_range(value, 1e-6, 1e6) or (drop and is_real(value) and value == 0)
-                allowed = "0, or 1e-6 to 1e6" if drop else "1e-6 to 1e6"
-                if ok:
-                    object.__setattr__(self, f.name, float(value))
-            if not ok:
-                raise SettingError(
-                    "LAW_SETTING", shown(value), where=f"dissertation.{f.name}", allowed=allowed
-                )
+        check_settings(self, under_code("LAW_SETTING", "dissertation."))
         if self.v_min > self.v_max:
             raise SettingError(
                 "LAW_SETTING",

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.defaults import CREEP
+from lampyris._core.settings import check_settings, flag, number, under_code
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.nearest_wall import nearest_squares
 from lampyris.model.grid import frozen
@@ -34,7 +36,6 @@ from lampyris.motion.safety.moving_obstacles import MovingObstacles, moving_cap
 from lampyris.motion.safety.surroundings import cells_distance, reach_of, room, zone_limits
 from lampyris.motion.safety.three_speed import ThreeSpeed, three_speed_cap
 from lampyris.motion.safety.uncertainty import Uncertainty, uncertainty_cap
-from lampyris.motion.setting_checks import number
 from lampyris.motion.settings import checked_kind
 from lampyris.typing import BoolGrid, Cell, Floats
 
@@ -56,13 +57,11 @@ class Approach:
     SettingError : ``LAW_SETTING``.
     """
 
-    distance: float = 1.0
-    speed: float = 0.05
+    distance: float = number(1.0, 1e-6, 1e6, unit="m")
+    speed: float = number(0.05, 1e-6, 1e6, unit="m/s")
 
     def __post_init__(self) -> None:
-        for name in ("distance", "speed"):
-            value = number(f"physical.approach.{name}", getattr(self, name), 1e-6, 1e6)
-            object.__setattr__(self, name, value)
+        check_settings(self, under_code("LAW_SETTING", "physical.approach."))
 
 
 RULES: Mapping[str, type] = MappingProxyType(
@@ -97,10 +96,10 @@ class PhysicalLaw:
     SettingError : ``LAW_SETTING``.
     """
 
-    creep: float = 0.1
-    curvature: bool = True
-    clearance: bool = True
-    zones: bool = True
+    creep: float = number(CREEP, 1e-6, 1.0)
+    curvature: bool = flag(True)
+    clearance: bool = flag(True)
+    zones: bool = flag(True)
     approach: Approach | None = None
     uncertainty: Uncertainty | None = None
     blind: BlindArea | None = None
@@ -110,9 +109,7 @@ class PhysicalLaw:
     name: str = field(default="physical", kw_only=True)
 
     def __post_init__(self) -> None:
-        number("physical.creep", self.creep, 1e-6, 1.0)
-        for name in ("curvature", "clearance", "zones"):
-            checked_kind(f"physical.{name}", getattr(self, name), bool)
+        check_settings(self, under_code("LAW_SETTING", "physical."))
         for name, kind in RULES.items():
             checked_kind(f"physical.{name}", getattr(self, name), kind, none=name != "moving")
 

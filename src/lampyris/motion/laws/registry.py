@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeAlias
 
 from numpy.typing import NDArray
 
-from lampyris._core.predicates import is_word
+from lampyris._core.scalars import is_word
 from lampyris.errors import UsageError, did_you_mean, shown
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import cache
 from itertools import chain
-from typing import Any, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris._core.predicates import array_of, fits, is_word
+from lampyris._core.predicates import array_of, fits
+from lampyris._core.scalars import is_word
 from lampyris.errors import SettingError, shown
 from lampyris.typing import BoolGrid, Cell
 
 Reading: TypeAlias = Literal["all", "ahead"]
+RING1: Final = "all"
+RING2: Final = "ahead"
+"""Which cells of ring 1 and of ring 2 count where nothing else is said."""
 """Which cells of a ring count: all, or those within 45 degrees (included) of the incoming heading."""
 
 _TAKEN, _OUTSIDE = 1, 2
@@ -47,8 +51,8 @@ def ring_counts(
     obstacles: Iterable[Cell] | NDArray[Any] = (),
     *,
     previous: Cell | None = None,
-    ring1: Reading = "all",
-    ring2: Reading = "ahead",
+    ring1: Reading = RING1,
+    ring2: Reading = RING2,
     outside1: bool = True,
     outside2: bool = False,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -7,13 +7,14 @@ read into it so that a command becomes a profile is told in docs/speed/rpp.md.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -25,7 +26,6 @@ from lampyris.motion.laws.rings import as_cells
 from lampyris.motion.lowest import lowest
 from lampyris.motion.profile import OnInfeasible, feasible_profile, start_speed
 from lampyris.motion.safety.surroundings import cells_distance
-from lampyris.motion.setting_checks import number
 from lampyris.typing import Cell, Floats, Points
 
 INSCRIBED = 253
@@ -54,22 +54,19 @@ class Rpp:
     SettingError : ``LAW_SETTING``.
     """
 
-    desired: float = 0.5
-    lookahead: float = 0.6
-    min_radius: float = 0.9
-    min_speed: float = 0.25
-    scaling_distance: float = 0.6
-    scaling_gain: float = 1.0
-    inflation_factor: float = 3.0
-    inflation_radius: float = 0.55
-    approach_distance: float = 1.0
-    approach_speed: float = 0.05
+    desired: float = number(0.5, 1e-6, 1e6, unit="m/s")
+    lookahead: float = number(0.6, 0.0, 1e6, unit="m")
+    min_radius: float = number(0.9, 1e-6, 1e6, unit="m")
+    min_speed: float = number(0.25, 1e-6, 1e6, unit="m/s")
+    scaling_distance: float = number(0.6, 1e-6, 1e6, unit="m")
+    scaling_gain: float = number(1.0, 1e-6, 1.0)
+    inflation_factor: float = number(3.0, 1e-6, 1e6, unit="1/m")
+    inflation_radius: float = number(0.55, 0.0, 1e6, unit="m")
+    approach_distance: float = number(1.0, 1e-6, 1e6, unit="m")
+    approach_speed: float = number(0.05, 1e-6, 1e6, unit="m/s")
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            least = 0.0 if f.name in ("lookahead", "inflation_radius") else 1e-6
-            most = 1.0 if f.name == "scaling_gain" else 1e6
-            object.__setattr__(self, f.name, number(f"rpp.{f.name}", getattr(self, f.name), least, most))
+        check_settings(self, under_code("LAW_SETTING", "rpp."))
 
 
 def curvature_rule(v: float, kappa: Floats, settings: Rpp) -> Floats:

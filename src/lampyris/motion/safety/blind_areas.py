@@ -10,23 +10,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.predicates import is_word
-from lampyris.errors import SettingError, shown
+from lampyris._core.defaults import CREEP
+from lampyris._core.settings import check_settings, number, under_code, word
+from lampyris.errors import SettingError
 from lampyris.kernels.motion.visibility import UNIT, cells_in_sight, nearest_hiding
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
-from lampyris.motion.setting_checks import number
 from lampyris.typing import BoolGrid, Cell, Floats
 
 _HALF = UNIT // 2
+
+UNKNOWN: Final = "dark"
+"""What an unknown cell is where nothing else is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,27 +51,15 @@ class BlindArea:
     SettingError : ``LAW_SETTING``.
     """
 
-    hidden_speed: float = 1.0
-    hidden_radius: float = 0.2
-    reaction: float = 0.2
-    reach: float | None = None
-    unknown: Literal["dark", "map"] = "dark"
-    creep: float = 0.1
+    hidden_speed: float = number(1.0, 0.0, 1e3, unit="m/s")
+    hidden_radius: float = number(0.2, 0.0, 1e3, unit="m")
+    reaction: float = number(0.2, 0.0, 1e3, unit="s")
+    reach: float | None = number(None, 1e-6, 1e6, unit="m", none="as far as it matters")
+    unknown: Literal["dark", "map"] = word(UNKNOWN, ("dark", "map"))
+    creep: float = number(CREEP, 1e-6, 1.0)
 
     def __post_init__(self) -> None:
-        for name, least, most in (
-            ("hidden_speed", 0.0, 1e3),
-            ("hidden_radius", 0.0, 1e3),
-            ("reaction", 0.0, 1e3),
-            ("creep", 1e-6, 1.0),
-        ):
-            object.__setattr__(self, name, number(f"physical.blind.{name}", getattr(self, name), least, most))
-        if self.reach is not None:
-            object.__setattr__(self, "reach", number("physical.blind.reach", self.reach, 1e-6, 1e6))
-        if not is_word(self.unknown, ("dark", "map")):
-            raise SettingError(
-                "LAW_SETTING", shown(self.unknown), where="physical.blind.unknown", allowed="dark or map"
-            )
+        check_settings(self, under_code("LAW_SETTING", "physical.blind."))
 
 
 def stop_within(
@@ -255,7 +246,9 @@ def _eyes(places: Floats, opaque: BoolGrid) -> NDArray[np.int64]:
     return best
 
 
-def visible_cells(grid: Grid, cell: Cell, reach: float, unknown: Literal["dark", "map"] = "dark") -> BoolGrid:
+def visible_cells(
+    grid: Grid, cell: Cell, reach: float, unknown: Literal["dark", "map"] = UNKNOWN
+) -> BoolGrid:
     """Cells whose centre is seen from the centre of a cell; bool, (height, width), read-only.
 
     Free cells only. Symmetric: a sees b exactly if b sees a.

@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lampyris._core import elementary
+from lampyris._core.defaults import CREEP
+from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
-from lampyris.motion.setting_checks import number
+from lampyris.motion.setting_checks import number as checked_number
 from lampyris.typing import FloatGrid, Floats, Points
 
 NODES = (
@@ -56,9 +58,9 @@ class Cloud:
     he: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ex", number("cloud.ex", self.ex, -1e9, 1e9))
-        object.__setattr__(self, "en", number("cloud.en", self.en, 1e-9, 1e9))
-        object.__setattr__(self, "he", number("cloud.he", self.he, 0.0, self.en / 3.0))
+        object.__setattr__(self, "ex", checked_number("cloud.ex", self.ex, -1e9, 1e9))
+        object.__setattr__(self, "en", checked_number("cloud.en", self.en, 1e-9, 1e9))
+        object.__setattr__(self, "he", checked_number("cloud.he", self.he, 0.0, self.en / 3.0))
 
 
 def cloud_between(low: float, high: float, he: float) -> Cloud:
@@ -87,19 +89,13 @@ class CloudModel:
     SettingError : ``LAW_SETTING``.
     """
 
-    horizon: float = 6.0
-    near: float = 1.5
-    hyper: float = 0.1
-    creep: float = 0.1
+    horizon: float = number(6.0, 1e-3, 1e3, unit="s")
+    near: float = number(1.5, 1e-3, 1e3, unit="m")
+    hyper: float = number(0.1, 0.0, 1.0 / 3.0)
+    creep: float = number(CREEP, 1e-6, 1.0)
 
     def __post_init__(self) -> None:
-        for name, least, most in (
-            ("horizon", 1e-3, 1e3),
-            ("near", 1e-3, 1e3),
-            ("hyper", 0.0, 1.0 / 3.0),
-            ("creep", 1e-6, 1.0),
-        ):
-            object.__setattr__(self, name, number(f"physical.cloud.{name}", getattr(self, name), least, most))
+        check_settings(self, under_code("LAW_SETTING", "physical.cloud."))
 
     @property
     def time_cloud(self) -> Cloud:

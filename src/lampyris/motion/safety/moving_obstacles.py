@@ -5,18 +5,19 @@ Derivations and measurements: docs/speed/moving_obstacles.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.defaults import MAX_AGE
+from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
-from lampyris.motion.setting_checks import number
 from lampyris.typing import Floats, Points
 
 _BLOCK = 32
@@ -41,14 +42,12 @@ class MovingObstacles:
     SettingError : ``LAW_SETTING``.
     """
 
-    reaction: float = 0.1
-    max_age: float = 0.5
-    margin: float = 0.0
+    reaction: float = number(0.1, 0.0, 1e6, unit="s")
+    max_age: float = number(MAX_AGE, 0.0, 1e6, unit="s")
+    margin: float = number(0.0, 0.0, 1e6, unit="m")
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            value = number(f"physical.moving.{f.name}", getattr(self, f.name), 0.0, 1e6)
-            object.__setattr__(self, f.name, value)
+        check_settings(self, under_code("LAW_SETTING", "physical.moving."))
 
 
 def fresh(movers: ObstacleStates, max_age: float) -> bool:

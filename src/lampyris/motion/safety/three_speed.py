@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
+from lampyris._core.settings import check_settings, number, under_code, whole
 from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene
 from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.sampled_path import SampledPath
-from lampyris.motion.setting_checks import number, whole
+from lampyris.motion.setting_checks import number as checked_number
+from lampyris.motion.setting_checks import whole as checked_whole
 from lampyris.typing import FloatGrid, Floats, Points
 
 _SAME = 1e-9
@@ -54,36 +56,25 @@ class ThreeSpeed:
     """
 
     paces: tuple[int, int, int] = (1, 2, 4)
-    step: float = 1.0
-    depth: int = 3
-    ahead: float = 8.0
-    cost: float = 10.0
+    step: float = number(1.0, 1e-3, 1e3, unit="s")
+    depth: int = whole(3, 1, 6)
+    ahead: float = number(8.0, 0.0, 1e3, unit="s")
+    cost: float = number(10.0, 0.0, 1e6)
     prior: tuple[float, float, float] = (0.8, 0.15, 0.05)
-    accuracy: float = 0.8
-    forget: float = 0.1
-    margin: float = 0.1
-    near: int = 2
+    accuracy: float = number(0.8, 1.0 / 3.0, 1.0)
+    forget: float = number(0.1, 0.0, 1.0)
+    margin: float = number(0.1, 0.0, 1e3, unit="m")
+    near: int = whole(2, 1, 3)
 
     def __post_init__(self) -> None:
-        for name, least, most in (
-            ("step", 1e-3, 1e3),
-            ("ahead", 0.0, 1e3),
-            ("cost", 0.0, 1e6),
-            ("accuracy", 1.0 / 3.0, 1.0),
-            ("forget", 0.0, 1.0),
-            ("margin", 0.0, 1e3),
-        ):
-            value = number(f"physical.three_speed.{name}", getattr(self, name), least, most)
-            object.__setattr__(self, name, value)
-        for name, top in (("depth", 6), ("near", 3)):
-            object.__setattr__(self, name, whole(f"physical.three_speed.{name}", getattr(self, name), 1, top))
+        check_settings(self, under_code("LAW_SETTING", "physical.three_speed."))
         paces = _three("paces", self.paces)
         where = "physical.three_speed.paces"
-        object.__setattr__(self, "paces", tuple(whole(where, pace, 1, 16) for pace in paces))
+        object.__setattr__(self, "paces", tuple(checked_whole(where, pace, 1, 16) for pace in paces))
         if not self.paces[0] < self.paces[1] < self.paces[2]:
             raise SettingError("LAW_SETTING", f"{self.paces}", where=where, allowed="rising whole numbers")
         where = "physical.three_speed.prior"
-        shares = tuple(number(where, share, 0.0, 1.0) for share in _three("prior", self.prior))
+        shares = tuple(checked_number(where, share, 0.0, 1.0) for share in _three("prior", self.prior))
         if abs(math.fsum(shares) - 1.0) > 1e-9:
             raise SettingError("LAW_SETTING", f"{shares}", where=where, allowed="shares that add up to 1")
         object.__setattr__(self, "prior", shares)

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lampyris._core.defaults import CREEP
+from lampyris._core.settings import check_settings, number, under_code, whole
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.motion import caps
@@ -17,7 +19,6 @@ from lampyris.motion.cap import Around, Cap
 from lampyris.motion.geometry.clearance import wall_distance
 from lampyris.motion.geometry.sampled_path import SampledPath
 from lampyris.motion.safety.surroundings import reach_of, room
-from lampyris.motion.setting_checks import number, whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,20 +39,15 @@ class Uncertainty:
     SettingError : ``LAW_SETTING``.
     """
 
-    sigma_0: float = 0.02
-    sigma_v: float = 0.05
-    k: float = 3.0
-    observations: int = 5
-    period: float = 0.1
-    creep: float = 0.1
+    sigma_0: float = number(0.02, 0.0, 1e3, unit="m")
+    sigma_v: float = number(0.05, 1e-6, 1e3, unit="s")
+    k: float = number(3.0, 1e-3, 1e3)
+    observations: int = whole(5, 1, 1_000_000)
+    period: float = number(0.1, 1e-6, 1e3, unit="s")
+    creep: float = number(CREEP, 1e-6, 1.0)
 
     def __post_init__(self) -> None:
-        ranges = {"sigma_0": (0, 1e3), "sigma_v": (1e-6, 1e3), "k": (1e-3, 1e3), "period": (1e-6, 1e3)}
-        for name, (least, most) in {**ranges, "creep": (1e-6, 1.0)}.items():
-            value = number(f"physical.uncertainty.{name}", getattr(self, name), least, most)
-            object.__setattr__(self, name, value)
-        count = whole("physical.uncertainty.observations", self.observations, 1, 1_000_000)
-        object.__setattr__(self, "observations", count)
+        check_settings(self, under_code("LAW_SETTING", "physical.uncertainty."))
 
 
 def uncertainty_cap(course: SampledPath, scene: Scene, settings: Uncertainty, around: Around) -> list[Cap]:

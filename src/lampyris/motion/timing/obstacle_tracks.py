@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.predicates import in_range
+from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.collision_time import first_meeting
 from lampyris.model.obstacles import Track

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.predicates import in_range
+from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import Profile

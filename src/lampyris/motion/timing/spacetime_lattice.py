@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.predicates import in_range
+from lampyris._core.scalars import in_range
 from lampyris.errors import LimitError, SettingError, shown
 from lampyris.kernels.motion.path_time import allow_pairs, fewest_steps
 from lampyris.model.robot import Robot

@@ -8,8 +8,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 
 from lampyris._core import cancellation
-from lampyris._core.predicates import is_whole
+from lampyris._core.defaults import GAMMA, RHO
 from lampyris._core.processors import processors
+from lampyris._core.scalars import is_whole
 from lampyris.errors import SettingError, of_kind, shown
 from lampyris.model.field import Field
 from lampyris.model.moves import Moves
@@ -23,8 +24,8 @@ def solve_fields(
     scene: Scene,
     goals: Iterable[Cell],
     *,
-    rho: float = 0.4,
-    gamma: float = 0.6,
+    rho: float = RHO,
+    gamma: float = GAMMA,
     workers: int | None = None,
 ) -> Iterator[Field]:
     """The fields of many goals on the map of one scene, in the order of the goals: its own goal is not used.
@@ -57,8 +58,8 @@ def solve_many(
     goals: Iterable[Cell],
     *,
     terrain: ByteGrid | None = None,
-    rho: float = 0.4,
-    gamma: float = 0.6,
+    rho: float = RHO,
+    gamma: float = GAMMA,
     workers: int | None = None,
 ) -> Iterator[Field]:
     """The field of each goal, in the order of the goals, as :func:`lampyris.planning.field.solve.solve` gives it.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
+from lampyris._core.defaults import GAMMA, RHO
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris.errors import SceneError, SettingError
 from lampyris.kernels.field import calendar, repair
@@ -79,8 +80,8 @@ class FieldRepairer(Exclusive):
         goal: Cell,
         *,
         terrain: ByteGrid | None = None,
-        rho: float = 0.4,
-        gamma: float = 0.6,
+        rho: float = RHO,
+        gamma: float = GAMMA,
     ) -> None:
         if any((-dx, -dy) not in moves.offsets for dx, dy in moves.offsets):
             raise SettingError(

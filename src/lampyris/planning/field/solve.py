@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.predicates import is_real, is_word
+from lampyris._core.defaults import GAMMA, GATES, RHO
+from lampyris._core.scalars import is_real, is_word
 from lampyris.errors import SceneError, SettingError, of_kind, shown
 from lampyris.model.field import Field
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT, frozen
@@ -24,7 +25,7 @@ from lampyris.planning.field.waves import Wave
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 
 
-def solve_field(scene: Scene, *, rho: float = 0.4, gamma: float = 0.6, gates: str = "ignore") -> Field:
+def solve_field(scene: Scene, *, rho: float = RHO, gamma: float = GAMMA, gates: str = GATES) -> Field:
     """The field of a scene: cost-to-goal, parent and luciferin of every cell that can reach the goal.
 
     Parameters
@@ -54,8 +55,8 @@ def solve(
     goal: Cell,
     *,
     terrain: ByteGrid | None = None,
-    rho: float = 0.4,
-    gamma: float = 0.6,
+    rho: float = RHO,
+    gamma: float = GAMMA,
     stop: Cell | None = None,
     revision: int = 0,
 ) -> Field:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lampyris.errors import SettingError, shown
+from lampyris._core.settings import check_settings, flag, under_name
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
 from lampyris.planning.graph.any_angle_search import AnyAngleSearch
@@ -74,7 +74,7 @@ class LazyThetaStar:
     SettingError : ``put_back`` is not true or false.
     """
 
-    put_back: bool = True
+    put_back: bool = flag(True)
 
     name: ClassVar[str] = "lazy-theta-star"
     traits: ClassVar[Traits] = Traits(optimal=False)
@@ -85,8 +85,7 @@ class LazyThetaStar:
     )
 
     def __post_init__(self) -> None:
-        if not isinstance(self.put_back, bool):
-            raise SettingError.of("LAZY_THETA", "put_back", shown(self.put_back), allowed="true or false")
+        check_settings(self, under_name(self.name))
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> GraphSession:
         """Start a session. Nothing is drawn from ``rng`` and there is no per-iteration record."""

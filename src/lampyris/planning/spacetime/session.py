@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.predicates import in_range
-from lampyris.errors import SettingError, did_you_mean, shown
+from lampyris._core.settings import check_settings, number, under_name, whole, word
 from lampyris.kernels import loading
 from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.moves import Moves
@@ -60,25 +59,16 @@ class Timed:
     SettingError : a setting out of its range.
     """
 
-    forecast: str = "velocity"
-    horizon: int = 2
-    growth: float = 0.0
-    margin: int = 1
-    tracks: str = "known"
+    forecast: str = word("velocity", GUESSES)
+    horizon: int = whole(2, 0, MAX_HORIZON, unit="ticks")
+    growth: float = number(0.0, 0.0, 10.0, unit="cells")
+    margin: int = whole(1, 0, MAX_HORIZON, unit="ticks")
+    tracks: str = word("known", TRACKS)
+
+    name: ClassVar[str]
 
     def __post_init__(self) -> None:
-        for what, word, known in (("forecast", self.forecast, GUESSES), ("tracks", self.tracks, TRACKS)):
-            if not isinstance(word, str) or word not in known:
-                todo = did_you_mean(word, known)
-                raise SettingError.of(what.upper(), what, shown(word), allowed=", ".join(known), todo=todo)
-        for what, n in (("horizon", self.horizon), ("margin", self.margin)):
-            if not isinstance(n, int) or isinstance(n, bool) or not 0 <= n <= MAX_HORIZON:
-                raise SettingError.of(
-                    what.upper(), what, shown(n), allowed=f"a whole number of ticks, 0 to {MAX_HORIZON}"
-                )
-        g: Any = self.growth
-        if not in_range(g, 0, 10):
-            raise SettingError.of("GROWTH", "growth", shown(g), allowed="0 to 10 cells a tick")
+        check_settings(self, under_name(self.name))
 
 
 class TimedSession(SessionBase):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from lampyris._core.settings import redeclared
 from lampyris.planning.swarm.step_session import StepPlanner
 
 
@@ -35,8 +36,8 @@ class Dstar16Lpso(StepPlanner):
     cell of the second ring is nearer to the goal: by D*'s own step.
     """
 
-    particles: int = 16
-    gates: str = "close"
+    particles: int = redeclared(StepPlanner, "particles", 16)
+    gates: str = redeclared(StepPlanner, "gates", "close")
 
     name: ClassVar[str] = "dstar16-lpso"
     summary: ClassVar[str] = "D* costs, two cells in 16 directions an iteration (the improved baseline)"

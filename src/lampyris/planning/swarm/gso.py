@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from lampyris.planning.swarm import settings as check
+from lampyris._core.settings import default_of, number, whole, word
+from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.encoding import Encoding
 from lampyris.planning.swarm.optimisers.glowworm import CHOICES, GSO
 from lampyris.planning.swarm.optimisers.steps import CoolingStep, FixedStep
@@ -29,29 +30,19 @@ class Gso(WaypointPlanner):
     choice : ``roulette`` or ``greedy`` (deterministic GSO).
     """
 
-    sensor: float = 0.5
-    step: float = 0.03
-    nt: int = 5
-    rho: float = 0.4
-    gamma: float = 0.6
-    beta: float = 0.08
-    choice: str = "roulette"
+    sensor: float = number(0.5, 1e-6, 1.0)
+    step: float = number(0.03, 1e-6, 1.0)
+    nt: int = whole(default_of(GSO, "nt"), 0, 2000)
+    rho: float = number(default_of(GSO, "rho"), 0.0, 1.0)
+    gamma: float = number(default_of(GSO, "gamma"), 1e-6, 1e6)
+    beta: float = number(default_of(GSO, "beta"), 0.0, 1e6)
+    choice: str = word(default_of(GSO, "choice"), CHOICES)
 
     name: ClassVar[str] = "gso"
     summary: ClassVar[str] = "Glowworm swarm (GSO) over waypoints"
     source: ClassVar[str] = (
         "Krishnanand and Ghose 2009: the swarm. Ours: waypoints as glowworms, the fitness, the exact seed."
     )
-
-    def __post_init__(self) -> None:
-        WaypointPlanner.__post_init__(self)
-        for setting in ("sensor", "step"):
-            check.number(self.name, setting, getattr(self, setting), 1e-6, 1.0)
-        check.whole(self.name, "nt", self.nt, 0, 2000)
-        check.number(self.name, "rho", self.rho, 0.0, 1.0)
-        check.number(self.name, "gamma", self.gamma, 1e-6, 1e6)
-        check.number(self.name, "beta", self.beta, 0.0, 1e6)
-        check.one_of(self.name, "choice", self.choice, CHOICES)
 
     def optimiser(self, task: Task, encoding: Encoding) -> GSO:
         """Glowworms in the unit box."""
@@ -82,9 +73,9 @@ class Igso(WaypointPlanner):
     wander : how far the brightest try a place, in sides of the box. 0: not at all.
     """
 
-    step: float = 0.1
-    least: float = 0.005
-    wander: float = 0.05
+    step: float = number(0.1, 1e-6, 1.0)
+    least: float = number(0.005, 1e-6, 1.0)
+    wander: float = number(0.05, 0.0, 1.0)
 
     name: ClassVar[str] = "igso"
     summary: ClassVar[str] = "Improved glowworm swarm (IGSO) over waypoints"
@@ -94,9 +85,9 @@ class Igso(WaypointPlanner):
 
     def __post_init__(self) -> None:
         WaypointPlanner.__post_init__(self)
-        check.number(self.name, "step", self.step, 1e-6, 1.0)
-        check.number(self.name, "least", self.least, 1e-6, self.step)
-        check.number(self.name, "wander", self.wander, 0.0, 1.0)
+        if self.least > self.step:
+            allowed = f"at most the first step, {self.step:g}"
+            raise SettingError.of("LEAST", "least", shown(self.least), where=self.name, allowed=allowed)
 
     def optimiser(self, task: Task, encoding: Encoding) -> GSO:
         """Glowworms in the unit box whose steps shrink over the iterations."""

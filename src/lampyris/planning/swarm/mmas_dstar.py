@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lampyris._core.cancellation import checkpoint
-from lampyris.planning.swarm import settings as check
+from lampyris._core.settings import number, whole, word
 from lampyris.planning.swarm.optimisers.box import Values
 from lampyris.planning.swarm.optimisers.glowworm import roulette
 from lampyris.planning.swarm.optimisers.loop import Swarm
@@ -45,11 +45,11 @@ class MmasDstar(SwarmPlanner):
     guide : ``rise`` or ``cost``.
     """
 
-    rho: float = 0.1
-    beta: int = 3
-    spread: float = 50.0
-    patience: int = 15
-    guide: str = "rise"
+    rho: float = number(0.1, 1e-6, 1.0)
+    beta: int = whole(3, 0, 20)
+    spread: float = number(50.0, 1.0, 1e6)
+    patience: int = whole(15, 1, 100_000, unit="rounds")
+    guide: str = word("rise", ("rise", "cost"))
 
     name: ClassVar[str] = "mmas-dstar"
     summary: ClassVar[str] = "Max-min ant system led by D*'s cost-to-go"
@@ -57,14 +57,6 @@ class MmasDstar(SwarmPlanner):
         "Stuetzle and Hoos 2000: MMAS. D* costs as the ants' guide after Hasan 2016, formulas not found: the "
         "heuristic by rise is ours."
     )
-
-    def __post_init__(self) -> None:
-        SwarmPlanner.__post_init__(self)
-        check.number(self.name, "rho", self.rho, 1e-6, 1.0)
-        check.whole(self.name, "beta", self.beta, 0, 20)
-        check.number(self.name, "spread", self.spread, 1.0, 1e6)
-        check.whole(self.name, "patience", self.patience, 1, 100_000)
-        check.one_of(self.name, "guide", self.guide, ("rise", "cost"))
 
     def begin(self, task: Task, rng: np.random.Generator) -> tuple[Swarm[Any], Decode]:
         """See :meth:`SwarmPlanner.begin`."""

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris.planning.swarm import settings as check
+from lampyris._core.settings import default_of, number, redeclared, whole
 from lampyris.planning.swarm.encoding import Encoding, on_lines
 from lampyris.planning.swarm.optimisers.particle import PSO, FixedInertia, SuccessInertia
 from lampyris.planning.swarm.potential_field import push_of
-from lampyris.planning.swarm.session import Task
+from lampyris.planning.swarm.session import SwarmPlanner, Task
 from lampyris.planning.swarm.waypoints import WaypointPlanner
 
 
@@ -26,17 +26,10 @@ class ParticlePlanner(WaypointPlanner):
     clamp : greatest speed in sides of the map an iteration, > 0 to 1.
     """
 
-    inertia: float = 0.7298
-    own: float = 1.49618
-    others: float = 1.49618
-    clamp: float = 0.5
-
-    def __post_init__(self) -> None:
-        WaypointPlanner.__post_init__(self)
-        check.number(self.name, "inertia", self.inertia, 0.0, 1.0)
-        check.number(self.name, "own", self.own, 0.0, 10.0)
-        check.number(self.name, "others", self.others, 0.0, 10.0)
-        check.number(self.name, "clamp", self.clamp, 1e-6, 1.0)
+    inertia: float = number(0.7298, 0.0, 1.0)
+    own: float = number(default_of(PSO, "own"), 0.0, 10.0)
+    others: float = number(default_of(PSO, "others"), 0.0, 10.0)
+    clamp: float = number(default_of(PSO, "clamp"), 1e-6, 1.0)
 
     def optimiser(self, task: Task, encoding: Encoding) -> PSO:
         """Particles in the unit box."""
@@ -74,17 +67,13 @@ class LPso(ParticlePlanner):
     ring : neighbours seen on each side, 1 to 1000.
     """
 
-    ring: int = 1
+    ring: int = whole(1, 1, 1000)
 
     name: ClassVar[str] = "lpso"
     summary: ClassVar[str] = "Particle swarm with a ring neighbourhood (lbest) over waypoints"
     source: ClassVar[str] = (
         "Kennedy and Eberhart 1995, ring neighbourhood: the swarm. Ours: waypoints, fitness, the exact seed."
     )
-
-    def __post_init__(self) -> None:
-        ParticlePlanner.__post_init__(self)
-        check.whole(self.name, "ring", self.ring, 1, 1000)
 
     def optimiser(self, task: Task, encoding: Encoding) -> PSO:
         """Particles on a ring."""
@@ -111,20 +100,15 @@ class APso(WaypointPlanner):
     low, high : inertia when nobody improves and when everybody does, 0 to 1.
     """
 
-    clearance: float = 0.3
-    low: float = 0.4
-    high: float = 0.9
+    clearance: float = redeclared(SwarmPlanner, "clearance", 0.3)
+    low: float = number(default_of(SuccessInertia, "low"), 0.0, 1.0)
+    high: float = number(default_of(SuccessInertia, "high"), 0.0, 1.0)
 
     name: ClassVar[str] = "apso"
     summary: ClassVar[str] = "Adaptive particle swarm (APSO) over waypoints"
     source: ClassVar[str] = (
         "APSO (X. Li), paper not found: the adaptation (inertia follows success) and the weights are ours."
     )
-
-    def __post_init__(self) -> None:
-        WaypointPlanner.__post_init__(self)
-        check.number(self.name, "low", self.low, 0.0, 1.0)
-        check.number(self.name, "high", self.high, 0.0, 1.0)
 
     def optimiser(self, task: Task, encoding: Encoding) -> PSO:
         """Particles whose inertia follows success."""
@@ -141,7 +125,7 @@ class IPso(ParticlePlanner):
     paper could be found, so everything beyond these two sentences is ours.
     """
 
-    iterations: int = 20
+    iterations: int = redeclared(SwarmPlanner, "iterations", 20)
 
     name: ClassVar[str] = "ipso"
     summary: ClassVar[str] = "Particle swarm whose waypoints slide along grid lines"
@@ -171,9 +155,9 @@ class PsoApf(ParticlePlanner):
     reach : d0 in cells, > 0.5 to 50.
     """
 
-    attract: float = 0.05
-    repel: float = 0.5
-    reach: float = 3.0
+    attract: float = number(0.05, 0.0, 1.0)
+    repel: float = number(0.5, 0.0, 100.0)
+    reach: float = number(3.0, 0.5, 50.0, unit="cells")
 
     name: ClassVar[str] = "pso-apf"
     summary: ClassVar[str] = "Particle swarm over waypoints, pushed from walls by a potential field"
@@ -181,12 +165,6 @@ class PsoApf(ParticlePlanner):
         "Khatib 1986: the repulsion. PSO-APF (Girija and Joshi 2019), paper not found: the coupling and the "
         "attraction are ours."
     )
-
-    def __post_init__(self) -> None:
-        ParticlePlanner.__post_init__(self)
-        check.number(self.name, "attract", self.attract, 0.0, 1.0)
-        check.number(self.name, "repel", self.repel, 0.0, 100.0)
-        check.number(self.name, "reach", self.reach, 0.5, 50.0)
 
     def optimiser(self, task: Task, encoding: Encoding) -> PSO:
         """Particles pushed by the field."""

@@ -11,14 +11,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris.errors import SettingError
+from lampyris._core.settings import check_settings, default_of, flag, number, under_name, whole
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase, Traits
 from lampyris.planning.session_limits import limited
-from lampyris.planning.swarm import settings as check
 from lampyris.planning.swarm.fitness_terms import Weights, score
 from lampyris.planning.swarm.optimisers.loop import StoppingRule, Swarm, minimise
 from lampyris.planning.swarm.search_space import Ints, SearchSpace
@@ -68,15 +67,15 @@ class SwarmPlanner:
     SettingError : a setting out of its range.
     """
 
-    swarm: int = 30
-    iterations: int = 40
-    seeded: bool = True
-    slack: float = 0.0
-    repair: bool = False
-    terrain: float = 1.0
-    blocked: float = 10.0
-    clearance: float = 0.1
-    turns: float = 0.05
+    swarm: int = whole(30, 1, 2000)
+    iterations: int = whole(40, 1, 100_000)
+    seeded: bool = flag(True)
+    slack: float = number(0.0, 0.0, 10.0)
+    repair: bool = flag(False)
+    terrain: float = number(default_of(Weights, "terrain"), 0.0, 1e6)
+    blocked: float = number(default_of(Weights, "blocked"), 0.0, 1e6, above=True)
+    clearance: float = number(default_of(Weights, "clearance"), 0.0, 1e6)
+    turns: float = number(default_of(Weights, "turns"), 0.0, 1e6)
 
     name: ClassVar[str]
     traits: ClassVar[Traits] = Traits(optimal=False, stochastic=True)
@@ -84,15 +83,7 @@ class SwarmPlanner:
     source: ClassVar[str]
 
     def __post_init__(self) -> None:
-        check.whole(self.name, "swarm", self.swarm, 1, 2000)
-        check.whole(self.name, "iterations", self.iterations, 1, 100_000)
-        check.flag(self.name, "seeded", self.seeded)
-        check.flag(self.name, "repair", self.repair)
-        check.number(self.name, "slack", self.slack, 0.0, 10.0)
-        for weight in ("terrain", "blocked", "clearance", "turns"):
-            check.number(self.name, weight, getattr(self, weight), 0.0, 1e6)
-        if self.blocked == 0:
-            raise SettingError.of("BLOCKED", "blocked", "0", where=self.name, allowed="a number > 0")
+        check_settings(self, under_name(self.name))
 
     @property
     def weights(self) -> Weights:

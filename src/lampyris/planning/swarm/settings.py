@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lampyris._core.predicates import in_range
+from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, did_you_mean, shown
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
+from lampyris._core.settings import check_settings, number, under_name, whole, word
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.moves import Moves
@@ -18,7 +19,6 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase, Traits
 from lampyris.planning.field.gates import gate_mask
 from lampyris.planning.session_limits import limited
-from lampyris.planning.swarm import settings as check
 from lampyris.planning.swarm.optimisers.box import Box, Points
 from lampyris.planning.swarm.optimisers.loop import StoppingRule, minimise
 from lampyris.planning.swarm.optimisers.particle import PSO
@@ -115,10 +115,10 @@ class StepPlanner:
         gates they are passed, and the plan says so.
     """
 
-    particles: int = 8
-    rounds: int = 4
-    obstacles: float = 0.1
-    gates: str = "replan"
+    particles: int = whole(8, 1, 1000)
+    rounds: int = whole(4, 1, 1000)
+    obstacles: float = number(0.1, 0.0, 100.0, unit="cells")
+    gates: str = word("replan", ("ignore", "close", "replan"))
 
     name: ClassVar[str]
     # The costs are solved anew where cells were closed, so nothing is reused after a Change.
@@ -129,10 +129,7 @@ class StepPlanner:
     """Cells moved in an iteration."""
 
     def __post_init__(self) -> None:
-        check.whole(self.name, "particles", self.particles, 1, 1000)
-        check.whole(self.name, "rounds", self.rounds, 1, 1000)
-        check.number(self.name, "obstacles", self.obstacles, 0.0, 100.0)
-        check.one_of(self.name, "gates", self.gates, GATES)
+        check_settings(self, under_name(self.name))
 
     def open(self, scene: Scene, rng: np.random.Generator, *, record: bool = False) -> StepSession:
         """Start a session. There is no per-iteration record."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.planning.swarm import settings as check
+from lampyris._core.settings import whole
 from lampyris.planning.swarm.encoding import Encoding, anywhere, evenly, waypoints_of
 from lampyris.planning.swarm.optimisers.box import Points
 from lampyris.planning.swarm.optimisers.loop import Optimiser, Swarm
@@ -35,11 +35,7 @@ class WaypointPlanner(SwarmPlanner):
     waypoints : places of a particle, 1 to 200.
     """
 
-    waypoints: int = 5
-
-    def __post_init__(self) -> None:
-        SwarmPlanner.__post_init__(self)
-        check.whole(self.name, "waypoints", self.waypoints, 1, 200)
+    waypoints: int = whole(5, 1, 200)
 
     def encoding(self, task: Task, base: Ints) -> Encoding:
         """How particles become waypoints; ``base`` are those of the seed, or evenly spaced ones, (k, 2)."""

@@ -23,13 +23,14 @@ import numpy as np
 
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.limits import DECISIONS, NODES
-from lampyris._core.predicates import MOST_WHOLE, is_whole
+from lampyris._core.scalars import MOST_WHOLE, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.kernels import loading
 from lampyris.model.curve import Curve
 from lampyris.model.drive import AT_GOAL, Drive
 from lampyris.model.plan import Status
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.trace import Outcome
 from lampyris.motion.laws.registry import SpeedLaw
 from lampyris.planning.base import Budget, Planner
@@ -39,7 +40,6 @@ from lampyris.sim.continuous.controllers import wheel
 from lampyris.sim.continuous.leg import Leg, covered_cells
 from lampyris.sim.continuous.log import Log
 from lampyris.sim.continuous.replanner import Replanner, spacing_of
-from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.continuous.tracking import CATCH_UP, STEP, Perfect, train_of
 from lampyris.sim.sensor import FaultySensor, PerfectSensor, Sensor, SensorMonitor
 from lampyris.sim.traffic.motion_sources import MotionSource
@@ -80,7 +80,7 @@ def drive(
     feed : what lies between the obstacles and the robot; None: nothing does.
     budget : of every single call of the planner; None: no limit.
     progress : called after each period with the seconds that are over.
-    settings : those of :class:`lampyris.sim.continuous.settings.Settings`.
+    settings : those of :class:`lampyris.model.settings.drive.DriveSettings`.
 
     Raises
     ------
@@ -121,7 +121,7 @@ class DriveSimulation(Exclusive):
         if scene.edits:
             allowed = "a map that stays as it is; simulations in ticks know edits"
             raise SettingError("EDITS", f"{len(scene.edits)} edits", where="scene.edits", allowed=allowed)
-        self.settings = one = Settings.of(settings)
+        self.settings = one = DriveSettings.of(settings)
         one.check_traffic(scene)
         self.scene = scene
         self._demand_room()

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.defaults import Smooth
 from lampyris.errors import SettingError
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
@@ -23,7 +24,7 @@ from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.motion.geometry.acceleration_switches import with_switches
-from lampyris.motion.geometry.curve import Smooth, curve_of
+from lampyris.motion.geometry.curve import curve_of
 from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.geometry.smoothing import Wanted, smooth_curve, wanted_of
 from lampyris.motion.laws.bounds import optimum_at_nodes

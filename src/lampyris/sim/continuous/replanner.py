@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from lampyris._core.defaults import DRIVE_SPACING
+from lampyris._core.defaults import DRIVE_SPACING, Smooth
 from lampyris.errors import SettingError
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.curve import Curve
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
-from lampyris.motion.geometry.curve import Smooth
 from lampyris.motion.geometry.smoothing import rounded_alone
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import free_space

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lampyris._core.settings import default_of
 from lampyris.kernels.motion.curve_motion import travelled
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.motion.cap import Around
 from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.motion.safety.danger_cloud import cloud_cap
@@ -165,7 +167,7 @@ class SafeController:
 
     scene: Scene
     law: PhysicalLaw
-    obstacle_info: str = "positions"
+    obstacle_info: str = default_of(DriveSettings, "obstacle_info")
     foresight: Foresight | None = None
     _speeds: ThreeSpeedControl | None = field(default=None, init=False)
     _last: float = field(default=0.0, init=False)

@@ -18,15 +18,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, TypeAlias
+from typing import Protocol
 
 from lampyris.kernels.motion.curve_motion import ceiling_push
 from lampyris.model.robot import Robot
+from lampyris.model.settings.drive import Tracking
 from lampyris.sim.continuous.control import Decision, node_at
 from lampyris.sim.continuous.leg import Leg
 from lampyris.sim.world.trajectory import Segment, split
-
-Tracking: TypeAlias = Literal["perfect", "velocity", "position"]
 
 STEP = 0.02
 """Seconds of the drive's own control loop."""

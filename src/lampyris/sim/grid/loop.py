@@ -43,13 +43,14 @@ import numpy as np
 from lampyris._core.defaults import SIMULATION_PATIENCE
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.limits import TICKS
-from lampyris._core.predicates import MOST_WHOLE, is_whole
+from lampyris._core.scalars import MOST_WHOLE, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.kernels import loading
 from lampyris.model.change import Change
 from lampyris.model.path import path_of
 from lampyris.model.plan import Plan, Status
 from lampyris.model.scene import Scene
+from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import moves_on
@@ -132,8 +133,9 @@ class Simulation(Exclusive):
     ) -> None:  # fmt: skip
         began, loaded = time.perf_counter(), loading.seconds()
         self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
-        self.last_tick = None if ticks is None else _whole("ticks", ticks, 1)
-        self.patience = PATIENCE if patience is None else _whole("patience", patience, 0)
+        settings = SimulationSettings(ticks, patience)
+        self.last_tick = settings.ticks
+        self.patience = PATIENCE if settings.patience is None else settings.patience
         self.budget = budget
         self.now = 0
         self.outcome: Outcome | None = None

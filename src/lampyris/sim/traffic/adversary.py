@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lampyris._core.predicates import in_range, is_whole
+from lampyris._core.scalars import in_range, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.model.traffic import Obstacle
 from lampyris.planning.field.layers import free_cells

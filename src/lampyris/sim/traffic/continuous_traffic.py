@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lampyris._core.predicates import in_range
+from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import Track
 from lampyris.model.scene import Scene

@@ -10,7 +10,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
 from pydantic_core import PydanticCustomError
 
-from lampyris.io.scenario.run_settings import MAX_TICKS, DriveTable
+from lampyris._core import defaults
+from lampyris._core.defaults import MOBILITY, TRACKS
+from lampyris.io.scenario.run_settings import DriveTable
 from lampyris.io.scenario.scenario import PRESETS
 from lampyris.io.scenario.schema import (
     MAP_KEYS,
@@ -27,6 +29,7 @@ from lampyris.io.scenario.schema import (
 )
 from lampyris.io.scenario.schema_types import Rule, Seed, Table, Word
 from lampyris.io.text.strict_yaml import shown
+from lampyris.model.settings.simulation import MAX_TICKS
 from lampyris.sim.traffic.mobility import MOBILITIES
 
 VERSION = 1
@@ -247,14 +250,14 @@ class TrafficGrid(Table):
 class CrowdTable(Table):
     """What moves besides the robot."""
 
-    kind: _Kind = Field("random-walk", description="How they move; mixed: a third of each.")
+    kind: _Kind = Field(MOBILITY, description="How they move; mixed: a third of each.")
     count: Count | None = Field(None, description="How many; null: the grid says.")
     rate: _Rate = Field(
         None, description="Chance a tick that one more random walker appears; null: all from the start."
     )
     radius: Radius = Field(0.0, description="Radius of each, metres; 0 is one cell.")
     tracks: _Tracks = Field(
-        "replayed",
+        TRACKS,
         description="replayed: drawn once without the robot, the same for everybody; live: they wait for it.",
     )
     grid: TrafficGrid | None = Field(None, description="Values to be tried in every combination.")
@@ -319,7 +322,8 @@ class StudyFile(Table):
         Field(None, description="What a run is; null: simulate if there is traffic, else plan.")
     )
     preset: Annotated[Literal["robot", "dissertation"], Rule("PRESET", ", ".join(PRESETS))] = Field(
-        "robot", description="Moves and law where they are not given: octile and physical, or its own."
+        defaults.PRESET,
+        description="Moves and law where they are not given: octile and physical, or its own.",
     )
     moves: Annotated[
         Literal["dissertation", "octile", "four-connected", "sixteen-connected"] | None,

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 from lampyris import __version__
+from lampyris._core.defaults import TRACKS
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell
 
@@ -70,7 +71,7 @@ class StudyTraffic:
     count: int = 0
     rate: float | None = None
     radius: float = 0.0
-    tracks: Tracks = "replayed"
+    tracks: Tracks = TRACKS
 
     @property
     def label(self) -> str:
@@ -136,7 +137,7 @@ class Study:
     expansions : budget of one call of a planner; None: no limit.
     seconds : budget of one run (CPU). A study with it is marked: its results depend on the machine.
     ticks, patience : of simulations; None: their defaults.
-    drive : settings of drives (:class:`lampyris.sim.continuous.settings.Settings`), complete; empty otherwise.
+    drive : settings of drives (:class:`lampyris.model.settings.drive.DriveSettings`), complete; empty otherwise.
     root : seed of the study.
     memory : whether the peak of memory is measured, in a second run of each job.
     notes : sentences for a person on what of its maps is left out; not kept in a store.

@@ -217,9 +217,9 @@ def _check_kind(file: StudyFile, kind: Kind, crowds: Made[StudyTraffic], tried: 
                 fault = FileError("TRACKS", "live tracks with kind plan", allowed="replayed")
                 tried.refuse((*way, "tracks"), fault)
     if kind == "drive":
-        from lampyris.sim.continuous.settings import Settings
+        from lampyris.model.settings.drive import DriveSettings
 
-        tried(("drive",), Settings.of, {} if file.drive is None else file.drive.model_dump())
+        tried(("drive",), DriveSettings.of, {} if file.drive is None else file.drive.model_dump())
 
 
 def _check_crowds(worlds: Made[World], crowds: Made[StudyTraffic], tried: Tried) -> None:
@@ -238,6 +238,6 @@ def _check_crowds(worlds: Made[World], crowds: Made[StudyTraffic], tried: Tried)
 
 def _drive(file: StudyFile) -> dict[str, Any]:
     """Every setting of a drive."""
-    from lampyris.sim.continuous.settings import Settings
+    from lampyris.model.settings.drive import DriveSettings
 
-    return asdict(Settings.of({} if file.drive is None else file.drive.model_dump()))
+    return asdict(DriveSettings.of({} if file.drive is None else file.drive.model_dump()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lampyris._core.predicates import is_whole
+from lampyris._core.scalars import is_whole
 from lampyris.errors import SettingError, UsageError, shown
 from lampyris.study.design.row import Row
 

@@ -18,10 +18,10 @@ from lampyris.model.field import Field
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.traffic import Obstacle, ObstacleSpec
 from lampyris.planning.field.layers import clearance, free_space, moves_for
 from lampyris.planning.field.solve import solve
-from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.traffic.mobility import crowd
 from lampyris.sim.traffic.traffic import open_traffic
 from lampyris.sim.world.cell_index import CellIndex, robot_shape
@@ -180,7 +180,7 @@ class StudyWorld:
         """The last tick of a simulation."""
         return self.place.last_tick if asked is None else asked
 
-    def drive_ticks(self, settings: Settings) -> int:
+    def drive_ticks(self, settings: DriveSettings) -> int:
         """Ticks of tracks for a drive: as many as pass until its time limit.
 
         Without one: until twenty times the time that the best way takes at the obstacles' speed, and two

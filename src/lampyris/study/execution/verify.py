@@ -23,6 +23,7 @@ from lampyris import referee
 from lampyris.errors import LampyrisError
 from lampyris.model.plan import Status
 from lampyris.model.robot import LEAST
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.trace import Outcome, Trace
 from lampyris.model.traffic import Obstacle
 from lampyris.motion.laws import registry as laws
@@ -30,7 +31,6 @@ from lampyris.motion.laws.physical import PhysicalLaw
 from lampyris.planning import registry
 from lampyris.referee.verdict import Violation
 from lampyris.report.data.measures import Known, Metrics, drive_metrics, plan_metrics, trace_metrics
-from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.traffic.continuous_traffic import DIAGONAL
 from lampyris.study.design.row import Ending, Row
 from lampyris.study.design.study import Job, StudyMap
@@ -241,7 +241,7 @@ def _begin_where_they_must(trace: Trace, world: StudyWorld) -> None:
 
 
 def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, published: float | None) -> Metrics:
-    one = Settings.of(plain["drive"])
+    one = DriveSettings.of(plain["drive"])
     everybody = world.replay.bodies if world.replayed else (*world.opened.bodies, *world.opened.to_come)
     drive = drive_of(
         evidence,
@@ -271,7 +271,7 @@ def _driven(plain: Mapping[str, Any], evidence: Any, world: StudyWorld, publishe
     return drive_metrics(drive, known(world.place), published)
 
 
-def _tracks_of_the_world(drive: Any, world: StudyWorld, one: Settings) -> None:
+def _tracks_of_the_world(drive: Any, world: StudyWorld, one: DriveSettings) -> None:
     """Replayed obstacles are where this world has them; others begin there."""
     if not world.replayed:
         for k, cell in enumerate(world.opened.places):

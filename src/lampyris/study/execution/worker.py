@@ -31,13 +31,13 @@ from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.trace import Trace
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner
 from lampyris.sim.continuous import drive as driving
-from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.grid import fast_simulation, loop
 from lampyris.study.design.study import canonical
 from lampyris.study.design.study_map import unpack
@@ -347,7 +347,7 @@ def _drive(task: _Task) -> RunResult:
     world = task.world
     scene = world.scene
     if world.replayed:
-        scene = world.among(world.drive_ticks(Settings.of(task.drive)))
+        scene = world.among(world.drive_ticks(DriveSettings.of(task.drive)))
     made = driving.drive(
         scene, task.planner, law=task.law, seed=world.seed, budget=task.given, progress=task.clock.look,
         **task.drive,

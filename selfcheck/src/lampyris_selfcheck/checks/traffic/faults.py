@@ -21,11 +21,11 @@ from lampyris.model.drive import Drive, Moment
 from lampyris.model.grid import Grid
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
+from lampyris.model.settings.drive import DriveSettings
 from lampyris.model.trace import Outcome
 from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk
 from lampyris.referee import check_drive
 from lampyris.sim.continuous.drive import drive
-from lampyris.sim.continuous.settings import Settings
 from lampyris.sim.sensor import FAULTS, FaultySensor, ObstacleMessage, Sensor
 from lampyris.sim.traffic.adversary import Adversary
 from lampyris.sim.world.cell_index import EIGHT
@@ -217,7 +217,7 @@ def _stands(made: Drive, feed: FaultySensor, noticed: Moment, tally: Tally) -> s
     forever = math.isinf(feed.lasts) and _for_good(made, feed)
     if forever and made.outcome not in (Outcome.STOPPED, Outcome.HIT):
         return f"ends as {made.outcome.value}; the fault lasts for good"
-    data_timeout = Settings().data_timeout
+    data_timeout = DriveSettings().data_timeout
     if forever and feed.kind != "goal-gone":
         late = made.duration - (noticed.t + max(v / robot.d_max, data_timeout) + 2 * made.period)
         if late > _DUST:

@@ -13,39 +13,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from lampyris._core import defaults
 from lampyris.cli import outputs
 from lampyris.cli.exit_codes import BAD_INPUT, INTERNAL_FAULT, NO_ANSWER
 from lampyris.cli.option_errors import check_choice
-from lampyris.cli.options import (
-    ALatMax,
-    AllowOutside,
-    AMax,
-    Colour,
-    DMax,
-    Force,
-    Goal,
-    GoalM,
-    JerkMax,
-    Json,
-    Map,
-    MaxCells,
-    Mobility,
-    Moves,
-    NoTiming,
-    ObstacleRadius,
-    Picture,
-    Preset,
-    Radius,
-    Rate,
-    Resolution,
-    RobotFile,
-    Seed,
-    Start,
-    StartM,
-    TurnRadius,
-    Values,
-    VMax,
-)  # fmt: skip
+from lampyris.cli.option_groups import (
+    EndOptions,
+    LawOptions,
+    MapOptions,
+    PlannerOptions,
+    RobotOptions,
+    RuleOptions,
+)
+from lampyris.cli.options import Force, Json, Mobility, NoTiming, ObstacleRadius, Picture, Rate
 from lampyris.cli.progress import counting, working
 from lampyris.cli.text import print_json, print_notes
 from lampyris.errors import InputError, SettingError, UsageError
@@ -64,11 +44,10 @@ MAX_RUNS = 10_000
 
 
 def compare(
-    map_: Map,
-    start: Start = None,
-    goal: Goal = None,
-    start_m: StartM = None,
-    goal_m: GoalM = None,
+    map_options: MapOptions,
+    ends: EndOptions,
+    robot: RobotOptions,
+    rules: RuleOptions,
     planners: Annotated[
         str | None,
         typer.Option(
@@ -87,12 +66,10 @@ def compare(
             "shows speeds.",
         ),
     ] = None,
-    preset: Preset = "robot",
-    moves: Moves = None,
     obstacles: Annotated[
         int, typer.Option("--obstacles", metavar="N", help="How many moving obstacles (0: plans only).")
     ] = 0,
-    mobility: Mobility = "random-walk",
+    mobility: Mobility = defaults.MOBILITY,
     rate: Rate = None,
     obstacle_radius: ObstacleRadius = 0.0,
     live: Annotated[
@@ -105,21 +82,7 @@ def compare(
     seeds: Annotated[
         int, typer.Option("--seeds", metavar="N", help="How many worlds: means of N runs each.")
     ] = 1,
-    seed: Seed = 0,
     workers: Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Processes.")] = 1,
-    resolution: Resolution = None,
-    robot_file: RobotFile = None,
-    radius: Radius = 0.0,
-    v_max: VMax = 1.0,
-    a_max: AMax = 0.5,
-    d_max: DMax = 1.0,
-    a_lat_max: ALatMax = 1.0,
-    turn_radius: TurnRadius = 0.0,
-    jerk_max: JerkMax = None,
-    values: Values = "occupancy",
-    colour: Colour = "legend",
-    allow_outside: AllowOutside = False,
-    max_cells: MaxCells = None,
     picture: Picture = None,
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for every run.")
@@ -131,10 +94,7 @@ def compare(
     """Compare a few planners and speed laws in the same world: one table, one picture."""
     from lampyris.cli.request import Request
 
-    request = Request(
-        map_, start, goal, start_m, goal_m, "astar", preset, moves, None, [], seed, resolution, radius,
-        v_max, a_max, d_max, values, colour, allow_outside, max_cells, a_lat_max, turn_radius, jerk_max,
-    )  # fmt: skip
+    request = Request(map_options, ends, robot, rules, PlannerOptions("astar"), LawOptions())
     traffic = CompareTraffic(obstacles, mobility, rate, obstacle_radius, live, ticks)
     compare_request = CompareRequest(request, planners, laws, traffic, seeds, workers)
     out = CompareOutputs(json_, not no_timing, picture, csv, force)

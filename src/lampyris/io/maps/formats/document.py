@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
 from lampyris.errors import FileError, LimitError, SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT, Grid
@@ -121,8 +122,8 @@ class FileSource:
     max_cells: int = MAX_CELLS
     allow_outside: bool = False
     strict: bool = False
-    values: str = "occupancy"
-    colour: str = "legend"
+    values: str = defaults.VALUES
+    colour: str = defaults.COLOUR
     confined: bool = False
     quotes: bool = True
 

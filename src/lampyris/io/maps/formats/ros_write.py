@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import defaults
 from lampyris._core.cancellation import uninterrupted
 from lampyris.errors import UsageError
 from lampyris.io.files import write_file
@@ -39,7 +40,7 @@ def save_ros(
     *,
     mode: str | None = None,
     image_format: str | None = None,
-    values: str = "occupancy",
+    values: str = defaults.VALUES,
 ) -> None:
     """Write ``path``, a YAML file, and beside it the picture, named alike.
 
@@ -97,7 +98,7 @@ def yaml_text(what: MapDocument | Grid, mode: str, image: str) -> str:
     )
 
 
-def occupancy_of(what: MapDocument | Grid, values: str = "occupancy") -> Occupancy:
+def occupancy_of(what: MapDocument | Grid, values: str = defaults.VALUES) -> Occupancy:
     """What to write of each cell, int8 (height, width): 0 free, 100 blocked, -1 unknown, and a document's own
     occupancy where it agrees with its grid; as costmap values also 1 to 98 where there is terrain.
     """

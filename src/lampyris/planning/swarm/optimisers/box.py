@@ -8,7 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lampyris._core.predicates import is_real, numbers
+from lampyris._core.predicates import numbers
+from lampyris._core.scalars import is_real
 from lampyris.errors import SettingError, shown
 
 Points: TypeAlias = NDArray[np.float64]

@@ -24,10 +24,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.predicates import in_range, is_word
+from lampyris._core.scalars import in_range, is_word
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values, norms, told
-from lampyris.planning.swarm.optimisers.steps import CoolingStep, DecayingStep, FixedStep, StepRule
+from lampyris.planning.swarm.optimisers.steps import HORIZON, CoolingStep, DecayingStep, FixedStep, StepRule
 
 CHOICES = ("roulette", "greedy")
 MOST = 5000
@@ -103,7 +103,7 @@ def adaptive_gso(n: int = 100, sensor: float | None = None, step: DecayingStep |
     return GSO(n=n, sensor=sensor, step=step or DecayingStep())
 
 
-def igso(n: int = 100, horizon: float = 250.0, most: float = 0.3, wander: float = 0.1) -> GSO:
+def igso(n: int = 100, horizon: float = HORIZON, most: float = 0.3, wander: float = 0.1) -> GSO:
     """Improved GSO after what is known of He and Huang, Math. Probl. Eng. 2016, 3196958.
 
     Known: a new step rule, a range as wide as the space, random moves of the brightest. Their formulas could

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.predicates import in_range
+from lampyris._core.scalars import in_range
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values, told
 

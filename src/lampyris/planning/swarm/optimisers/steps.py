@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Protocol
 
 from lampyris._core.elementary import exp
-from lampyris._core.predicates import is_real
+from lampyris._core.scalars import is_real
 from lampyris.errors import SettingError, shown
 
 
@@ -16,6 +16,10 @@ class StepRule(Protocol):
     def at(self, t: int) -> float:
         """Length of the steps of iteration t = 0, 1, ..."""
         ...
+
+
+HORIZON = 250.0
+"""Iterations over which a step shrinks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +76,7 @@ class CoolingStep:
     most: float = 0.3
     least: float = 0.01
     fall: float = 5.0
-    horizon: float = 250.0
+    horizon: float = HORIZON
 
     def __post_init__(self) -> None:
         _positive(self)

@@ -1,0 +1,167 @@
+"""Options that belong together, as dataclasses: a verb takes a group where it would take each option.
+
+:func:`with_groups` makes of such a function one whose signature has every option by itself, which Typer reads.
+Options of the robot, of a simulation and of a drive are derived from the declared settings
+(:mod:`lampyris._core.settings`): names, types, defaults, units, choices and help.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields, is_dataclass, make_dataclass
+from dataclasses import field as dataclass_field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_type_hints
+
+import typer
+
+from lampyris._core import defaults
+from lampyris._core.settings import Setting, defaults_of, meanings_of, settings_of
+from lampyris.cli import options
+from lampyris.model.robot import Robot
+from lampyris.model.settings.drive import DriveSettings
+from lampyris.model.settings.simulation import SimulationSettings
+
+_TYPES = {"number": float, "whole": int, "word": str, "flag": bool}
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """Which map, and how its file is read."""
+
+    map_: options.Map
+    resolution: options.Resolution = None
+    values: options.Values = defaults.VALUES
+    colour: options.Colour = defaults.COLOUR
+    allow_outside: options.AllowOutside = False
+    max_cells: options.MaxCells = None
+
+
+@dataclass(frozen=True)
+class EndOptions:
+    """From where to where, in cells or in metres."""
+
+    start: options.Start = None
+    goal: options.Goal = None
+    start_m: options.StartM = None
+    goal_m: options.GoalM = None
+
+
+@dataclass(frozen=True)
+class PlannerOptions:
+    """Which planner, and its settings as they were typed."""
+
+    planner: options.Planner = defaults.PLANNER
+    settings: options.Set = None
+
+
+@dataclass(frozen=True)
+class RuleOptions:
+    """Moves, speed law and seed."""
+
+    preset: options.Preset = defaults.PRESET
+    moves: options.Moves = None
+    seed: options.Seed = 0
+
+
+@dataclass(frozen=True)
+class LawOptions:
+    """Which speed law, its settings as they were typed, and speed zones."""
+
+    law: options.Law = None
+    set_law: options.SetLaw = None
+    zones: options.Zones = None
+
+
+@dataclass(frozen=True)
+class TrafficOptions:
+    """What moves besides the robot."""
+
+    obstacles: options.Obstacles = 10
+    mobility: options.Mobility = defaults.MOBILITY
+    rate: options.Rate = None
+    obstacle_radius: options.ObstacleRadius = 0.0
+    track: options.Track = None
+
+    @property
+    def tracks(self) -> tuple[Path, ...]:
+        """Files of recorded obstacles."""
+        return tuple(self.track or ())
+
+
+def option_of(name: str, setting: Setting, meaning: str) -> Any:
+    """The annotation of an option for a declared setting."""
+    text = meaning.partition(". ")[0].rstrip(".")
+    text = text[0].upper() + text[1:]
+    if setting.none:
+        text += f" (default: {setting.none})"
+    unit = setting.unit.upper() or ("N" if setting.kind == "whole" else "NUMBER")
+    option = typer.Option(
+        f"--{name.replace('_', '-')}", metavar="|".join(setting.words) or unit, help=f"{text}."
+    )
+    kind = _TYPES[setting.kind]
+    return Annotated[kind | None if setting.none else kind, option]
+
+
+def group_of(name: str, kind: type, first: tuple[Any, ...] = ()) -> type:
+    """A group with an option for every declared setting of a dataclass.
+
+    Parameters
+    ----------
+    name : of the group.
+    kind : dataclass whose fields are declared by :mod:`lampyris._core.settings`.
+    first : options that come before them, as for :func:`dataclasses.make_dataclass`.
+    """
+    meanings, usual = meanings_of(kind), defaults_of(kind)
+    made = [
+        (key, option_of(key, setting, meanings.get(key, key)), dataclass_field(default=usual[key]))
+        for key, setting in settings_of(kind).items()
+    ]
+    return make_dataclass(name, [*first, *made], frozen=True)
+
+
+if TYPE_CHECKING:
+    RobotOptions: TypeAlias = Any
+    DriveOptions: TypeAlias = Any
+    SimulationOptions: TypeAlias = Any
+else:
+    RobotOptions = group_of(
+        "RobotOptions", Robot, (("robot_file", options.RobotFile, dataclass_field(default=None)),)
+    )
+    DriveOptions = group_of("DriveOptions", DriveSettings)
+    SimulationOptions = group_of("SimulationOptions", SimulationSettings)
+
+
+def settings_in(group: Any, kind: type) -> dict[str, Any]:
+    """The values of a group's options that are declared settings of a class, by name."""
+    return {name: getattr(group, name) for name in settings_of(kind)}
+
+
+def with_groups(verb: Callable[..., None]) -> Callable[..., None]:
+    """The verb with every option by itself, in place of the groups that it takes."""
+    hints = get_type_hints(verb, include_extras=True)
+    groups: dict[str, tuple[Any, list[str]]] = {}
+    flat: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(verb).parameters.items():
+        kind = hints.get(name, parameter.annotation)
+        if not is_dataclass(kind):
+            flat.append(parameter.replace(annotation=kind, kind=inspect.Parameter.KEYWORD_ONLY))
+            continue
+        own = get_type_hints(kind, include_extras=True)
+        groups[name] = (kind, [one.name for one in fields(kind)])
+        for one in fields(kind):
+            default = inspect.Parameter.empty if one.default is MISSING else one.default
+            kind_of = inspect.Parameter.KEYWORD_ONLY
+            flat.append(inspect.Parameter(one.name, kind_of, annotation=own[one.name], default=default))
+
+    @functools.wraps(verb)
+    def call(**given: Any) -> None:
+        made = {name: kind(**{key: given.pop(key) for key in keys}) for name, (kind, keys) in groups.items()}
+        verb(**made, **given)
+
+    call.__signature__ = inspect.Signature(flat)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in flat}
+    del call.__wrapped__
+    return call

@@ -1,0 +1,133 @@
+"""Settings of a drive in continuous time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+
+from lampyris._core.defaults import DRIVE_SPACING, MAX_AGE, SMOOTH, Smooth
+from lampyris._core.settings import check_settings, number, under_code, word
+from lampyris.errors import SettingError, UnknownSettingError, did_you_mean, shown
+
+if TYPE_CHECKING:
+    from lampyris.model.scene import Scene
+
+ObstacleInfo: TypeAlias = Literal["positions", "velocities", "tracks"]
+OnHit: TypeAlias = Literal["end", "go-on"]
+Tracking: TypeAlias = Literal["perfect", "velocity", "position"]
+
+MAX_PASSED = 100
+"""Cells an obstacle of the traffic may pass between two decisions: each is a step that is decided, and kept
+until the next decision. No robot avoids what is a hundred cells farther whenever it decides."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSettings:
+    """How a drive is simulated.
+
+    Parameters
+    ----------
+    period : time between two decisions.
+    time_limit : when the drive ends in any case. The default is a minute, and ten times what the robot's own
+        limits would need on its first path. At most :data:`lampyris._core.limits.DECISIONS` periods.
+    obstacle_speed : speed of a straight step of the scene's obstacles. At most :data:`MAX_PASSED` cells between
+        two decisions.
+    obstacle_info : what the law knows of obstacles: their ``positions``; their ``velocities`` too; or whole
+        ``tracks`` where they are recorded. It is safe with positions alone, and drives better with more.
+    tracking : how commands are followed: at once (``perfect``), or late, by ``velocity`` or by ``position``. See
+        :mod:`lampyris.sim.continuous.tracking`.
+    command_period : time between two commands, unless tracking is perfect.
+    delay : time a command takes to arrive, unless tracking is perfect; known to the law.
+    lag : time by which the motors lag, unless tracking is perfect.
+    noise : error of a reported position, at most; known to the law.
+    patience : time the robot stands because of obstacles before it replans.
+    give_up : time of standing in a row after which the drive ends as ``blocked``.
+    on_hit : whether the drive ends when an obstacle runs into the standing robot.
+    smooth : how planned paths become curves: ``arcs``, pulled straight and corners rounded as widely as there is
+        room; ``none``, the planned cells as they are, each corner rounded within half a step, or a stop.
+    data_timeout : time without trustworthy data after which a standing robot gives up.
+    max_age : age beyond which data are not trusted.
+    spacing : distance between two nodes of the path, at most. What walls require is bounded between nodes, so
+        the farther apart the slower: half a cell costs 14 % on env-1 to env-6.
+
+    Raises
+    ------
+    SettingError : ``DRIVE_SETTING``.
+    """
+
+    period: float = number(0.1, 1e-6, 1e6, unit="s")
+    time_limit: float | None = number(None, 1e-6, 1e6, unit="s", none="generous for the first path")
+    obstacle_speed: float | None = number(None, 1e-6, 1e6, unit="m/s", none="the robot's top speed")
+    obstacle_info: ObstacleInfo = word("positions", get_args(ObstacleInfo))
+    tracking: Tracking = word("perfect", get_args(Tracking))
+    command_period: float | None = number(None, 1e-6, 1e6, unit="s", none="the period")
+    delay: float = number(0.0, 0.0, 1e6, unit="s")
+    lag: float = number(0.1, 0.0, 1e6, unit="s")
+    noise: float = number(0.0, 0.0, 1e6, unit="m")
+    patience: float = number(5.0, 0.0, 1e6, unit="s")
+    give_up: float = number(60.0, 1e-6, 1e6, unit="s")
+    on_hit: OnHit = word("end", get_args(OnHit))
+    smooth: Smooth = word(SMOOTH, get_args(Smooth))
+    data_timeout: float = number(2.0, 0.0, 1e6, unit="s")
+    max_age: float = number(MAX_AGE, 1e-6, 1e6, unit="s")
+    spacing: float | None = number(None, 1e-6, 1e6, unit="m", none=f"{DRIVE_SPACING:g} of a cell")
+
+    def __post_init__(self) -> None:
+        check_settings(self, under_code("DRIVE_SETTING"))
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> DriveSettings:
+        """Settings by name.
+
+        Raises
+        ------
+        SettingError : ``DRIVE_SETTING``: one that a drive does not have, or out of its range.
+        """
+        names = [f.name for f in fields(cls)]
+        for name in given:
+            if name not in names:
+                raise UnknownSettingError(
+                    "DRIVE_SETTING",
+                    f"a drive has no setting {shown(name)}",
+                    allowed=", ".join(names),
+                    todo=did_you_mean(name, names),
+                    setting=str(name),
+                )
+        return cls(**given)
+
+    @property
+    def decision_period(self) -> float:
+        """Seconds between two decisions."""
+        return float(getattr(self, self._decided_by))
+
+    @property
+    def _decided_by(self) -> str:
+        """The setting that says how often."""
+        late = self.tracking != "perfect" and self.command_period is not None
+        return "command_period" if late else "period"
+
+    def check_traffic(self, scene: Scene) -> None:
+        """See that the scene's traffic passes at most MAX_PASSED cells between two decisions.
+
+        Raises
+        ------
+        SettingError : ``OBSTACLE_SPEED``: it passes more.
+        """
+        speed = scene.robot.v_max if self.obstacle_speed is None else self.obstacle_speed
+        most = MAX_PASSED * scene.grid.resolution / self.decision_period
+        if scene.traffic and speed > most:
+            raise SettingError(
+                "OBSTACLE_SPEED",
+                f"at {shown(speed)} m/s obstacles pass more than {MAX_PASSED:,} cells between two decisions",
+                where="obstacle_speed" if self.obstacle_speed is not None else "v_max",
+                allowed=f"at most {shown(most)} m/s",
+                todo=f"slower obstacles (obstacle_speed) or a shorter {self._decided_by}",
+            )
+
+
+def split_settings(given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Those of a drive, and the rest."""
+    names = [f.name for f in fields(DriveSettings)]
+    ours = {key: value for key, value in given.items() if key in names}
+    return ours, {key: value for key, value in given.items() if key not in names}
