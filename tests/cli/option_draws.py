@@ -402,8 +402,8 @@ def warm() -> None:
     import lampyris.cli.verbs.study.files
     import lampyris.cli.verbs.study.running
     import lampyris.cli.verbs.study.tables
-    import lampyris.movingai
     import lampyris.model.settings.drive
+    import lampyris.movingai
     import lampyris.report.charts.drive_chart
     import lampyris.report.charts.speed_compare
     import lampyris.report.data.adgso_tables

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris._core.values import MAX_REPR, Noun
+from lampyris._core.noun import MAX_REPR, Noun
 from lampyris.errors import SettingError, UnknownSettingError, UsageError
 from lampyris.report.data.columns import drive_columns, plan_columns, profile_columns, trace_columns
 from model.test_copies import NOUNS, arrays_in, classes

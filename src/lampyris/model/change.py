@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lampyris._core.values import Noun
+from lampyris._core.noun import Noun
 from lampyris.typing import Cell
 
 

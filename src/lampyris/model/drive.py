@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import items_of, numbers_of, whole_of
-from lampyris._core.values import Noun, Tabular, Value
+from lampyris._core.noun import Noun, Tabular
+from lampyris._core.values import Value
 from lampyris.model.curve import Curve
 from lampyris.model.obstacles import Track
 from lampyris.model.profile import reason

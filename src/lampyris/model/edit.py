@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of, items_of
 from lampyris._core.scalars import is_whole
-from lampyris._core.values import Noun
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.grid import Grid
 from lampyris.typing import Cell, CellsLike

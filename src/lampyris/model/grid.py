@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris._core import elementary
+from lampyris._core.noun import Noun
 from lampyris._core.predicates import array_of, numbers
 from lampyris._core.scalars import in_range
-from lampyris._core.values import Noun, Value
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Floats
 

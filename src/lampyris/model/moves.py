@@ -22,9 +22,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of
 from lampyris._core.scalars import is_whole
-from lampyris._core.values import Noun
 from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.typing import FloatGrid, IntGrid

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lampyris._core.arrays import cells_of
-from lampyris._core.values import Noun, Tabular, Value
+from lampyris._core.noun import Noun, Tabular
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid, MapFrame

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import items_of, numbers_of, whole_of
+from lampyris._core.noun import Tabular
 from lampyris._core.predicates import numbers
-from lampyris._core.values import Tabular, Value
+from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import Grid, MapFrame, frozen
 from lampyris.typing import Floats, Points

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lampyris._core.noun import Noun
 from lampyris._core.settings import check_settings, number, under_code
-from lampyris._core.values import Noun
 
 LEAST, GREATEST = 1e-6, 1e6
 """Range of every limit: what lies beyond is a wrong unit."""

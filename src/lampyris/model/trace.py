@@ -8,7 +8,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from lampyris._core.arrays import cells_of, items_of, numbers_of
-from lampyris._core.values import Noun, Tabular, Value
+from lampyris._core.noun import Noun, Tabular
+from lampyris._core.values import Value
 from lampyris.model.edit import Edit
 from lampyris.model.path import Path
 from lampyris.model.scene import Scene

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of, items_of
 from lampyris._core.scalars import in_range, is_real
-from lampyris._core.values import Noun
 from lampyris.errors import LimitError, SettingError, shown
 from lampyris.typing import Cell, CellsLike
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lampyris._core.values import brief
+from lampyris._core.noun import brief
 from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive
 from lampyris.model.field import Field
