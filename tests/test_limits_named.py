@@ -17,18 +17,19 @@ import numpy as np
 import pytest
 
 import lampyris
+from lampyris._core.settings import settings_of
 from lampyris.errors import MAX_PART, FileError, LampyrisError
 from lampyris.io import paths as way_file
 from lampyris.io.maps.formats import ros_yaml
 from lampyris.io.maps.load import load_map
 from lampyris.io.paths import read_way
-from lampyris.io.scenario import run_settings, schema_types
+from lampyris.io.scenario import schema_types
 from lampyris.io.scenario.schema import MAX_SIDE
 from lampyris.io.text import strict_json
 from lampyris.io.text.strict_json import read_json
 from lampyris.model.edit import MAX_EDITS, Edit, check_edits
 from lampyris.model.grid import MAX_TERRAIN, Grid
-from lampyris.planning.adgso import settings as ad_gso
+from lampyris.model.settings.simulation import MAX_TICKS
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.spacetime import session as _timed_session
 from lampyris.planning.swarm.optimisers import glowworm, particle
@@ -87,6 +88,11 @@ def count(n: int, many: int) -> list[dict[str, Any]]:
     return [{"kind": "crossing", "grid": {"count": counts[k : k + many]}} for k in range(0, n, many)]
 
 
+def most(name: str) -> int:
+    """The greatest value of a setting of AD-GSO, as it is declared."""
+    return int(settings_of(AdGso)[name].high)
+
+
 LIMITS: dict[str, tuple[int, Ask, str]] = {
     "edits": (MAX_EDITS, lambda f, n: check_edits(Grid([[False]]), [Edit(k) for k in range(n)]), "LIMIT"),
     "edits of a scenario": (
@@ -94,9 +100,9 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         lambda f, n: scenario(simulate={}, edits=[{"tick": k} for k in range(n)])(f),
         "LIMIT",
     ),
-    "ticks of a scenario": (run_settings.MAX_TICKS, lambda f, n: scenario(simulate={"ticks": n})(f), "TICKS"),
+    "ticks of a scenario": (MAX_TICKS, lambda f, n: scenario(simulate={"ticks": n})(f), "TICKS"),
     "patience of a scenario": (
-        run_settings.MAX_TICKS,
+        MAX_TICKS,
         lambda f, n: scenario(simulate={"patience": n})(f),
         "PATIENCE",
     ),
@@ -129,12 +135,12 @@ LIMITS: dict[str, tuple[int, Ask, str]] = {
         lambda f, n: study(seeds=n, planners=[grid_of(1000)], maps=[drawn(1)])(f),
         "LIMIT",
     ),
-    "ticks of a study": (run_settings.MAX_TICKS, lambda f, n: study(ticks=n)(f), "TICKS"),
+    "ticks of a study": (MAX_TICKS, lambda f, n: study(ticks=n)(f), "TICKS"),
     "name of a packed map": (study_map.MAX_NAME, packed_map, "PACKED_MAP"),
     "workers": (MAX_WORKERS, lambda f, n: Execution(workers=n), "WORKERS"),
-    "nt": (ad_gso.MAX_NT, lambda f, n: AdGso(nt=n), "NT"),
-    "mvr": (ad_gso.MAX_MVR, lambda f, n: AdGso(mvr=n), "MVR"),
-    "window": (ad_gso.MAX_MVR, lambda f, n: AdGso(window=n), "WINDOW"),
+    "nt": (most("nt"), lambda f, n: AdGso(nt=n), "NT"),
+    "mvr": (most("mvr"), lambda f, n: AdGso(mvr=n), "MVR"),
+    "window": (most("window"), lambda f, n: AdGso(window=n), "WINDOW"),
     "horizon": (_timed_session.MAX_HORIZON, lambda f, n: _timed_session.Timed(horizon=n), "HORIZON"),
     "glowworms": (glowworm.MOST, lambda f, n: glowworm.GSO(n=n), "SWARM"),
     "particles": (particle.MOST, lambda f, n: particle.PSO(n=n), "SWARM"),
@@ -223,7 +229,7 @@ NOT_INPUT = "not of what comes in: "
 ASKED: dict[str, str] = {
     "api.MAX_SEED": LIMITS_PY,
     "cli.verbs.compare.command.MAX_RUNS": "cli/test_cli_compare.py",
-    "_core.predicates.MOST_WHOLE": "test_bad_arguments.py",
+    "_core.scalars.MOST_WHOLE": "test_bad_arguments.py",
     "errors.MAX_DIGITS": "test_bad_arguments.py",
     "errors.MAX_PART": HERE,
     "errors.MAX_SHOWN": "test_bad_arguments.py",
@@ -247,7 +253,7 @@ ASKED: dict[str, str] = {
     "io.scenario.validation_errors.MOST": NOT_INPUT + "mistakes told whole",
     "io.scenario.schema.MAX_SIDE": HERE,
     "io.scenario.schema_types.MAX_TEXT": HERE,
-    "io.scenario.run_settings.MAX_TICKS": HERE,
+    "model.settings.simulation.MAX_TICKS": HERE,
     "io.tracks.csv_tracks.MAX_TICKS": LIMITS_PY,
     "io.paths.MAX_POINTS": LIMITS_PY,
     "io.text.strict_yaml.MAX_BYTES": LIMITS_PY,
@@ -260,8 +266,6 @@ ASKED: dict[str, str] = {
     "model.scene.MAX_RADIUS": LIMITS_PY,
     "model.traffic.MAX_BODIES": LIMITS_PY,
     "planning.spacetime.session.MAX_HORIZON": HERE,
-    "planning.adgso.settings.MAX_MVR": HERE,
-    "planning.adgso.settings.MAX_NT": HERE,
     "report.film.simulation_film.MAX_FRAMES": "report/test_report_film.py",
     "model.settings.drive.MAX_PASSED": "sim/test_sim_drive.py",
     "sim.sensor._MOST": "sim/test_sim_feed.py",
@@ -352,6 +356,9 @@ ASKED: dict[str, str] = {
 
 
 NO_LIMITS = {
+    "_core.defaults.MAX_AGE",
+    "_core.defaults.VALUES",
+    "_core.noun.MAX_REPR",
     "kernels.graph.any_angle.LIMIT", "kernels.graph.bidirectional.LIMIT", "kernels.incremental.queue.LIMIT",
    "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",
     "kernels.adgso.tick_speed.OF_LIMIT", "kernels.adgso.tick_speed.OF_WAITING",

@@ -65,7 +65,7 @@ class Timed:
     margin: int = whole(1, 0, MAX_HORIZON, unit="ticks")
     tracks: str = word("known", TRACKS)
 
-    name: ClassVar[str]
+    name: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         check_settings(self, under_name(self.name))
