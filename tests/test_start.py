@@ -257,7 +257,7 @@ def test_a_full_disk_does_not_stop_several_threads(tmp_path: Path) -> None:
     _jit.prefer_compiled()
     free = np.ones((5, 6), dtype=np.bool_)
     free.setflags(write=False)
-    many = solve_many(free, MOVES["four"], [(0, 0), (1, 1), (2, 2)], workers=2)
+    many = solve_many(free, MOVES["four-connected"], [(0, 0), (1, 1), (2, 2)], workers=2)
     print(json.dumps([int(field.exact.max()) for field in many]))
     """
     done = run(FULL_DISK + textwrap.dedent(code), NUMBA_CACHE_DIR=str(tmp_path))

@@ -39,7 +39,7 @@ PLANS: dict[str, tuple[dict[str, Any], str, str]] = {
     "no such planner": ({"planner": "nobody"}, "no planner is called 'nobody' (allowed: ad-gso", "Undo"),
     "setting out of range": (
         {"planner": {"name": "ad-gso", "settings": {"nt": 0}}},
-        "nt 0 (allowed: a whole number, 1 to 10000)",
+        "nt 0 (allowed: a whole number from 1 to 10,000)",
         "Undo",
     ),
     "too few iterations": (

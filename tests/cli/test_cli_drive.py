@@ -63,7 +63,7 @@ def test_a_limit_on_jerk_is_told_not_to_bind_a_drive() -> None:
     # A push changes from one period to the next by more than a tenth of the limit would let it.
     assert np.abs(np.diff(a)).max() > 10 * 0.1 * np.diff(t).min()
     assert note in run("run", "a.yaml", "--json", "--no-timing").err
-    assert "Binds profiles, not drives" in " ".join(run("drive", "--help").out.split())
+    assert "it binds profiles, not drives" in " ".join(run("drive", "--help").out.split())
 
 
 @pytest.mark.parametrize("more", [("--smooth", "none"), ("--obstacles", "10", "--chart", "drive.png")])

@@ -27,7 +27,7 @@ OWNERS: tuple[type, ...] = (
     *(type(law.settings) for law in laws.LAWS.values()),
     *(registry.planner_class(name) for name in registry.names()),
 )
-NEUTRAL = (None, 0, 1, False, True, "")
+NEUTRAL = (None, ..., 0, 1, False, True, "")
 """Defaults that say "nothing" or "on" are no numbers that somebody chose."""
 CHOSEN = {"planner", "preset", "values", "colour", "mobility"}
 """Names with a default in :mod:`lampyris._core.defaults`."""

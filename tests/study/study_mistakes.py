@@ -16,7 +16,7 @@ MISTAKES = [
     (ALL + "preset: robt", "PRESET", "4:9: /preset", "did you mean robot?"),
     (ALL + "about: 5", "TYPE", "4:8: /about", "5 is not text"),
     (ALL + 'about: "\\a"', "YAML_TEXT", "4:8: /about", "not printable"),
-    (ALL + "robot: {a_max: 0}", "ROBOT_LIMIT", "4:16: /robot/a_max", "a number > 0"),
+    (ALL + "robot: {a_max: 0}", "ROBOT_LIMIT", "4:16: /robot/a_max", "a number from 1e-06 to 1e+06 m/s"),
     (ALL + "robot: {v_mx: 1}", "KEY", "4:9: /robot/v_mx", "did you mean /robot/v_max?"),
     # ---- maps
     (MAPS + "[]", "MAPS", "3:7: /maps", "0 values; allowed: one or more maps"),
@@ -160,7 +160,7 @@ MISTAKES = [
         "did you mean /planners/0/settings?",
     ),
     (WHO + "[{name: ad-gso, settings: {nq: 3}}]", "SETTING", "3:12: /planners/0", "did you mean nt?"),
-    (WHO + "[{name: ad-gso, settings: {nt: 0}}]", "NT", "3:12: /planners/0: ad-gso", "1 to 10000"),
+    (WHO + "[{name: ad-gso, settings: {nt: 0}}]", "NT", "3:12: /planners/0: ad-gso", "1 to 10,000"),
     (WHO + "[{name: ad-gso, settings: {rho: .inf}}]", "RHO", "3:12: /planners/0", "inf"),
     (WHO + "[{name: ad-gso, grid: {nq: [3]}}]", "SETTING", "3:33: /planners/0/grid", "did you mean nt?"),
     (WHO + "[{name: ad-gso, grid: {nt: [8, 0]}}]", "NT", "3:33: /planners/0/grid: ad-gso", "nt 0"),
@@ -285,7 +285,12 @@ MISTAKES = [
     (ALL + "patience: 5", "KEY", "4:11: /patience", "with kind simulate"),
     (ALL + "drive: {}", "KEY", "4:8: /drive", "`drive` with kind plan; allowed: with kind drive"),
     (ALL + "kind: drive\ndrive: {perid: 1}", "KEY", "5:9: /drive/perid", "did you mean /drive/period?"),
-    (ALL + "kind: drive\ndrive: {period: 0}", "DRIVE_SETTING", "5:17: /drive/period", "1e-6 to 1e6 seconds"),
+    (
+        ALL + "kind: drive\ndrive: {period: 0}",
+        "DRIVE_SETTING",
+        "5:17: /drive/period",
+        "a number from 1e-06 to 1e+06 s",
+    ),
     (ALL + "memory: 1", "TYPE", "4:9: /memory", "1 is not true or false"),
     (
         "version: 1\nmaps: [{bundled: guide, queries: {random: 100000}}]\nplanners: [astar]\nseeds: 101",
