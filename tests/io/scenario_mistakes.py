@@ -105,7 +105,7 @@ MISTAKES = [
         HEAD + "drive: {obstacle_info: all}",
         "DRIVE_SETTING",
         "3:24: /drive/obstacle_info",
-        "positions, velocities or tracks",
+        "positions, velocities, tracks",
     ),
     (HEAD + "drive: {perid: 1}", "KEY", "3:9: /drive/perid", "did you mean /drive/period?"),
     (HEAD + "simulate: {}\ndrive: {}", "KEY", "4:8: /drive", "`drive` and `simulate`; allowed: one of them"),
