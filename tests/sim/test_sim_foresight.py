@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from lampyris import Robot, Scene, api
-from lampyris.cli.request import TrafficRequest
+from lampyris.cli.option_groups import TrafficOptions
+from lampyris.cli.request import traffic_of
 from lampyris.errors import LampyrisError
 from lampyris.io.maps.load import load_map
 from lampyris.model.drive import Drive
@@ -20,7 +21,7 @@ def driven(seed: int) -> Drive:
     """A robot that turns on the spot again and again among fast obstacles whose velocities it knows."""
     document = load_map("env-1")
     scene = Scene(document.grid, (11, 8), (21, 45), robot=Robot(radius=0.4, turn_radius=2.0))
-    traffic = TrafficRequest(16, "mixed", None, 0.0, ()).traffic(scene, seed)
+    traffic = traffic_of(TrafficOptions(16, "mixed"), scene, seed)
     return api.drive(
         replace(scene, traffic=traffic),
         seed=seed,

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from lampyris import load_grid
-from lampyris.cli.request import TrafficRequest
+from lampyris.cli.option_groups import TrafficOptions
+from lampyris.cli.request import traffic_of
 from lampyris.errors import LampyrisError, SceneError, SettingError
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
@@ -40,7 +41,7 @@ def test_a_crowd_is_decided_by_its_seed_and_is_what_the_command_line_makes() -> 
     for kind in MOBILITIES:
         one = crowd(kind, 9, GRID, 4, fit=SCENE)
         assert one == crowd(kind, 9, GRID, 4, fit=SCENE)
-        assert one == TrafficRequest(9, kind, None, 0.0, ()).traffic(SCENE, 4)
+        assert one == traffic_of(TrafficOptions(9, kind), SCENE, 4)
     assert crowd("patrol", 9, GRID, 4) != crowd("patrol", 9, GRID, 5)
 
 
