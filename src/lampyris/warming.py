@@ -268,6 +268,8 @@ def _driven(law: str) -> None:
     ways: list[tuple[Any, float, dict[str, Any]]] = [(walkers, 3.0, {})]
     if law == "physical":
         ways += [(walkers, 3.0, {"smooth": False}), ((track,), 12.0, {"obstacle_info": "tracks"})]
+        x, y = _scene().start
+        ways.append(((Recorded(((x + 1, y), (x, y))),), 3.0, {}))  # runs into the robot
     for traffic, limit, more in ways:
         with suppress(LampyrisError):
             api.drive(_scene(traffic=traffic), "ad-gso", law=law, time_limit=limit, **more)

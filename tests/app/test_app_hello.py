@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from lampyris._core.settings import number
+from lampyris._core.settings import defaults_of, number
 from lampyris.app.engine.bootstrap import _setting, hello
 from lampyris.errors import LampyrisError
+from lampyris.model.robot import Robot
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
 
@@ -92,3 +93,10 @@ def test_a_value_that_switches_off_is_in_the_range_of_the_form() -> None:
         drop: float = number(6.0, 1.0, 9.0, off=(0.0, "no drop"))
 
     assert _setting("drop", 6.0, Owner, "drop")["least"] == 0.0
+
+
+def test_the_robot_s_form_is_the_robot_s_declaration() -> None:
+    rows = hello()["robot"]
+    assert {row["name"]: row["default"] for row in rows} == dict(defaults_of(Robot))
+    assert all(row["about"] and row["unit"] and row["allowed"] for row in rows)
+    assert [row["none"] for row in rows if row["default"] is None] == ["no limit"]

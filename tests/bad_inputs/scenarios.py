@@ -270,11 +270,13 @@ NUMBERS = [
             "ROBOT_LIMIT",
             f"/robot/{key}",
             value,
-            "> 0",
+            "a number from 1e-06",
         )
         for key, value in (("v_max", "0"), ("v_max", "-1"), ("a_max", "0"), ("d_max", "0"))
     ),
-    _with(88, "radius", '"robot": {"radius": -0.1}', "ROBOT_LIMIT", "/robot/radius", "-0.1", ">= 0"),
+    _with(
+        88, "radius", '"robot": {"radius": -0.1}', "ROBOT_LIMIT", "/robot/radius", "-0.1", "a number from 0"
+    ),
     Case(
         88,
         "on the line",

@@ -198,7 +198,7 @@ MORE = [
         {},
         "DRIVE_SETTING",
         2,
-        ("--period: 0.0", "1e-06 to 1e6"),
+        ("--period: 0.0", "1e-06 to 1e+06"),
     ),
 ]
 

@@ -173,8 +173,12 @@ def test_their_tracks_stay_the_same_too() -> None:
             tracks(replace(scene, traffic=(RandomWalk(26),)), seed),
             tracks(replace(scene, traffic=(Patrol(((1, 40), (8, 40))), RandomWalk(25))), seed),
         ):
-            kept = [track for body, track in zip(other.bodies, other.tracks, strict=True) if body.yields]
-            kept = kept[len(kept) - 25 :] if any(b.kind == "patrol" for b in other.bodies) else kept[:25]
+            kept = [
+                track for body, track in zip(other.obstacle_specs, other.tracks, strict=True) if body.yields
+            ]
+            kept = (
+                kept[len(kept) - 25 :] if any(b.kind == "patrol" for b in other.obstacle_specs) else kept[:25]
+            )
             length = min(one.ticks, other.ticks) + 1
             same = [np.array_equal(a[:length], b[:length]) for a, b in zip(one.tracks, kept, strict=True)]
             assert sum(same) >= 23

@@ -216,7 +216,7 @@ SCENARIO_WORDS = (
     *b"simulate bundled file recipe rows resolution values colour size settings origin radius".split(),
     *b"v_max a_max d_max kind count rate waypoints track id tick_s ticks patience m random-walk".split(),
     *b"patrol crossing recorded octile guide dissertation ad-gso astar physical costmap random".split(),
-    *b"m.map t.csv t.dob z.csv zones drive a_lat_max turn_radius jerk_max period know velocities".split(),
+    *b"m.map t.csv t.dob z.csv zones drive a_lat_max turn_radius jerk_max period obstacle_info velocities".split(),
     *b"tracking perfect velocity time_limit creep blind.reach moving.reaction optimum rpp".split(),
     *YAML_WORDS,
 )
@@ -251,7 +251,7 @@ robot: {v_max: 1.5, a_lat_max: 0.5, turn_radius: 0.0, jerk_max: null}
 law: {name: physical, settings: {creep: 0.2, moving.reaction: 0.2}}
 zones: z.csv
 obstacles: [{kind: crossing, count: 1}]
-drive: {period: 0.2, time_limit: 9, know: velocities, tracking: perfect, delay: 0}
+drive: {period: 0.2, time_limit: 9, obstacle_info: velocities, tracking: perfect, delay: 0}
 """
 _RECIPE = b"""version: 1
 map: {recipe: random, size: [20, 10], seed: 3, settings: {density: 0.2}}
