@@ -11,6 +11,7 @@ import pytest
 
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.banded_system import solve_banded
+from lampyris.kernels.motion.jerk_barrier import ROWS, descend
 from lampyris.motion.jerk import cube_root, jerks, rest_to_rest
 from lampyris.motion.profile import Feasible, feasible_profile, stop_to_stop
 from lampyris.referee import check_motion
@@ -263,3 +264,15 @@ def test_systems_of_five_diagonals(form: str, monkeypatch: pytest.MonkeyPatch) -
         np.testing.assert_allclose(x, np.linalg.solve(matrix, right), rtol=1e-7, atol=1e-9)
         worse = np.diag(matrix) - 1.01 * np.linalg.eigvalsh(matrix)[-1]
         assert solve_banded(worse, first.copy(), second.copy(), right.copy()) == 0
+
+
+@pytest.mark.parametrize("left", [0.0, 1e6, -1e6])
+@pytest.mark.parametrize("form", ["plain", "compiled"])
+def test_a_start_that_is_outside_the_limits_is_left_alone(left: float, form: str, monkeypatch: Any) -> None:
+    """What scratch memory held before must not matter."""
+    use(monkeypatch, form)
+    ds = np.array([0.1, 0.1, 0.1])
+    x, top = np.array([0.0, 0.5, 0.5, 0.0]), np.array([0.0, 0.4, 0.6, 0.0])
+    scratch = (x.copy(), np.empty(ROWS * 4), *np.empty((8, 2)), np.full(2, left))
+    assert descend(x, ds, top, np.array([1.0, 1.0, 1.0]), True, 0.1, 1.0, 5, *scratch) == 0
+    assert x.tolist() == [0.0, 0.5, 0.5, 0.0]

@@ -273,7 +273,7 @@ def descend(
 
     Parameters
     ----------
-    x : in and out: strictly within every limit.
+    x : in and out: strictly within every limit; if it is not, nothing is done.
     most : the greatest number of steps.
     ahead : float64 (m + 1,). Given: the values of x at its two ends.
     work : float64 (ROWS (m + 1),). Others but ``sums``, float64 (2,): float64 (m - 1,). All are scratch.
@@ -283,7 +283,8 @@ def descend(
     The number of steps taken.
     """
     inner = len(ds) - 1
-    measure(x, ds, top, limits, from_rest, sums)
+    if not measure(x, ds, top, limits, from_rest, sums):
+        return 0
     merit = weight * sums[0] - mu * sums[1]
     for steps in range(most):
         if stopped(halt):
@@ -298,6 +299,8 @@ def descend(
             return steps
         share = 1.0
         while True:
+            if stopped(halt):
+                return steps
             for i in range(inner):
                 ahead[i + 1] = x[i + 1] + share * step[i]
             if measure(ahead, ds, top, limits, from_rest, sums):
