@@ -32,7 +32,7 @@ HOW = """What a change of k cells takes, in microseconds of this thread's proces
 - solve: `lampyris.planning.field.solve.solve` of the changed map, the rival of the former and equal to it.
 - D* Lite: `session.plan(change)`, the whole public call, path included.
 - to robot: `solve(..., stop=robot)`, the field as far as the robot, and
-- A*: `session.plan(change)` of `astar`: two ways to the same path from scratch; D* Lite is held against the
+- A*: `session.plan(change)` of `astar`: two ways to the same path from scratch; D* Lite is compared with the
   quicker of them. (In clutter and mazes that is the field, in the open A*.)
 
 Random maps, 10 % blocked, the goal in the middle, the robot half-way to a corner. Each round blocks k free
@@ -41,9 +41,9 @@ far on the other side of the goal, where the robot does not go) or anywhere. Aft
 answers are checked against each other, the whole field of them.
 
 Cold: just before every call, ours or rival, another field of {other} x {other} cells is solved, as in a
-program that does something else between two changes; what is claimed, and what the ratios of the first table
-are of, is this. Warm: everybody has just made the same change and taken it back, so that all it works on lies
-in the caches. Repairing touches little and gains most by that, many times over for one cell.
+program that does something else between two changes; the claims and the ratios of the first table are of
+this. Warm: each has just made the same change and reverted it, so that its data are in the caches. Repairing
+touches little and gains most by that, many times over for one cell.
 
 Where repair loses, the table says so. On 50 x 50 little is to be had: the whole field is solved in the time
 that a few dozen cells take to repair, D* Lite is the slower way even for one cell, and cold all of them mostly

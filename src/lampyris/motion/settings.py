@@ -20,7 +20,7 @@ def checked_kind(where: str, value: Any, kind: type, *, none: bool = False) -> N
     SettingError : ``LAW_SETTING``.
     """
     if not (isinstance(value, kind) or (none and value is None)):
-        allowed = "true or false" if kind is bool else f"{kind.__name__}{' or nothing' if none else ''}"
+        allowed = f"{kind.__name__}{' or nothing' if none else ''}"
         raise SettingError("LAW_SETTING", shown(value), where=where, allowed=allowed)
 
 

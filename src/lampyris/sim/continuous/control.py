@@ -17,12 +17,12 @@ from lampyris.typing import Cell, Floats
 
 
 class Decision(NamedTuple):
-    """A push for one period.
+    """An acceleration for one period.
 
     Parameters
     ----------
     a : m/s2.
-    cause, cause_index : what bound it, and of whom that speaks (an obstacle, a node); -1: nobody.
+    cause, cause_index : what limits it, and the number of the obstacle or node concerned; -1: none.
     rest : the node at which the robot comes to rest within the period, exactly; -1: none.
     """
 
