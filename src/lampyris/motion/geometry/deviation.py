@@ -82,7 +82,10 @@ def _along_curve(xy: Points) -> NDArray[np.int64]:
 def _farthest(points: Points, line: Points) -> float:
     """The greatest distance of the points from the polyline."""
     begin, end = (line[:-1], line[1:]) if len(line) > 1 else (line, line)
-    discs, worst = _Discs(points), 0.0
+    # Points and lines that occur again and again, as on a path to and fro, would all be equally near.
+    lines_once = np.unique(np.hstack((begin, end)), axis=0)
+    begin, end = lines_once[:, :2], lines_once[:, 2:]
+    discs, worst = _Discs(np.unique(points, axis=0)), 0.0
     # A level, numbers of discs, rising, and for each a line that may be the nearest of one of its points.
     todo = [(len(discs.radius) - 1, np.zeros(len(begin), dtype=np.int64), np.arange(len(begin)))]
     while todo:

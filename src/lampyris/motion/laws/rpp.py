@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris._core.settings import check_settings, number, under_code
+from lampyris.kernels.motion.lookahead_nodes import BLOCK, advance_to_distance, bound_blocks
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.profile import Profile
@@ -143,11 +144,7 @@ def steered(course: SampledPath, lookahead: float) -> Floats:
     if n == 1:
         return np.zeros(1)
     j = np.minimum(np.searchsorted(s, s + lookahead * (1.0 - 1e-9)), n - 1)
-    short = np.arange(n)
-    while len(short):
-        gap = xy[j[short]] - xy[short]
-        short = short[((gap * gap).sum(axis=1) < lookahead * lookahead) & (j[short] < n - 1)]
-        j[short] += 1
+    j = nodes_ahead(xy, lookahead, j)
     a, b = xy[np.maximum(j - 1, 0)] - xy, xy[j] - xy
     carrot = b + (a - b) * _beyond(a, b, lookahead)[:, None]
     h = course.heading
@@ -155,6 +152,30 @@ def steered(course: SampledPath, lookahead: float) -> Floats:
     square = (carrot * carrot).sum(axis=1)
     out: Floats = 2.0 * aside / np.where(square > 0.0, square, 1.0)
     return out
+
+
+def nodes_ahead(xy: Points, distance: float, first: NDArray[np.int64]) -> NDArray[np.int64]:
+    """For each node the first, from ``first`` on, that is at least ``distance`` away; the last if there is none.
+
+    Parameters
+    ----------
+    xy : float64 (n, 2), metres.
+    distance : metres.
+    first : int64 (n,): where the search of each node begins.
+    """
+    x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
+    boxes = _boxes(x, y)
+    wide = (*_boxes(boxes[0], boxes[1])[:2], *_boxes(boxes[2], boxes[3])[2:])
+    node = first.copy()
+    advance_to_distance(x, y, distance, node, *boxes, *wide)
+    return node
+
+
+def _boxes(x: Floats, y: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Least x and y and greatest x and y of each block of numbers."""
+    low_x, low_y, high_x, high_y = np.empty((4, -(-len(x) // BLOCK)))
+    bound_blocks(x, y, low_x, low_y, high_x, high_y)
+    return low_x, low_y, high_x, high_y
 
 
 def _beyond(a: Points, b: Points, radius: float) -> Floats:
