@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from heapq import heappop, heappush
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from lampyris._core.cancellation import CancelToken
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES, PELL_Q
@@ -20,7 +23,9 @@ from lampyris.planning import registry
 from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.base import Budget, Planner, Session, SessionBase, Traits
 from lampyris.planning.graph.astar import AStar
+from lampyris.planning.search_planner import Problem, SearchPlanner
 from lampyris.testing import cheapest, check_planner
+from lampyris.typing import Cell
 from lampyris_selfcheck.reference.paths import terrain as terrain_twin
 from lampyris_selfcheck.reference.paths.search import distances
 
@@ -284,12 +289,12 @@ DEFECTS = {
     "commit is 9999": Wrong(says(commit=9999)),
     "counts below zero": Wrong(says(expansions=-1)),
     "from (": Wrong(deaf(robot=None)),
-    "asked: seed 0, octile moves, case 0, with obstacles": Wrong(deaf(obstacles=frozenset())),
-    "a wall built": Wrong(deaf(blocked=()), SLOPPY),
+    "question: seed 0, octile moves, case 0, with obstacles": Wrong(deaf(obstacles=frozenset())),
+    "a new wall": Wrong(deaf(blocked=()), SLOPPY),
     "case 0, the robot back at the start": Wrong(deaf(freed=())),
     "the wall still there": Wrong(forgets_walls),  # type: ignore[arg-type]
-    "the ground as before": Wrong(forgets_edits),  # type: ignore[arg-type]
-    "other ground": Wrong(deaf(terrain=())),
+    "the same terrain": Wrong(forgets_edits),  # type: ignore[arg-type]
+    "other terrain": Wrong(deaf(terrain=())),
     "units of 1/1 on a map with terrain": Wrong(of_a_map(on_plain_ground)),
     "terrain: [[": Wrong(pays_for_what_it_leaves),  # type: ignore[arg-type]
     "the obstacles gone": Wrong(keeps_obstacles),  # type: ignore[arg-type]
@@ -314,23 +319,82 @@ DEFECTS = {
 }
 
 
+CASES = {"radius 0.8": 4}
+"""Random maps that a defect needs, where one is not enough."""
+
+
 @pytest.mark.parametrize(
     ("symptom", "planner"), DEFECTS.items(), ids=[p.answer.__name__ + "-" + s for s, p in DEFECTS.items()]
 )
 def test_each_defect_is_caught_and_named(symptom: str, planner: Wrong) -> None:
     with pytest.raises(AssertionError) as caught:
-        check_planner(planner)
+        check_planner(planner, cases=CASES.get(symptom, 1))
     assert symptom in str(caught.value)
 
 
 def test_the_message_shows_the_map_and_the_answer() -> None:
     with pytest.raises(AssertionError) as caught:
-        check_planner(Wrong(says(optimal_exact=3 * PELL_Q)))
-    first, asked, *rows, answered = str(caught.value).splitlines()
+        check_planner(Wrong(says(optimal_exact=3 * PELL_Q)), cases=1)
+    first, question, *rows, answer, more = str(caught.value).splitlines()
     assert first.startswith("astar: says the optimum is 3.0, it is 0.0")
-    assert "moves, radius 0 m, obstacles [], budget None" in asked
+    assert "moves, radius 0 m, obstacles [], budget None" in question
     assert {c for row in rows for c in row} <= set(".#oSsGg")
-    assert answered.startswith("answered: found, cells [(")
+    assert answer.startswith("answer: found, cells [(")
+    assert re.fullmatch(r"\(\d+ more like it\)", more)
+
+
+def test_all_broken_rules_are_reported_at_once() -> None:
+    @dataclass(frozen=True)
+    class Straight(SearchPlanner):
+        name: ClassVar[str] = "straight"
+        traits: ClassVar[Traits] = OPTIMAL
+        summary: ClassVar[str] = "Ignores walls, obstacles and terrain."
+        source: ClassVar[str] = "This test."
+
+        def search(self, problem: Problem) -> list[Cell] | None:
+            cells = [problem.start]
+            while cells[-1] != problem.goal:
+                (x, y), (goal_x, goal_y) = cells[-1], problem.goal
+                cells.append((x + (goal_x > x) - (goal_x < x), y + (goal_y > y) - (goal_y < y)))
+            return cells
+
+    with pytest.raises(AssertionError) as caught:
+        check_planner(Straight(), cases=8)
+    for part in (
+        "straight breaks ", "should be no-path, is found", "the referee says: corner", "the referee says: wall",
+        "the optimum is", "drives into obstacles", "should be hemmed-in, is found",
+    ):  # fmt: skip
+        assert part in str(caught.value)
+
+
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_a_search_planner_counts_keeps_to_its_budget_and_can_be_cancelled(name: str) -> None:
+    @dataclass(frozen=True)
+    class Plain(SearchPlanner):
+        name: ClassVar[str] = "plain"
+        traits: ClassVar[Traits] = OPTIMAL
+        summary: ClassVar[str] = "Dijkstra without a stop at the goal."
+        source: ClassVar[str] = "This test."
+
+        def search(self, problem: Problem) -> list[Cell] | None:
+            queue, parents = [(0, problem.start, problem.start)], {}
+            while queue:
+                cost, cell, parent = heappop(queue)
+                if cell not in parents:
+                    parents[cell] = parent
+                    for there, step in problem.expand(cell):
+                        heappush(queue, (cost + step, there, cell))
+            return problem.path(parents) if problem.goal in parents else None
+
+    check_planner(Plain(), cases=4)
+    scene = Scene(Grid(np.zeros((9, 9), dtype=bool)), (0, 0), (8, 8), MOVES[name])
+    session = Plain().open(scene, np.random.default_rng(0))
+    assert session.plan().expansions == 81
+    assert session.plan(None, Budget(80)).status is Status.LIMIT
+    stop = CancelToken()
+    stop.set()
+    assert session.plan(None, Budget(stop=stop)).status is Status.CANCELLED
+    assert session.plan(None, Budget(81)).status is Status.FOUND
 
 
 def test_settings_must_be_frozen_and_named() -> None:

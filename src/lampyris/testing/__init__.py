@@ -1,6 +1,6 @@
-"""The contract test that every planner must pass, built in or brought along.
+"""The contract test that every planner must pass, built in or your own.
 
-In the test file of a planner of your own::
+In the test file of your planner::
 
     from lampyris.testing import check_planner
 
@@ -24,7 +24,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning import registry
 from lampyris.planning.base import Planner, Session, Traits
 from lampyris.testing.overlap import check_overlap
-from lampyris.testing.questions import Question, ask
+from lampyris.testing.questions import Failures, Question, ask
 from lampyris.testing.search import cheapest
 from lampyris.testing.story import Story
 
@@ -46,19 +46,19 @@ _CORNERS = (
     ".9.|...",
     "9.#|.1.",
 )
-"""Maps, rows split by ``|``, on which planners tend to slip: every free or blocked pair of ends is asked. A
-digit is ground that costs more, 9 five times as much.
+"""Maps, rows split by ``|``, that reveal common faults: every pair of ends is tried, free or blocked. A digit is
+terrain, 9 five times as costly as plain ground.
 """
 
 
 def check_planner(planner: Planner | str, *, seed: int = 0, cases: int = 20) -> None:
-    """Ask a planner many small questions and fail on the first answer that breaks the contract.
+    """Ask a planner many small questions and report every rule of the planner contract that it breaks.
 
     For each step set: tiny maps with every start and goal, then random ones with narrow and wide robots. On
     each: blocked ends, start = goal, goals out of reach; the robot elsewhere (``Change.robot``), obstacles
     for one call only (``Change.obstacles``), walls that stay (``Change.blocked``, ``freed``); budgets; the
     same answers in a second session, and with another generator unless the planner is stochastic. On some
-    maps, and on all of them in the end (``Change.terrain``), cells differ in what they cost to enter.
+    maps, and on all of them in the end (``Change.terrain``), cells have terrain.
 
     What must hold: a found path is legal, starts and ends where asked and is what it claims to cost; the part
     of it to be driven before asking again enters no obstacle; an optimal planner answers exactly as an
@@ -74,25 +74,34 @@ def check_planner(planner: Planner | str, *, seed: int = 0, cases: int = 20) -> 
 
     Raises
     ------
-    AssertionError : the contract is broken; the message shows the map, the question and the answer.
+    AssertionError : the contract is broken; for each broken rule the message has an example (the map, the
+        question and the answer) and how often the rule was broken.
+
+    Examples
+    --------
+    >>> from lampyris.planning.graph.astar import AStar
+    >>> check_planner(AStar(), cases=1)
     """
-    asked = registry.make(planner) if isinstance(planner, str) else planner
-    _check_settings(asked)
+    tested = registry.make(planner) if isinstance(planner, str) else planner
+    _check_settings(tested)
+    failures = Failures(tested.name)
     before = _global_random()
     for index, moves in enumerate(MOVES.values()):
         for rows in _CORNERS:
-            _check_all_pairs(asked, rows, moves)
+            _check_all_pairs(tested, rows, moves, failures)
         for case in range(cases):
             rng = np.random.default_rng([seed, index, case])
             scene = _random_scene(rng, moves)
             if case % 3 == 2:
-                scene = _on_rough_ground(scene, np.random.default_rng([seed, index, case, 1]))
-            Story(asked, scene, f"seed {seed}, {moves.name} moves, case {case}", rng).run()
-    check_overlap(asked)
-    _demand(before == _global_random(), f"{asked.name} draws from the global random state, not from its rng")
+                scene = _with_terrain(scene, np.random.default_rng([seed, index, case, 1]))
+            Story(tested, scene, f"seed {seed}, {moves.name} moves, case {case}", rng, failures).run()
+    check_overlap(tested, failures)
+    if before != _global_random():
+        failures.add("draws from the global random state, not from its rng")
+    _demand(not failures.report(), failures.report())
 
 
-def _check_all_pairs(planner: Planner, rows: str, moves: Moves) -> None:
+def _check_all_pairs(planner: Planner, rows: str, moves: Moves, failures: Failures) -> None:
     letters = [list(row) for row in rows.split("|")]
     walls = np.array([[c == "#" for c in row] for row in letters])
     ground = np.array([[28 * int(c) if c.isdigit() else 0 for c in row] for row in letters])
@@ -102,11 +111,11 @@ def _check_all_pairs(planner: Planner, rows: str, moves: Moves) -> None:
         for start in cells:
             scene = Scene(grid, start, goal, moves)
             q = Question(scene, grid, start, label="a small map")
-            ask(planner, planner.open(scene, np.random.default_rng(0)), q)
+            ask(planner, planner.open(scene, np.random.default_rng(0)), q, None, failures)
 
 
 def _random_scene(rng: np.random.Generator, moves: Moves) -> Scene:
-    """A map of 2 to 14 cells a side, open to crowded; ends anywhere, some the same; some robots wide."""
+    """A map of 2 to 14 cells a side, open to cluttered; ends anywhere, some equal; some robots wide."""
     height, width = (int(n) for n in rng.integers(2, 15, size=2))
     walls = rng.random((height, width)) < rng.choice([0.0, 0.15, 0.3, 0.45])
     start, goal = ((int(rng.integers(width)), int(rng.integers(height))) for _ in range(2))
@@ -118,7 +127,7 @@ def _random_scene(rng: np.random.Generator, moves: Moves) -> Scene:
     return Scene(Grid(walls), start, goal, moves, Robot(radius=radius))
 
 
-def _on_rough_ground(scene: Scene, rng: np.random.Generator) -> Scene:
+def _with_terrain(scene: Scene, rng: np.random.Generator) -> Scene:
     """The same with terrain in few cells or in many."""
     shape = scene.grid.blocked.shape
     terrain = rng.integers(0, MAX_TERRAIN + 1, shape) * (rng.random(shape) < rng.random())

@@ -1,37 +1,38 @@
-"""Two calls at once on one session: the second is refused, and nothing comes of it."""
+"""Two calls at once on one session: the second is refused and has no effect."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread
+from typing import Any
 
 import numpy as np
 
-from lampyris.errors import BusyError, InputError
+from lampyris.errors import BusyError
 from lampyris.model.change import Change
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner, Session
-from lampyris.testing.questions import Question, ask
-from lampyris.typing import Cell
+from lampyris.testing.questions import Failures, Question, ask, describe
 
 HANGS = 60.0
-"""Seconds after which a call that should have been refused at once is said to hang."""
+"""Seconds after which a call that should have been refused at once counts as hanging."""
 
 
 class Meanwhile(Change):
-    """A change during the reading of which something else happens, once.
+    """A change that calls a function when it is first read.
 
     Parameters
     ----------
-    robot : see :class:`Change`.
-    what : called when a session first reads any part of the change.
+    call : called once, when a session first reads any part of the change; None, as in a copy by
+        ``dataclasses.replace``: nothing is called.
+    parts : see :class:`Change`.
     """
 
-    def __init__(self, robot: Cell, what: Callable[[], None]) -> None:
-        super().__init__(robot=robot)
-        object.__setattr__(self, "_todo", [what])
+    def __init__(self, call: Callable[[], None] | None = None, **parts: Any) -> None:
+        super().__init__(**parts)
+        object.__setattr__(self, "_todo", [] if call is None else [call])
 
     def __getattribute__(self, name: str) -> object:
         todo: list[Callable[[], None]] = object.__getattribute__(self, "_todo") if name in _READ else []
@@ -43,50 +44,47 @@ class Meanwhile(Change):
 _READ = frozenset(Change.__dataclass_fields__)
 
 
-def check_overlap(planner: Planner) -> None:
-    """Call a session while it is at work: from another thread, then from within the call.
+def check_overlap(planner: Planner, failures: Failures) -> None:
+    """Call a session during a call: from another thread, then from within.
 
-    Raises
-    ------
-    AssertionError : the second call is not refused with ``BusyError``, or one of the session's answers is
-        wrong afterwards.
+    A broken rule: the second call is not refused with ``BusyError``, or one of the session's answers is wrong
+    afterwards.
     """
     walls = np.zeros((5, 6), dtype=bool)
     walls[1:4, 3] = True
     scene = Scene(Grid(walls), (0, 2), (5, 2))
     session = planner.open(scene, np.random.default_rng(0))
-    for label, call in (("in another thread", _elsewhere), ("from within", _try)):
-        came: list[object] = []
+    for label, call in (("in another thread", _call_in_thread), ("from within", _call)):
+        answers: list[object] = []
 
-        def second(call: Callable[[Session, list[object]], None] = call, came: list[object] = came) -> None:
-            call(session, came)
+        def second(call: Callable[[Session, list[object]], None] = call, to: list[object] = answers) -> None:
+            call(session, to)
 
-        question = Question(scene, scene.grid, scene.start, label=f"a call while another is called {label}")
-        ask(planner, session, question, Meanwhile(scene.start, second))
-        if not came:
-            raise AssertionError(f"{planner.name}: plan does not look at the change it is given")
-        if not isinstance(came[0], BusyError):
-            raise AssertionError(
-                f"{planner.name}: a second call {label} comes to {came[0]!r}, not to a BusyError; "
-                "derive the session from lampyris.planning.base.SessionBase"
+        question = Question(scene, scene.grid, scene.start, label=f"a call during a call {label}")
+        ask(planner, session, question, Meanwhile(second, robot=scene.start), failures)
+        if not answers:
+            failures.add("plan does not read the change it is given")
+        elif not isinstance(answers[0], BusyError):
+            failures.add(
+                f"a second call {label} returns {describe(answers[0])}, not a BusyError; derive the session from "
+                "lampyris.planning.base.SessionBase"
             )
-    with suppress(InputError):
+    with suppress(Exception):
         session.plan(Change(robot=(scene.grid.width, 0)))
     question = Question(scene, scene.grid, scene.start, label="after a call that raised")
-    ask(planner, session, question, Change(scene.start))
+    ask(planner, session, question, Change(scene.start), failures)
 
 
-def _try(session: Session, came: list[object]) -> None:
+def _call(session: Session, answers: list[object]) -> None:
     try:
-        came.append(session.plan())
+        answers.append(session.plan())
     except Exception as error:  # whatever it is, it is shown
-        came.append(error)
+        answers.append(error)
 
 
-def _elsewhere(session: Session, came: list[object]) -> None:
-    """The same in a thread of its own."""
-    thread = Thread(target=_try, args=(session, came), daemon=True)
+def _call_in_thread(session: Session, answers: list[object]) -> None:
+    thread = Thread(target=_call, args=(session, answers), daemon=True)
     thread.start()
     thread.join(HANGS)
     if thread.is_alive():
-        came.append("no end")
+        answers.append(f"nothing within {HANGS:g} s")

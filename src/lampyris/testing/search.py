@@ -1,4 +1,4 @@
-"""The cheapest way by the plainest search, which shares no code with any planner."""
+"""The cost of a cheapest path by a plain search that shares no code with any planner."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def cheapest(
 ) -> int | None:
     """Exact cost of a cheapest way between two free cells, by a plain heap search; None if there is none.
 
-    Over terrain (with weighed moves) each cell entered is paid for at its weight.
+    Over terrain (with weighed moves) each step costs its length times the weight of the cell entered.
     """
     height, width = free.shape
 
@@ -26,17 +26,17 @@ def cheapest(
     best = {start: 0}
     heap = [(0, start)]
     while heap:
-        paid, (x, y) = heapq.heappop(heap)
+        spent, (x, y) = heapq.heappop(heap)
         if (x, y) == goal:
-            return paid
-        if paid > best[x, y]:
+            return spent
+        if spent > best[x, y]:
             continue
         for (dx, dy), cost in zip(moves.offsets, moves.costs, strict=True):
             there = (x + dx, y + dy)
             if not is_free(*there):
                 continue
             weight = moves.scale if terrain is None else TERRAIN_UNIT + int(terrain[there[1], there[0]])
-            reached = paid + cost // moves.scale * weight
+            reached = spent + cost // moves.scale * weight
             if reached >= best.get(there, reached + 1):
                 continue
             if all(is_free(x + a, y + b) for a, b in _between(dx, dy, moves.corner_cutting)):
