@@ -24,6 +24,7 @@ HEAVY = [
     "PIL",
     "joblib",
     "yaml",
+    "jinja2",
     "starlette",
     "uvicorn",
     "asyncio",

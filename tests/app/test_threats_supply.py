@@ -23,7 +23,7 @@ ENDINGS = {
 }
 """What may be where; bundled data has a list of its own."""
 DATA = {".json", ".yaml", ".map", ".png", ".csv", ".txt", ".npz", ".pgm", ".md", ".tsv"}
-DATA |= {".toml", ".typed", ".scen"}
+DATA |= {".toml", ".typed", ".scen", ".j2", ".css"}
 # uPlot 1.6.32, MIT, as its own release has it. It is never edited here.
 VENDORED = {"uplot.js", "uplot.css", "uplot-licence.txt"}
 

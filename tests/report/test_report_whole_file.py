@@ -11,7 +11,6 @@ import pytest
 
 from lampyris.errors import FileError
 from lampyris.io.atomic_write import whole_file
-from lampyris.report.html import page as html
 
 
 def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
@@ -85,7 +84,3 @@ def _folders_answer(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
         sync(fd)
 
     monkeypatch.setattr(os, "fsync", refusing)
-
-
-def test_there_is_no_other_writer() -> None:
-    assert not hasattr(html, "write")

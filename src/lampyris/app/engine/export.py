@@ -28,7 +28,7 @@ from lampyris.report.data.csv import write_plan_csv, write_trace_csv
 from lampyris.report.data.measures import trace_metrics
 from lampyris.report.film.film_frames import Landscape, TraceRenderer
 from lampyris.report.film.simulation_film import FPS, check, film, frames_of
-from lampyris.report.html import page as html
+from lampyris.report.html.render import render
 from lampyris.report.html.table import Tab
 from lampyris.report.pictures.plan_picture import LAYERS, draw_plan
 from lampyris.scenarios import speed_law
@@ -225,41 +225,34 @@ def run_page(scenario: Scenario, look: Look) -> str:
     picture = _picture({"what": "png", "layer": None}, scenario, look)
     moving = _film_of(scenario, trace, {"what": "webp"}, look)
     metrics = trace_metrics(trace, known(trace.scene))
-    rows = [
+    measures = tuple(
         (measure.title, measure.scale * value, measure.about)
         for measure in ALL.values()
         if isinstance(value := metrics.get(measure.name), int | float) and not isinstance(value, bool)
-    ]
-    events = [(e.tick, e.word, f"({e.cell[0]}, {e.cell[1]})", e.sentence) for e in trace.events[:500]]
+    )
+    events = tuple((e.tick, e.word, f"({e.cell[0]}, {e.cell[1]})", e.sentence) for e in trace.events[:500])
     who = f"{scenario.planner} on {scene.grid.name or 'a map'}"
-    plan = html.figure(html.image(picture, "image/png", "The plan"), found.sentence)
-    run = html.figure(html.image(moving, "image/webp", "The run"), trace.sentence)
-    otherwise = dict.fromkeys((*found.notes, *trace.notes))
-    head = ("measure", "value", "what it is")
-    parts = [
-        html.paragraph(trace.sentence),
-        *(html.paragraph(f"Not as asked: {note}.") for note in otherwise),
-        html.facts(
-            (
-                ("planner", scenario.planner),
-                ("speed law", scenario.law),
-                ("map", f"{scene.grid.name}, {scene.grid.width} x {scene.grid.height} cells"),
-                ("from, to", f"{scene.start} to {scene.goal}"),
-                ("obstacles", str(len(trace.obstacle_specs))),
-                ("seed", str(scenario.seed)),
-            )
-        ),
-        html.section("plan", "The plan", plan),
-        html.section("run", "The run", run),
-        html.section(
-            "measures", "Measures", html.table(Tab("numbers", "What the run measures", head, tuple(rows)))
-        ),
-    ]
-    if events:
-        told = Tab("told", "What happened", ("tick", "event", "cell", "what"), tuple(events))
-        parts.append(html.section("events", "Events", html.table(told)))
     mean = "" if profile is None else f", planned mean speed {profile.mean:.3g} {profile.units}"
-    return html.page(scenario.name or who, *parts, foot=f"{who}, seed {scenario.seed}{mean}")
+    return render(
+        "app/engine/run_page.html.j2",
+        title=scenario.name or who,
+        trace=trace,
+        plan=found,
+        notes=dict.fromkeys((*found.notes, *trace.notes)),
+        asked=(
+            ("planner", scenario.planner),
+            ("speed law", scenario.law),
+            ("map", f"{scene.grid.name}, {scene.grid.width} x {scene.grid.height} cells"),
+            ("from, to", f"{scene.start} to {scene.goal}"),
+            ("obstacles", len(trace.obstacle_specs)),
+            ("seed", scenario.seed),
+        ),
+        picture=picture,
+        moving=moving,
+        measures=Tab("numbers", "What the run measures", ("measure", "value", "what it is"), measures),
+        events=Tab("told", "What happened", ("tick", "event", "cell", "what"), events),
+        foot=f"{who}, seed {scenario.seed}{mean}",
+    )
 
 
 _KINDS: Final[Mapping[str, Callable[[Mapping[str, Any], Scenario, Look], bytes]]] = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import html
 import logging
 import os
 import re
@@ -23,6 +22,7 @@ from lampyris.app.server import listening
 from lampyris.app.server.guard import door
 from lampyris.app.server.server import Services, application
 from lampyris.errors import UsageError
+from lampyris.report.html.render import render
 
 _HOSTNAME = re.compile(r"(?=.{1,253}\Z)[a-z0-9]([a-z0-9-]{0,62})(\.[a-z0-9]([a-z0-9-]{0,62}))*", re.ASCII)
 
@@ -151,12 +151,7 @@ def _services(folder: Path | None, temporary: Path) -> Services:
 def _open(address: str, folder: Path) -> None:
     """Open the browser by way of a file of the user's own: its command line is for every user to see."""
     file = folder / "open.html"
-    text = html.escape(address)
-    file.write_text(
-        f'<!doctype html><meta charset="utf-8"><title>lampyris</title>'
-        f'<meta http-equiv="refresh" content="0;url={text}"><a href="{text}">lampyris</a>\n',
-        encoding="utf-8",
-    )
+    file.write_text(render("app/server/open.html.j2", address=address), encoding="utf-8")
     file.chmod(0o600)
     with contextlib.suppress(webbrowser.Error, OSError):
         webbrowser.open(file.as_uri())

@@ -18,13 +18,12 @@ from lampyris.report.charts.chart_parts import (
     thinned,
 )
 from lampyris.report.charts.svg import FAINT, INK, clean, figure_of, inline
-from lampyris.report.html.page import Markup
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def strips(name: str, rows_of: Sequence[tuple[int, str, Sequence[float], ErrorBar]], label: str) -> Markup:
+def strips(name: str, rows_of: Sequence[tuple[int, str, Sequence[float], ErrorBar]], label: str) -> str:
     """Paired differences: a point a query with median and quartiles, above it the mean with its interval.
 
     Parameters
@@ -70,7 +69,7 @@ def _quantile(values: Sequence[float], q: float) -> float:
 
 def critical(
     name: str, names: Sequence[str], ranks: Sequence[float], distance: float, sets: Sequence[Sequence[int]]
-) -> Markup:
+) -> str:
     """A critical-difference diagram (Demsar 2006): a line of ranks, a bar for each set without difference."""
     order = sorted(range(len(names)), key=lambda k: (ranks[k], k))
     half = (len(order) + 1) // 2

@@ -26,7 +26,6 @@ from lampyris.report.charts.chart_parts import (
     thinned,
 )  # fmt: skip
 from lampyris.report.charts.svg import FAINT, INK, PAPER, clean, figure_of, inline
-from lampyris.report.html.page import Markup
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +39,7 @@ BARS = 3
 
 def bars(
     name: str, groups: Sequence[str], series: Sequence[tuple[str, Sequence[float]]], label: str, xlabel: str
-) -> Markup:
+) -> str:
     """Bars side by side for each test run, as Figures 4.5 to 4.7 have them: blue, green, black, and means.
 
     Parameters
@@ -90,7 +89,7 @@ def dots(
     label: str,
     *,
     share: bool = False,
-) -> Markup:
+) -> str:
     """Values with their intervals, a row for each name and a panel for each crowd.
 
     A name has the colour that it has in all figures, in every panel. ``share``: the axis is 0 to 100 %.
@@ -132,7 +131,7 @@ def _limits(axes: Axes, finite: Sequence[float], share: bool) -> None:
 
 def density(
     name: str, counts: Sequence[float], series: Sequence[tuple[str, Sequence[ErrorBar]]], label: str
-) -> Markup:
+) -> str:
     """Shares over the number of obstacles, with intervals; the curves stand a little apart to be seen."""
     figure = figure_of(WIDE, 3.0)
     axes = figure.add_axes((0.11, 0.17, 0.54, 0.78))
@@ -158,7 +157,7 @@ def density(
     return inline(figure, name)
 
 
-def profiles(name: str, series: Sequence[tuple[str, Steps]], label: str) -> Markup:
+def profiles(name: str, series: Sequence[tuple[str, Steps]], label: str) -> str:
     """Performance profiles: share of problems within each factor of the best, the factor on a log scale."""
     figure = figure_of(WIDE, max(3.0, 0.72 + 0.185 * len(series)))
     height = figure.get_figheight()
@@ -207,7 +206,7 @@ def _plain_log(axes: Axes, end: float) -> None:
 
 def scatter(
     name: str, series: Sequence[tuple[str, Sequence[float], Sequence[float]]], xlabel: str, ylabel: str
-) -> Markup:
+) -> str:
     """Two measures against each other, a point a query; the large mark is the mean of what both have."""
     figure = figure_of(WIDE, max(3.0, 0.72 + 0.185 * len(series)))
     height = figure.get_figheight()

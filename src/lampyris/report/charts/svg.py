@@ -8,7 +8,6 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.cancellation import uninterrupted
-from lampyris.report.html.page import Markup
 from lampyris.report.style import INK
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def clean(words: str, most: int) -> str:
     return words.replace("$", r"\$")
 
 
-def inline(figure: Figure, name: str) -> Markup:
+def inline(figure: Figure, name: str) -> str:
     """A figure as an SVG element; ``name`` sets its ids apart from those of the page's other figures."""
     with uninterrupted():
         from matplotlib import rc_context
@@ -58,7 +57,7 @@ def inline(figure: Figure, name: str) -> Markup:
         figure.savefig(out, format="svg", metadata=nothing)
     inches = float(figure.get_figwidth())
     size = f' style="min-width: {4.9 * inches:.1f}rem; max-width: {6.6 * inches:.1f}rem"'
-    return Markup(_smaller(out.getvalue(), name, size))
+    return _smaller(out.getvalue(), name, size)
 
 
 def _smaller(words: str, name: str, size: str) -> str:

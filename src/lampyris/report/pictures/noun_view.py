@@ -5,11 +5,10 @@ Only the colours of a field need matplotlib.
 
 from __future__ import annotations
 
-import base64
 import io
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.report import style
 from lampyris.report.charts.speed_chart import line_of
-from lampyris.report.html.page import Markup, join, tag
+from lampyris.report.html.render import render
 from lampyris.report.pictures.raster import draw_map
 from lampyris.typing import FloatGrid, Points
 
@@ -76,11 +75,33 @@ def html_of(noun: Any) -> str:
     noun : any noun of :mod:`lampyris.model`, or one made as they are.
     """
     names = _FACTS.get(type(noun)) or tuple(f.name for f in fields(noun) if f.repr)
-    rows = [
-        tag("tr", tag("th", name.replace("_", " ")), tag("td", _value(getattr(noun, name)))) for name in names
-    ]
-    table = tag("table", tag("caption", type(noun).__name__), tag("tbody", join(rows)))
-    return tag("div", table, _picture(noun))
+    return render(
+        "report/pictures/noun.html.j2",
+        name=type(noun).__name__,
+        facts=[(name.replace("_", " "), _value(getattr(noun, name))) for name in names],
+        drawing=_drawing(noun),
+        style=style,
+    )
+
+
+class _Map(NamedTuple):
+    """The raster of a map, in cells."""
+
+    png: bytes
+    width: float
+    height: float
+
+
+class _Drawing(NamedTuple):
+    """What the SVG of a noun is made of: size in pixels, box and the rest in its own units."""
+
+    width: int
+    height: int
+    box: tuple[float, float, float, float]
+    map: _Map | None
+    lines: list[str]
+    marks: list[tuple[float, float, str]]
+    radius: float
 
 
 def _value(value: object) -> str:
@@ -89,8 +110,8 @@ def _value(value: object) -> str:
     return str(value) if isinstance(value, str) else brief(value)
 
 
-def _picture(noun: Any) -> Markup | None:
-    """The small SVG of a noun; None where there is nothing to draw."""
+def _drawing(noun: Any) -> _Drawing | None:
+    """None where there is nothing to draw."""
     if isinstance(noun, Grid):
         return _map(noun)
     if isinstance(noun, Scene):
@@ -120,7 +141,7 @@ def _map(
     layer: FloatGrid | None = None,
     lines: Sequence[Any] = (),
     ends: Iterable[Sequence[float]] = (),
-) -> Markup:
+) -> _Drawing:
     """The map, with lines on it; coordinates of the picture are cells."""
     from PIL import Image
 
@@ -128,53 +149,43 @@ def _map(
     packed = io.BytesIO()
     Image.fromarray(raster.rgb).save(packed, format="PNG", optimize=True)
     rows, columns = raster.rgb.shape[:2]
-    source = f"data:image/png;base64,{base64.b64encode(packed.getvalue()).decode('ascii')}"
-    size = f'width="{columns / raster.scale:g}" height="{rows / raster.scale:g}"'
-    image = f'<image x="-0.5" y="-0.5" {size} preserveAspectRatio="none" href="{source}"/>'
     box = (-0.5, -0.5, float(grid.width), float(grid.height))
-    return _svg(box, [image, *map(_line, lines), *_marks(ends, max(grid.width, grid.height))])
+    return _made(box, lines, ends, _Map(packed.getvalue(), columns / raster.scale, rows / raster.scale))
 
 
-def _alone(points: Any) -> Markup:
+def _alone(points: Any) -> _Drawing:
     """A line without its map."""
     xy = np.asarray(points, dtype=np.float64)
     low, high = xy.min(axis=0) - 1.0, xy.max(axis=0) + 1.0
-    size = high - low
-    ends = [xy[0].tolist(), xy[-1].tolist()]
-    return _svg((*low.tolist(), *size.tolist()), [_line(xy), *_marks(ends, float(size.max()))])
+    (left, top), (width, height) = low.tolist(), (high - low).tolist()
+    return _made((left, top, width, height), [xy], [xy[0].tolist(), xy[-1].tolist()])
 
 
-def _speeds(profile: Profile) -> Markup:
+def _speeds(profile: Profile) -> _Drawing:
     """Speed over distance."""
     s, v = line_of(profile)
     x = _SIDE * s / (float(s[-1]) or 1.0)
     y = _SIDE / 3 * (1.0 - v / (float(v.max()) or 1.0))
-    return _svg((0.0, -2.0, float(_SIDE), _SIDE / 3 + 4.0), [_line(np.stack((x, y), axis=-1))])
+    return _made((0.0, -2.0, float(_SIDE), _SIDE / 3 + 4.0), [np.stack((x, y), axis=-1)])
+
+
+def _made(
+    box: tuple[float, float, float, float],
+    lines: Sequence[Any],
+    ends: Iterable[Sequence[float]] = (),
+    map_: _Map | None = None,
+) -> _Drawing:
+    """A drawing of lines with their start and goal; one end alone is a goal."""
+    longest = max(box[2:])
+    width, height = (max(1, round(length * _SIDE / longest)) for length in box[2:])
+    given = list(ends)
+    colours = (style.START, style.GOAL)[-len(given) :] if given else ()
+    marks = [(x, y, colour) for (x, y), colour in zip(given, colours, strict=True)]
+    return _Drawing(width, height, box, map_, [_line(one) for one in lines], marks, longest / 45)
 
 
 def _line(points: Any) -> str:
     xy: Points = np.asarray(points, dtype=np.float64)
     if len(xy) > _POINTS:
         xy = xy[np.unique(np.linspace(0, len(xy) - 1, _POINTS).round().astype(np.int64))]
-    where = " ".join(f"{x:.5g},{y:.5g}" for x, y in xy.tolist())
-    look = f'fill="none" stroke="{style.START}" stroke-width="2" vector-effect="non-scaling-stroke"'
-    return f'<polyline points="{where}" {look}/>'
-
-
-def _marks(ends: Iterable[Sequence[float]], size: float) -> list[str]:
-    """Start and goal; a goal alone is the last."""
-    given = list(ends)
-    colours = (style.START, style.GOAL)[-len(given) :] if given else ()
-    return [
-        f'<circle cx="{x:g}" cy="{y:g}" r="{size / 45:.3g}" fill="{colour}" stroke="{style.INK}" '
-        'vector-effect="non-scaling-stroke"/>'
-        for (x, y), colour in zip(given, colours, strict=True)
-    ]
-
-
-def _svg(box: tuple[float, ...], parts: Iterable[str]) -> Markup:
-    x, y, width, height = box
-    scale = _SIDE / max(width, height)
-    size = f'width="{max(1, round(width * scale))}" height="{max(1, round(height * scale))}"'
-    view = f'viewBox="{x:g} {y:g} {width:g} {height:g}"'
-    return Markup(f'<svg xmlns="http://www.w3.org/2000/svg" {size} {view}>{"".join(parts)}</svg>')
+    return " ".join(f"{x:.5g},{y:.5g}" for x, y in xy.tolist())

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from lampyris.report.charts.study_charts import COLOURS, bars
 from lampyris.report.charts.svg import FAINT, GRID, INK, figure_of, inline
-from lampyris.report.html.page import Markup
 from lampyris.reproduce.runs.results import Results, pairs_of
 from lampyris.reproduce.tables import printed_data, velocity
 from lampyris.reproduce.tables.claims import PATHS
@@ -44,7 +43,7 @@ def pair_names() -> list[str]:
     return [f"{a[0]},{a[1]} to {b[0]},{b[1]}" for a, b in pairs_of("1")]
 
 
-def as_printed(which: Bars) -> Markup:
+def as_printed(which: Bars) -> str:
     """A figure of the dissertation from the numbers of its table."""
     series = []
     for method in METHODS:
@@ -55,19 +54,19 @@ def as_printed(which: Bars) -> Markup:
     return bars(f"printed-{which.column}", pair_names(), series, which.label, "printed in Table 4.11")
 
 
-def as_ours(which: Bars, found: Results) -> Markup:
+def as_ours(which: Bars, found: Results) -> str:
     """The same with what our methods do on our env-1."""
     series = [(m, found.first[m][which.ours]) for m in METHODS]
     return bars(f"ours-{which.column}", pair_names(), series, which.ours_label, "ours, on env-1")
 
 
-def lengths(found: Results) -> Markup:
+def lengths(found: Results) -> str:
     """What Figure 4.6 should have shown: lengths, all three of them."""
     series = [(m, found.first[m]["cost"]) for m in METHODS]
     return bars("ours-length", pair_names(), series, "length of the way (cells)", "ours, on env-1")
 
 
-def path_speed(path: str) -> Markup:
+def path_speed(path: str) -> str:
     """One of Figures 4.8 to 4.11 in kind: the cells of the path, and the velocity at each of them."""
     table = PATHS[path]
     rows = printed_data.rows(table)
@@ -114,7 +113,7 @@ def _axes(axes: Axes, xlabel: str, ylabel: str) -> None:
         axes.spines[side].set_color(FAINT)
 
 
-def sweep(found: Results) -> Markup:
+def sweep(found: Results) -> str:
     """Mean iterations and mean cost by nt with their intervals, beside the printed means of Table 4.9."""
     figure = figure_of(7.6, 3.0)
     names = [m.name.removeprefix("nt ") for m in found.nt]

@@ -9,8 +9,7 @@ import numpy as np
 
 from lampyris.report.charts import chart_parts, pair_charts, study_charts
 from lampyris.report.charts.study_charts import ErrorBar
-from lampyris.report.html import page as html
-from lampyris.report.html.page import Markup
+from lampyris.report.html.render import PageFigure
 from lampyris.study.analysis.findings import Estimate, Summary
 from lampyris.study.analysis.measures import ALL
 from lampyris.study.analysis.runs import Runs
@@ -31,7 +30,7 @@ def _line(e: Estimate, scale: float) -> ErrorBar:
     return ErrorBar(e.value * scale, e.low * scale, e.high * scale)
 
 
-def success(summary: Summary) -> list[Markup]:
+def success(summary: Summary) -> list[PageFigure]:
     """Who came to the goal, crowd by crowd, and over the number of obstacles where that is what differs."""
     name = "found" if summary.kind == "plan" else "arrived"
     if not summary.entries or name not in summary.entries[0].own:
@@ -40,10 +39,10 @@ def success(summary: Summary) -> list[Markup]:
     panels = [(crowd_words(c), rows[c]) for c in summary.crowds]
     drawn = study_charts.dots("success", summary.entrants, panels, ALL[name].title, share=True)
     words = "Share of all runs, with Wilson's interval for dependent runs."
-    return [html.figure(drawn, words, wide=True)]
+    return [PageFigure(drawn, words, wide=True)]
 
 
-def by_density(summary: Summary, runs: Runs) -> list[Markup]:
+def by_density(summary: Summary, runs: Runs) -> list[PageFigure]:
     """Success over the number of obstacles of one kind."""
     name = "found" if summary.kind == "plan" else "arrived"
     crowds = [c for c in runs.study.crowds if c.count]
@@ -60,11 +59,11 @@ def by_density(summary: Summary, runs: Runs) -> list[Markup]:
         curves.append((entrant, [_line(own[k], 100) for k in order]))
     drawn = study_charts.density("density", [counts[k] for k in order], curves, ALL[name].title)
     return [
-        html.figure(drawn, f"{ALL[name].title} over the number of obstacles ({kind_words(crowds[0].kind)}).")
+        PageFigure(drawn, f"{ALL[name].title} over the number of obstacles ({kind_words(crowds[0].kind)}).")
     ]
 
 
-def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansions")) -> list[Markup]:
+def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansions")) -> list[PageFigure]:
     """Means with intervals over the worlds that all solved; over each one's own where there are none."""
     out = []
     for name in names:
@@ -78,11 +77,11 @@ def honest(summary: Summary, names: Sequence[str] = ("cost", "time_s", "expansio
         drawn = study_charts.dots(f"mean-{name}", summary.entrants, panels, ALL[name].title)
         few = ", ".join(f"{n} of {summary.queries * summary.seeds}" for n in summary.common)
         words = f"Mean {ALL[name].title} with intervals over the worlds that all solved ({few}), by crowd."
-        out.append(html.figure(drawn, words, wide=True))
+        out.append(PageFigure(drawn, words, wide=True))
     return out
 
 
-def profiles(summary: Summary) -> list[Markup]:
+def profiles(summary: Summary) -> list[PageFigure]:
     """Performance profiles."""
     out = []
     for w in summary.within:
@@ -97,11 +96,11 @@ def profiles(summary: Summary) -> list[Markup]:
         name = f"profile-{w.measure}-{summary.crowds.index(w.crowd)}"
         drawn = study_charts.profiles(name, curves, f"{title}, times that of the best")
         words = f"Performance profile by {title}, {crowd_words(w.crowd)}, {n} worlds; failures never arrive."
-        out.append(html.figure(drawn, words))
+        out.append(PageFigure(drawn, words))
     return out
 
 
-def ranks(summary: Summary) -> list[Markup]:
+def ranks(summary: Summary) -> list[PageFigure]:
     """Critical-difference diagrams."""
     out = []
     for o in summary.orders:
@@ -114,11 +113,11 @@ def ranks(summary: Summary) -> list[Markup]:
             f"Average ranks by {ALL[o.measure].title}, {crowd_words(o.crowd)}, {r.n} {summary.unit_many}; "
             "1 is the best; a bar joins those that do not differ."
         )
-        out.append(html.figure(drawn, words))
+        out.append(PageFigure(drawn, words))
     return out
 
 
-def differences(summary: Summary) -> list[Markup]:
+def differences(summary: Summary) -> list[PageFigure]:
     """Paired differences from the reference."""
     out = []
     for name in ("cost", "time_s", "expansions"):
@@ -138,11 +137,11 @@ def differences(summary: Summary) -> list[Markup]:
                 f"Differences from {summary.reference}, {crowd_words(crowd)}: {_points(summary)}, its box "
                 "median and quartiles; above it the mean with its interval."
             )
-            out.append(html.figure(drawn, words))
+            out.append(PageFigure(drawn, words))
     return out
 
 
-def trade(summary: Summary, runs: Runs) -> list[Markup]:
+def trade(summary: Summary, runs: Runs) -> list[PageFigure]:
     """Gap against expansions: what shorter ways cost."""
     if not (runs.has("gap") and runs.has("expansions")):
         return []
@@ -155,7 +154,7 @@ def trade(summary: Summary, runs: Runs) -> list[Markup]:
             series.append((entrant, x.tolist(), y.tolist()))
         drawn = study_charts.scatter(f"trade-{c}", series, "expansions", "gap to the shortest way (%)")
         words = f"Work and quality, {crowd_words(crowd)}: {_points(summary)}, the large mark their mean."
-        out.append(html.figure(drawn, words))
+        out.append(PageFigure(drawn, words))
     return out
 
 
@@ -165,7 +164,7 @@ def _points(summary: Summary) -> str:
     return f"a point a {summary.unit}" + (f" ({most} of {units} drawn)" if units > most else "")
 
 
-def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[Markup]:
+def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[PageFigure]:
     """The three bar charts of Figures 4.5 to 4.7: each test run on the first map, three methods, one seed.
 
     Where the dissertation's three methods are here, the cost of the first two is the sum of the cost-to-go
@@ -201,7 +200,7 @@ def dissertation_form(summary: Summary, runs: Runs, timing: bool) -> list[Markup
             drawn = study_charts.bars(
                 f"form-{figure.replace('.', '-').replace(' ', '-')}", groups, series, label, where
             )
-            out.append(html.figure(drawn, words))
+            out.append(PageFigure(drawn, words))
     return out
 
 

@@ -14,8 +14,6 @@ from lampyris.model.drive import Drive
 from lampyris.model.trace import Trace
 from lampyris.report.film.drive_film import film_drive
 from lampyris.report.film.simulation_film import film
-from lampyris.report.html import page as html
-from lampyris.report.html.page import Markup
 from lampyris.study.analysis.findings import Summary
 from lampyris.study.analysis.runs import Runs
 from lampyris.study.design.study import Job
@@ -45,7 +43,7 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
     """The world to be shown: in the last crowd, where the reference and another differ most.
 
     Most is: one came to the goal and the other did not; else the greatest difference in time, ticks or cost.
-    The first of equals. Shown are the reference, that other, and the next in order; None in a study of plans.
+    The first of equals. Film are the reference, that other, and the next in order; None in a study of plans.
     """
     if summary.kind == "plan" or not runs.known:
         return None
@@ -73,38 +71,48 @@ def choose(summary: Summary, runs: Runs) -> Chosen | None:
     return Chosen(w, crowd, s, (base, other, *rest[: MOST - 2]), why)
 
 
-def films(summary: Summary, runs: Runs) -> Markup:
-    """The films of a page with what they show; empty where there is none."""
+class Film(NamedTuple):
+    """One run; without data where it would be too large or failed."""
+
+    entrant: str
+    outcome: str
+    alt: str
+    data: bytes | None
+
+
+class Films(NamedTuple):
+    """The films of a page, and which world they show."""
+
+    words: str
+    shown: list[Film]
+
+
+def films(summary: Summary, runs: Runs) -> Films | None:
+    """The films of a page with what they show; None where there is none."""
     chosen = choose(summary, runs)
     if chosen is None:
-        return Markup("")
+        return None
     study = runs.study
     world = study.worlds[chosen.world]
     if world.ground.grid.blocked.size > MAX_CELLS:
-        return Markup("")
-    jobs = _jobs(runs, chosen)
+        return None
     shown, left = [], MAX_BYTES
-    for entrant, job in zip(chosen.entrants, jobs, strict=True):
+    for entrant, job in zip(chosen.entrants, _jobs(runs, chosen), strict=True):
         data = _film(job, runs)
+        if data is not None and len(data) > left:
+            data = None
+        left -= len(data or b"")
         name = runs.entrants[entrant]
-        if data is None or len(data) > left:
-            shown.append(html.paragraph(f"{name}: no film, it would be too large or the run failed."))
-            continue
-        left -= len(data)
-        alt = f"{name} on {world.ground.name}, {world.query}"
         outcome = runs.outcome[chosen.world, chosen.crowd, chosen.seed, entrant]
-        shown.append(html.figure(html.image(data, "image/webp", alt), f"{name}: {outcome}"))
-    crowd = study.crowds[chosen.crowd].label
-    words = (
-        f"{world.ground.name}, {world.query}, {crowd_words(crowd)}, seed "
-        f"{study.seeds[chosen.seed]}. Of all worlds of this crowd: {chosen.why}, {summary.reference} beside "
-        "another. Run again for this page."
-    )
+        shown.append(Film(name, str(outcome), f"{name} on {world.ground.name}, {world.query}", data))
+    where, seed = f"{world.ground.name}, {world.query}", f"seed {study.seeds[chosen.seed]}"
     if len(chosen.entrants) == 1:
-        words = (
-            f"{world.ground.name}, {world.query}, seed {study.seeds[chosen.seed]}. Run again for this page."
-        )
-    return html.section("films", "Films", html.paragraph(words), html.tag("div", *shown, class_="films"))
+        return Films(f"{where}, {seed}. Run again for this page.", shown)
+    words = (
+        f"{where}, {crowd_words(study.crowds[chosen.crowd].label)}, {seed}. Of all worlds of this crowd: "
+        f"{chosen.why}, {summary.reference} beside another. Run again for this page."
+    )
+    return Films(words, shown)
 
 
 def _jobs(runs: Runs, chosen: Chosen) -> list[Job]:
