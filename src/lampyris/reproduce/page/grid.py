@@ -39,7 +39,7 @@ class PrintedTable(NamedTuple):
     """A table or a part of one; ``fold``: the title under which it is closed."""
 
     head: Sequence[str]
-    rows: list[tuple[str, list[Sequence[Verdict]]]]
+    rows: Sequence[tuple[str, Sequence[Sequence[Verdict]]]]
     note: str
     fold: str = ""
 
