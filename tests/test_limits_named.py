@@ -314,9 +314,6 @@ ASKED: dict[str, str] = {
     "app.engine.decode.MAX_BYTES": "app/test_app_limits.py",
     "app.engine.decode.MAX_FILES": "app/test_app_limits.py",
     "app.engine.engine.MAX_QUESTION": "app/test_app_limits.py",
-    "app.server.guard.MAX_HEAD": "app/test_app_limits.py",
-    "app.server.guard.MAX_HEADERS": "app/test_app_limits.py",
-    "app.server.guard.MAX_URL": "app/test_app_limits.py",
     "app.server.library.MOST_BYTES": "app/test_app_limits.py",
     "app.server.library.MOST_FILES": "app/test_app_limits.py",
     "app.engine.names.MOST": "app/test_app_limits.py",
@@ -331,6 +328,7 @@ ASKED: dict[str, str] = {
     "app.server.studies.MOST_WAITING": "app/test_app_studies.py",
     "app.engine.decode.MAX_ANSWER": NOT_INPUT + "what our own reader of maps says of them",
     "app.server.engines.MAX_FRAME": NOT_INPUT + "what our own engine says, app/test_app_engine.py",
+    "app.server.listening.MAX_HEAD": "app/test_app_http.py",
     "app.server.guard.MAX_DRAIN": NOT_INPUT + "what is still read of a refused body, app/test_app_http.py",
     "app.server.studies.MAX_LINE": NOT_INPUT + "what our own study says of how far it is",
     "app.server.studies.MOST": NOT_INPUT + "studies that are over and still known",
@@ -363,7 +361,7 @@ NO_LIMITS = {
    "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",
     "kernels.adgso.tick_speed.OF_LIMIT", "kernels.adgso.tick_speed.OF_WAITING",
     "kernels.adgso.tick_speed.V_MAX", "planning.adgso.walk.NO_LIMIT",
-    "io.scenario.schema._LIMIT", "study.design.schema._LIMIT", "app.server.guard.BYTES", "io.maps.load.VALUES",
+    "io.scenario.schema._LIMIT", "study.design.schema._LIMIT", "app.server.request_parsing.BYTES", "io.maps.load.VALUES",
     "planning.field.frame.WEIGHS_MOST",
 }  # fmt: skip
 """So called and no limits: endings, columns of a table, words, types."""

@@ -14,11 +14,13 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from starlette.routing import Mount, Route
+
 from lampyris.app.engine.frames import frame, json_frame
 from lampyris.app.server import listening
-from lampyris.app.server.guard import SAFE, Guard, Route, door
-from lampyris.app.server.server import WAYS, Services, application
-from lampyris.app.server.static_files import PART_CSP
+from lampyris.app.server.guard import CSP, NO_DOCUMENT, SAFE, door
+from lampyris.app.server.request_parsing import BYTES, JSON
+from lampyris.app.server.server import Desk, Services, application
 from lampyris.errors import FileError, UsageError
 
 TOKEN = "5ec7e7" * 10 + "abcd"
@@ -143,10 +145,9 @@ class World:
     reached: int = 0
 
     def __post_init__(self) -> None:
-        self.services = Services(self.engines, self.library, lambda: {"version": "0"}, self.studies)
-        app = application(self.services, door(PORT, TOKEN))
-        assert isinstance(app, Guard)
-        self.app = app
+        hello = {"version": "0", "planners": ["astar"] * 100}
+        self.services = Services(self.engines, self.library, lambda: hello, self.studies)
+        app = self.app = application(self.services, door(PORT, TOKEN))
         inner = app._app
 
         async def spy(scope: Any, receive: Any, send: Any) -> None:
@@ -194,7 +195,26 @@ def own(*more: tuple[str, str], host: str = HOST, json_: bool = False) -> list[t
     return [("Host", host), ("X-Lampyris-Token", TOKEN), *kind, *more]
 
 
-def filled(way: Route) -> str:
+@dataclass(frozen=True)
+class Way:
+    """A route: its method, and the type of what is sent."""
+
+    path: str
+    method: str
+    takes: str | None
+
+
+def _ways() -> Iterator[Way]:
+    for route in Desk(World().services).routes():
+        if isinstance(route, Mount):
+            yield Way(f"{route.path}/{{name}}", "GET", None)
+        elif isinstance(route, Route) and route.methods:
+            post = "POST" in route.methods
+            takes = BYTES if route.path == "/api/maps" else JSON
+            yield Way(route.path, "POST" if post else "GET", takes if post else None)
+
+
+def filled(way: Way) -> str:
     """A path of a way."""
     return (
         way.path.replace("{id}", "guide")
@@ -204,6 +224,8 @@ def filled(way: Route) -> str:
     )
 
 
+WAYS = tuple(_ways())
+"""Everything that may be asked."""
 PATHS = sorted({filled(way) for way in WAYS})
 
 
@@ -216,13 +238,13 @@ def run(work: Awaitable[Any]) -> Any:
     return asyncio.run(whole())
 
 
-def check_safe(told: Told, policy: bytes | None = None) -> None:
+def check_safe(told: Told, policy: str = "") -> None:
     """Every answer has the headers of every answer, each once, and nothing that opens it to others."""
-    if policy is None and told.header("content-type").startswith(("text/javascript", "text/css")):
-        policy = PART_CSP.encode()
-    for name, value in SAFE.items():
-        expected = policy if policy and name == b"content-security-policy" else value
-        assert [v for k, v in told.headers if k.lower() == name] == [expected], (name, told.headers)
+    document = told.header("content-type").startswith("text/html")
+    policy = policy or (CSP if document else NO_DOCUMENT)
+    for name, value in {**SAFE, "content-security-policy": policy}.items():
+        found = [v for k, v in told.headers if k.lower() == name.encode()]
+        assert found == [value.encode()], (name, told.headers)
     names = {k.lower() for k, _ in told.headers}
     assert not any(name.startswith(b"access-control-") for name in names)
     assert not names & {b"set-cookie", b"server", b"etag", b"last-modified"}
@@ -236,8 +258,8 @@ def serving(world: World | None = None, head_seconds: float = 10.0) -> Iterator[
     port = sockets[0].getsockname()[1]
     app = application(world.services, door(port, TOKEN))
     server = listening.server(app)
-    usual = listening.OneRequest.head_seconds
-    listening.OneRequest.head_seconds = head_seconds
+    usual = listening.Protocol.head_seconds
+    listening.Protocol.head_seconds = head_seconds
     thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=sockets)), daemon=True)
     thread.start()
     while not server.started:
@@ -248,7 +270,7 @@ def serving(world: World | None = None, head_seconds: float = 10.0) -> Iterator[
     finally:
         server.should_exit = True
         thread.join(10)
-        listening.OneRequest.head_seconds = usual
+        listening.Protocol.head_seconds = usual
         assert not thread.is_alive()
 
 

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from app_server import Told, World, own
+from app_server import WAYS, Told, World, own
 
 from lampyris._core import cancellation
 from lampyris.app.engine import work
 from lampyris.app.engine.frames import error_frame
 from lampyris.app.engine.study_process import study_of_question
-from lampyris.app.server.guard import JSON
 from lampyris.app.server.library import Library
-from lampyris.app.server.server import ASKED, OTHERS, WAYS
+from lampyris.app.server.request_parsing import JSON
+from lampyris.app.server.server import ASKED, OTHERS
 from lampyris.app.server.studies import Studies
 from lampyris.errors import InternalFault, LampyrisError
 from lampyris.motion.laws import registry as laws

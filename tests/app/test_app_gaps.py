@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from app_server import WAYS
 from PIL import Image
 from test_app_work import ask, only, refusal, state
 
@@ -26,7 +27,7 @@ from lampyris.app.engine.bootstrap import hello
 from lampyris.app.engine.layers import own_order, reach
 from lampyris.app.engine.progress import heard
 from lampyris.app.engine.simulation import begin
-from lampyris.app.server.server import ASKED, WAYS
+from lampyris.app.server.server import ASKED
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.recipes.make import RECIPES, make_ground
 from lampyris.model.grid import Grid

@@ -200,13 +200,13 @@ def test_bombs_by_the_clock(live: Live) -> None:
 @contextlib.contextmanager
 def impatient(world: World, seconds: float) -> Iterator[int]:
     """A server that waits so long for a reader."""
-    usual = listening.OneRequest.stall_seconds
-    listening.OneRequest.stall_seconds = seconds
+    usual = listening.Protocol.stall_seconds
+    listening.Protocol.stall_seconds = seconds
     try:
         with serving(world) as (port, _):
             yield port
     finally:
-        listening.OneRequest.stall_seconds = usual
+        listening.Protocol.stall_seconds = usual
 
 
 def flooding() -> World:
@@ -265,7 +265,7 @@ def test_who_reads_slowly_is_waited_for() -> None:
     with impatient(world, 2.0) as port, ask_for_more(port) as wire:
         for _ in range(30):
             got = 0
-            while got < 4 * listening.LEAST_TAKEN:
+            while got < listening.SEND_BUFFER:
                 got += len(piece := wire.recv(2**18))
                 assert piece
             time.sleep(0.35)

@@ -9,7 +9,9 @@ from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable
 from contextlib import aclosing
 from typing import Any, cast
 
-from lampyris.app.server.guard import JSON, Message, Receive, Scope, Send, error_body
+from starlette.types import Message, Receive, Scope, Send
+
+from lampyris.app.server.guard import Json
 
 FRAMES = "application/x-lampyris-frames"
 
@@ -51,15 +53,15 @@ class Streamed:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer."""
-        await while_there(receive, lambda: self._send(send))
+        await while_there(receive, lambda: self._send(scope, receive, send))
 
-    async def _send(self, send: Send) -> None:
+    async def _send(self, scope: Scope, receive: Receive, send: Send) -> None:
         begun = False
         async with aclosing(self._frames) as frames:
             async for piece in frames:
                 kind, payload = unframed(piece)
                 if kind == "X" and not begun:
-                    await send_error(send, json.loads(payload))
+                    await error_answer(json.loads(payload))(scope, receive, send)
                     return
                 if kind == "X" and self._unpack:
                     # A file that ends early must not look whole: the connection is broken off instead.
@@ -78,13 +80,9 @@ class Streamed:
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
 
-async def send_error(send: Send, error: dict[str, Any]) -> None:
+def error_answer(error: dict[str, Any]) -> Json:
     """An error as the whole answer."""
-    status = STATUS.get(str(error.get("code")), 400)
-    body = error_body(error)
-    headers = [(b"content-type", JSON.encode()), (b"content-length", str(len(body)).encode())]
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": body, "more_body": False})
+    return Json({"error": error}, STATUS.get(str(error.get("code")), 400))
 
 
 async def while_there(receive: Receive, work: Callable[[], Awaitable[None]]) -> None:

@@ -1,4 +1,4 @@
-"""Asking: what a request says, read strictly, and plain data as an answer.
+"""Asking: what a request says, read strictly.
 
 A request has a form: its keys, and for each key what its value may be (:class:`ValueRule`). What is deeper (a
 scenario, who is compared) is checked by the code that uses it, which says the place.
@@ -13,11 +13,12 @@ from math import isfinite
 from typing import Any, Final, TypeAlias
 
 from starlette.requests import Request
-from starlette.responses import Response
 
-from lampyris.app.server.guard import JSON, Refused
+from lampyris.app.server.guard import Refused
 from lampyris.errors import FileError
 
+JSON: Final = "application/json"
+BYTES: Final = "application/octet-stream"
 MAX_JSON: Final = 8 * 2**20
 MOST_VALUES: Final = 1_000_000
 """Values, counted before any is made: in memory each is thirty times what it is in the text."""
@@ -55,13 +56,28 @@ CHECKED_LATER: Final = ValueRule(lambda value: True, "see who reads it")
 Form: TypeAlias = Mapping[str, ValueRule]
 
 
+def check_kind(request: Request, kind: str) -> None:
+    """Refuse what is sent as another type: a form of another page can send plain text, and no JSON.
+
+    Raises
+    ------
+    Refused : 415.
+    """
+    if request.headers.get("content-type", "").replace(" ", "").lower() not in (
+        kind,
+        f"{kind};charset=utf-8",
+    ):
+        raise Refused(415, "CONTENT_TYPE", "sent as another type", kind)
+
+
 async def said(request: Request, form: Form | None) -> dict[str, Any]:
     """The body as a table of this form; None: any.
 
     Raises
     ------
-    Refused : 400, 413.
+    Refused : 400, 413, 415.
     """
+    check_kind(request, JSON)
     raw = await request.body()
     if len(raw) > MAX_JSON:
         raise Refused(413, "JSON_SIZE", f"{len(raw):,} bytes", f"at most {MAX_JSON:,} bytes")
@@ -130,13 +146,3 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(made) < len(pairs):
         raise _Said("a key is there twice")
     return made
-
-
-def dump(value: Any) -> bytes:
-    """JSON in one line."""
-    return json.dumps(value, allow_nan=False, separators=(",", ":")).encode()
-
-
-def told(value: Any) -> Response:
-    """JSON as an answer."""
-    return Response(dump(value), media_type=JSON)

@@ -92,7 +92,7 @@ def run_app(
 
 def _more_files() -> None:
     """Let this process open as many files as it may ask for, up to 4,096: some systems begin with 256, which
-    is less than the connections that :mod:`lampyris.app.server.listening` may hold."""
+    is soon taken by connections that send nothing."""
     try:
         import resource
 

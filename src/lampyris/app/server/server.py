@@ -1,29 +1,36 @@
 """The server: from requests to nouns and questions, from answers to bytes. It knows no algorithm.
 
-Every path is in :data:`WAYS`; the guard refuses whatever is not (see :mod:`lampyris.app.server.guard`). GET never
-changes anything.
+Every path is in :meth:`Desk.routes`; who may ask is the guard's (:mod:`lampyris.app.server.guard`). GET never changes
+anything.
 """
 
 from __future__ import annotations
 
 import asyncio
+import mimetypes
 import secrets
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
 from dataclasses import dataclass, field
+from importlib.resources import files
 from typing import Any, Final, Protocol, cast
 
-from starlette import routing
 from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
 
 from lampyris.app.engine.frames import error_frame, fault_of
 from lampyris.app.server.answers import STATUS, Streamed
-from lampyris.app.server.guard import BYTES, JSON, App, Door, Guard, Refused, Route, error_body
+from lampyris.app.server.guard import Door, Guard, Json, Refused
 from lampyris.app.server.request_parsing import (
+    BYTES,
     CHECKED_LATER,
     FLAG,
     JOB,
@@ -34,11 +41,9 @@ from lampyris.app.server.request_parsing import (
     WORDS,
     Form,
     check_finite,
-    dump,
+    check_kind,
     said,
-    told,
 )
-from lampyris.app.server.static_files import TYPES, Shipped, both, shipped, static_files
 from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
@@ -51,27 +56,9 @@ LOOKS: Final = 16
 READS: Final = 2
 """Threads that read what a stranger wrote. They are others, so that eight bombs keep nobody from his maps."""
 
-WAYS: Final = (
-    Route("/", open=True, entrance=True),
-    Route("/static/{name}", open=True),
-    Route("/view/{ticket}", open=True),
-    Route("/api/hello"),
-    Route("/api/maps"),
-    Route("/api/maps", "POST", BYTES),
-    Route("/api/maps/{id}"),
-    Route("/api/thumbs/{id}"),
-    Route("/api/maps/{id}/delete", "POST", JSON),
-    *(
-        Route(f"/api/{verb}", "POST", JSON)
-        for verb in ("plan", "simulate", "layer", "compare", "export", "make")
-    ),
-    Route("/api/scenario", "POST", JSON),
-    Route("/api/study", "POST", JSON),
-    Route("/api/study/{job}"),
-    Route("/api/ticket", "POST", JSON),
-    Route("/api/cancel", "POST", JSON),
-)
-"""Everything that may be asked. A page in a frame of its own (``/view``) has a ticket in place of a token."""
+PACKED: Final = [Middleware(GZipMiddleware)]
+"""Of what is the same for everybody: what is compressed with a secret beside something that a stranger chose can leak
+the secret."""
 
 ASKED: Final[Mapping[str, Form]] = {
     "plan": {"scenario": TABLE, "record": FLAG, "layers": WORDS},
@@ -204,71 +191,62 @@ class Services:
                 await close()
 
 
-def application(services: Services, door: Door) -> App:
+def application(services: Services, door: Door) -> Guard:
     """The server as an ASGI application, guarded."""
     desk = Desk(services)
     app = Starlette(routes=desk.routes(), exception_handlers=HANDLERS)
     app.router.redirect_slashes = False
-    return Guard(cast(App, app), door, WAYS)
+    return Guard(app, door)
 
 
 class Desk:
-    """A method for every way."""
+    """A method for every route."""
 
     def __init__(self, services: Services) -> None:
         self._all = services
-        self._static = static_files()
-        self._hello: Shipped | None = None
+        self._hello: dict[str, Any] | None = None
+        # What a system says of these files need not be what browsers run.
+        mimetypes.add_type("text/javascript", ".js")
 
-    def routes(self) -> list[routing.Route]:
-        """A route for every way, and no other."""
-        table: dict[tuple[str, str], Callable[[Request], Awaitable[Any]]] = {
-            ("GET", "/"): self.page,
-            ("GET", "/static/{name}"): self.static,
-            ("GET", "/view/{ticket}"): self.view,
-            ("GET", "/api/hello"): self.hello,
-            ("GET", "/api/maps"): self.maps,
-            ("POST", "/api/maps"): self.add_map,
-            ("GET", "/api/maps/{id}"): self.ground,
-            ("GET", "/api/thumbs/{id}"): self.thumb,
-            ("POST", "/api/maps/{id}/delete"): self.delete_map,
-            ("POST", "/api/scenario"): self.scenario,
-            ("POST", "/api/study"): self.study,
-            ("GET", "/api/study/{job}"): self.study_progress,
-            ("POST", "/api/ticket"): self.ticket,
-            ("POST", "/api/cancel"): self.cancel,
-            **{("POST", f"/api/{verb}"): self.ask for verb in ASKED},
-        }
-        return [routing.Route(way.path, table[way.method, way.path], methods=[way.method]) for way in WAYS]
+    def routes(self) -> list[BaseRoute]:
+        """Everything that may be asked. A page in a frame of its own (``/view``) has a ticket in place of a token."""
+        return [
+            Route("/", self.page, middleware=PACKED),
+            Mount("/static", StaticFiles(packages=[("lampyris.app", "static")]), middleware=PACKED),
+            Route("/view/{ticket}", self.view),
+            Route("/api/hello", self.hello, middleware=PACKED),
+            Route("/api/maps", self.maps),
+            Route("/api/maps", self.add_map, methods=["POST"]),
+            Route("/api/maps/{id}", self.ground),
+            Route("/api/maps/{id}/delete", self.delete_map, methods=["POST"]),
+            Route("/api/thumbs/{id}", self.thumb),
+            *(Route(f"/api/{verb}", self.ask, methods=["POST"]) for verb in ASKED),
+            Route("/api/scenario", self.scenario, methods=["POST"]),
+            Route("/api/study", self.study, methods=["POST"]),
+            Route("/api/study/{job}", self.study_progress),
+            Route("/api/ticket", self.ticket, methods=["POST"]),
+            Route("/api/cancel", self.cancel, methods=["POST"]),
+        ]
 
     async def page(self, request: Request) -> Response:
         """The page."""
-        return self._file(request, "index.html")
-
-    async def static(self, request: Request) -> Response:
-        """A file of the page."""
-        return self._file(request, request.path_params["name"])
-
-    def _file(self, request: Request, name: str) -> Response:
-        found = self._static.get(name)
-        if found is None:
-            raise Refused(404, "NOT_FOUND", "there is nothing here")
-        return shipped(request, *found)
+        return FileResponse(str(files("lampyris.app").joinpath("static", "index.html")))
 
     async def hello(self, request: Request) -> Response:
         """What there is: planners, laws, maps, limits."""
         if self._hello is None:
-            self._hello = both(JSON, dump(await self._all.look(self._all.hello)))
-        return shipped(request, *self._hello)
+            self._hello = await self._all.look(self._all.hello)
+        return Json(self._hello)
 
     async def maps(self, request: Request) -> Response:
         """The library."""
-        return told(await self._all.look(self._all.library.listing))
+        return Json(await self._all.look(self._all.library.listing))
 
     async def add_map(self, request: Request) -> Response:
         """Keep a map."""
+        check_kind(request, BYTES)
         body = await request.body()
-        return told(await self._all.read(self._all.library.add, body))
+        return Json(await self._all.read(self._all.library.add, body))
 
     async def ground(self, request: Request) -> Response:
         """A map's cells."""
@@ -285,7 +263,7 @@ class Desk:
         back = (await said(request, OTHERS["delete"])).get("back") is True
         library, id = self._all.library, request.path_params["id"]
         await self._all.look(library.bring_back if back else library.delete, id)
-        return told({"back" if back else "deleted": id})
+        return Json({"back" if back else "deleted": id})
 
     async def ask(self, request: Request) -> Any:
         """A question to an engine; its frames."""
@@ -335,7 +313,7 @@ class Desk:
         if job is None:
             raise Refused(400, "KEY", "no job", JOB.allowed, where="job")
         await (self._studies() if isinstance(job, str) else self._all.engines).cancel(job)
-        return told({"cancelled": job})
+        return Json({"cancelled": job})
 
     async def scenario(self, request: Request) -> Response:
         """A scenario file as plain data: the page reads what the command line reads, with the same limits."""
@@ -345,17 +323,17 @@ class Desk:
         data = text.encode("utf-8", "surrogatepass")
         found = await self._all.read(read, data, name[:80])
         check_finite(found.data)
-        return told({"scenario": found.data})
+        return Json({"scenario": found.data})
 
     async def study(self, request: Request) -> Response:
         """Begin a study."""
         body = await said(request, OTHERS["study"])
         ground = await self._ground_of(body.get("scenario"))
-        return told({"job": await self._studies().start({**body, **ground})})
+        return Json({"job": await self._studies().start({**body, **ground})})
 
     async def study_progress(self, request: Request) -> Response:
         """How far a study is."""
-        return told(self._studies().progress(request.path_params["job"]))
+        return Json(self._studies().progress(request.path_params["job"]))
 
     def _studies(self) -> StudiesLike:
         if self._all.studies is None:
@@ -371,7 +349,7 @@ class Desk:
         kept = [(word, way) for word, way in old.items() if now - way[0] < TICKET_SECONDS][1 - TICKETS :]
         ticket = secrets.token_urlsafe(32)
         self._all.tickets = {**dict(kept), ticket: (now, job)}
-        return told({"ticket": ticket})
+        return Json({"ticket": ticket})
 
     async def view(self, request: Request) -> Response:
         """A report, for a ticket."""
@@ -379,31 +357,37 @@ class Desk:
         if time.monotonic() - began >= TICKET_SECONDS:
             raise Refused(404, "NOT_FOUND", "there is nothing here", todo="open the report again")
         body = await self._all.look(self._studies().report, job)
-        return Response(body, media_type=TYPES["html"], headers={"Content-Security-Policy": VIEW_CSP})
+        return HTMLResponse(body, headers={"Content-Security-Policy": VIEW_CSP})
 
 
 def _fault(request: Request, fault: Exception) -> Response:
     assert isinstance(fault, LampyrisError)
-    return Response(
-        error_body(fault_of(fault)),
-        status_code=STATUS.get(fault.code, 500 if isinstance(fault, InternalFault) else 400),
-        media_type=JSON,
-    )
+    status = STATUS.get(fault.code, 500 if isinstance(fault, InternalFault) else 400)
+    return Json({"error": fault_of(fault)}, status)
 
 
 def _refused(request: Request, fault: Exception) -> Response:
     assert isinstance(fault, Refused)
-    return Response(error_body(fault.error), status_code=fault.status, media_type=JSON)
+    return fault.response()
+
+
+def _unknown(request: Request, fault: Exception) -> Response:
+    """What Starlette refuses: 404 and 405."""
+    assert isinstance(fault, HTTPException)
+    code, what = ("METHOD", "no such method") if fault.status_code == 405 else ("NOT_FOUND", "nothing")
+    answer = Refused(fault.status_code, code, f"there is {what} here").response()
+    answer.headers.update(fault.headers or {})
+    return answer
 
 
 def _internal(request: Request, fault: Exception) -> Response:
     # Starlette raises it again behind this answer, and the guard logs it.
-    error = {"code": "INTERNAL", "what": "a fault of lampyris", "todo": "please report it"}
-    return Response(error_body(error), status_code=500, media_type=JSON)
+    return Refused(500, "INTERNAL", "a fault of lampyris", todo="please report it").response()
 
 
 HANDLERS: Final[Mapping[Any, Callable[[Request, Exception], Response]]] = {
     LampyrisError: _fault,
     Refused: _refused,
+    HTTPException: _unknown,
     Exception: _internal,
 }
