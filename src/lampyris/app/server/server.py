@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
 from dataclasses import dataclass, field
 from importlib.resources import files
-from typing import Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
@@ -47,6 +47,11 @@ from lampyris.app.server.request_parsing import (
 from lampyris.errors import InputError, InternalFault, LampyrisError
 from lampyris.io.text.strict_json import read_json
 from lampyris.io.text.strict_yaml import read_yaml
+
+if TYPE_CHECKING:
+    from lampyris.app.server.engines import Engines
+    from lampyris.app.server.library import Library
+    from lampyris.app.server.studies import Studies
 
 STREAMS: Final = 16
 TICKETS: Final = 16
@@ -100,57 +105,6 @@ VIEW_CSP: Final = (
 """Of a report: one file with its own styles and pictures, that can run nothing and ask nobody."""
 
 
-class EnginesLike(Protocol):
-    """See :class:`lampyris.app.server.engines.Engines`."""
-
-    def ask(self, question: dict[str, Any]) -> AsyncIterator[bytes]:
-        """Frames."""
-
-    async def cancel(self, job: int) -> None:
-        """Stop a job."""
-
-
-class LibraryLike(Protocol):
-    """See :class:`lampyris.app.server.library.Library`."""
-
-    def listing(self) -> Any:
-        """Every map there is, as plain data."""
-
-    def ground(self, id: str) -> bytes:
-        """A map's bytes for the page."""
-
-    def thumb(self, id: str) -> bytes:
-        """A small picture of it, PNG."""
-
-    def add(self, files: bytes) -> dict[str, Any]:
-        """Keep an uploaded map."""
-
-    def delete(self, id: str) -> None:
-        """Put it away."""
-
-    def bring_back(self, id: str) -> None:
-        """Have it again."""
-
-    def packed(self, id: str) -> dict[str, Any]:
-        """A map as a question to an engine holds it."""
-
-
-class StudiesLike(Protocol):
-    """Studies that run beside the page."""
-
-    async def start(self, body: Mapping[str, Any]) -> str:
-        """Begin one; its job."""
-
-    def progress(self, job: str) -> dict[str, Any]:
-        """How far it is: ``state`` and ``done`` of ``total`` runs."""
-
-    def report(self, job: str) -> bytes:
-        """The finished report, HTML."""
-
-    async def cancel(self, job: str) -> None:
-        """Stop one."""
-
-
 @dataclass
 class Services:
     """What the server asks.
@@ -160,10 +114,10 @@ class Services:
     hello : what the page needs to know before anything else; called once, in a thread.
     """
 
-    engines: EnginesLike
-    library: LibraryLike
+    engines: Engines
+    library: Library
     hello: Callable[[], dict[str, Any]]
-    studies: StudiesLike | None = None
+    studies: Studies | None = None
     tickets: dict[str, tuple[float, str]] = field(default_factory=dict)
     streams: int = 0
     looks: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(LOOKS, "lampyris-look"))
@@ -335,7 +289,7 @@ class Desk:
         """How far a study is."""
         return Json(self._studies().progress(request.path_params["job"]))
 
-    def _studies(self) -> StudiesLike:
+    def _studies(self) -> Studies:
         if self._all.studies is None:
             raise Refused(404, "NOT_FOUND", "this server runs no studies")
         return self._all.studies

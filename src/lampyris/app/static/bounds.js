@@ -1,7 +1,5 @@
 // Bounds: what each rule alone would allow at a moment of a run, beside the speed that was driven.
 
-/** @typedef {import("./types.js").Run} Run */
-
 /**
  * What each rule allows at some ticks, put into the run; null where it says nothing.
  * @param {Uint8Array} bytes @param {Run} run

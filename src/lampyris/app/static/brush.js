@@ -3,9 +3,6 @@
 
 import { applyEdits, withStroke } from "./ground.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
-
 /** Cells of a line between two, both ends included (Bresenham). @param {Cell} a @param {Cell} b @returns {Cell[]} */
 export function line(a, b) {
   let [x, y] = a;

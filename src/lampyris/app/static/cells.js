@@ -2,9 +2,6 @@
 
 import { THEMES, levels, packed } from "./colours.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
-/** @typedef {import("./types.js").Ground} Ground */
-/** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {CanvasRenderingContext2D} Pen */
 
 /** @param {HTMLCanvasElement} canvas */

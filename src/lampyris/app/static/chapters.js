@@ -8,8 +8,6 @@ import { spelled } from "./make.js";
 import { ACCEPTED, CHOSEN, marksOf, stretchOf, wayOf } from "./stagehand.js";
 import { fieldTable, nodesTable, pointerTable, walkTable, wallsAgree } from "./tables.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./guide.js").Numbers} Numbers */
 /** @typedef {import("./make.js").Part} Part */
 /** @typedef {import("./stagehand.js").Stagehand} Stagehand */
@@ -144,7 +142,7 @@ function jumpShow(n, k, page) {
   const jump = n.jumps[k];
   const last = Math.max(...jump.accepted.map((one) => one.ring));
   return {
-    marks: marksOf(jump, last, true, /** @type {import("./types.js").Ground} */ (page.ground)),
+    marks: marksOf(jump, last, true, /** @type {Ground} */ (page.ground)),
     ways: [...(k ? [wayOf(n.jumps.slice(0, k))] : []), stretchOf(jump)], robot: jump.at,
   };
 }

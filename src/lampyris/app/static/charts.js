@@ -7,9 +7,6 @@ import { capsOf, closeness, whyOf } from "./bounds.js";
 import { causeColour } from "./colours.js";
 import { el } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Run} Run */
-/** @typedef {import("./types.js").Plan} Plan */
 /** @typedef {"time" | "way"} Over */
 /**
  * What is drawn: places along x, values, what binds each.

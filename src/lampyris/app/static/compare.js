@@ -2,15 +2,12 @@
 
 import { LINES } from "./colours.js";
 import { applyEdits } from "./ground.js";
-import { block, button, el, fill, sentence } from "./make.js";
+import { block, button, el, fill, sentence, tell } from "./make.js";
 import { MapView } from "./map.js";
 import { charts, entrants, swatch, tableOf } from "./measures.js";
 import { chosen, labelOf, linked, meeting, textOf } from "./meeting.js";
 import { bodiesAt, gather, placeAt } from "./runs.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Run} Run */
-/** @typedef {import("./types.js").Who} Who */
 /** @typedef {import("./meeting.js").Entry} Entry */
 
 const MOST = 8;
@@ -167,17 +164,17 @@ class Comparison {
     const who = meeting(page);
     const all = who.planners.length * who.laws.length * who.seeds;
     try {
-      this._tell(`0 of ${all} runs`);
+      tell(this.progress, `0 of ${all} runs`);
       const frames = page.api.frames("/api/compare", { scenario: page.asked(), ...who }, asked.signal);
-      const found = await gather(frames, (some) => this._tell(`${some.ended} of ${all} runs`));
+      const found = await gather(frames, (some) => tell(this.progress, `${some.ended} of ${all} runs`));
       this.found = found;
-      this._tell("");
+      tell(this.progress, "");
       this._results(found, who.seeds);
       this._show(tick);
     } catch (error) {
-      if (asked.signal.aborted) this._tell("Stopped.");
+      if (asked.signal.aborted) tell(this.progress, "Stopped.");
       else {
-        this._tell(sentence(error), true);
+        tell(this.progress, sentence(error), true);
         page.fault(error);
       }
     } finally {
@@ -195,13 +192,6 @@ class Comparison {
     this._list();
     if (held) (busy ? this.end : this.go)?.focus();
     this.page.busy("compare", busy);
-  }
-
-  /** @param {string} words @param {boolean} [bad] */
-  _tell(words, bad = false) {
-    if (!this.progress) return;
-    this.progress.textContent = words;
-    this.progress.classList.toggle("bad", bad);
   }
 
   /** @param {import("./runs.js").Gathered} found @param {number} seeds */
@@ -369,7 +359,7 @@ class Mosaic {
     // One tick ahead, as on the large map.
     const tick = t > 0 ? Math.floor(t) + 1 : 0;
     const edits = tile.run.end?.edits ?? store.scenario.edits;
-    const turned = edits.filter((/** @type {import("./types.js").Edit} */ edit) => edit.tick <= tick).length;
+    const turned = edits.filter((/** @type {Edit} */ edit) => edit.tick <= tick).length;
     if (turned === tile.turned) return;
     tile.turned = turned;
     const cells = new Uint8Array(base.length);

@@ -8,7 +8,7 @@ const BEAT = 1000;
 /** Milliseconds that it stays: one kernel is compiled after the other. */
 const STAYS = 300;
 
-/** @param {import("./types.js").Page} page @param {HTMLElement} stage */
+/** @param {Page} page @param {HTMLElement} stage */
 export function mount(page, stage) {
   const words = el("span", {});
   const box = el("p", { class: "compiling", role: "status", hidden: true }, el("i", { class: "spin", "aria-hidden": "true" }), words);

@@ -3,7 +3,6 @@
 import { byId } from "./page.js";
 import { moveBy } from "./zoom.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./edit.js").Editor} Editor */
 
 export class Cursor {
@@ -14,7 +13,7 @@ export class Cursor {
     this._left = null;
     /** Where a wall was painted or taken away last, for a line from there. @type {Cell | null} */
     this._painted = null;
-    /** The map of both. @type {import("./types.js").Ground | null} */
+    /** The map of both. @type {Ground | null} */
     this._ground = null;
   }
 

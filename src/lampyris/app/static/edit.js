@@ -8,9 +8,6 @@ import { Hand } from "./hand.js";
 import { Patrols } from "./patrols.js";
 import { fit, zoomButtons } from "./zoom.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
-
 export const TOOLS = [
   { name: "ends", key: "v", label: "Start and goal", tip: "Click the start, then the goal; drag either. Drag the ground to pan.", path: "M2.500 12.500h5v5h-5zM13 17V3l5 2.700-5 2.700M7.500 15h3" },
   { name: "wall", key: "b", label: "Paint walls", tip: "Paint walls; the right button erases.", path: "M4 16c3 0 4-1 4-3l7-8 2 2-8 7c-2 0-2 1-5 2zM8 13l1.500 1.500" },

@@ -1,9 +1,7 @@
 // Example: the worked example as a scenario, and the scenario that was there before its tour, which comes back even
 // after the page was closed in the middle of it. The tour itself is loaded when somebody looks for it.
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
-/** @typedef {import("./types.js").Scenario} Scenario */
+import { blank } from "./state.js";
 
 const BEFORE = "lampyris-before-tour";
 
@@ -11,13 +9,9 @@ export const SIDE = 10;
 export const START = /** @type {Cell} */ ([0, 9]);
 export const GOAL = /** @type {Cell} */ ([7, 0]);
 
-/** The worked example as a scenario. @returns {import("./types.js").Scenario} */
+/** The worked example as a scenario. @returns {Scenario} */
 export function scenario() {
-  return {
-    version: 1, map: "guide", start: START, goal: GOAL, robot: {}, preset: "dissertation", moves: null,
-    planner: { name: "ad-gso", settings: {} }, law: null, seed: 0, obstacles: [], edits: [],
-    simulate: { ticks: null, patience: null },
-  };
+  return { ...blank(), map: "guide", start: START, goal: GOAL, preset: "dissertation" };
 }
 
 /** A tour that was cut short by closing the page: what was there before it comes back. @param {Page} page */

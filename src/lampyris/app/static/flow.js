@@ -8,11 +8,6 @@ import { sentence } from "./make.js";
 import { Runs } from "./running.js";
 import { first, blank } from "./state.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Ground} Ground */
-/** @typedef {import("./types.js").Plan} Plan */
-/** @typedef {import("./types.js").Scenario} Scenario */
-
 /** Keys that decide a run. */
 const DECIDE = ["map", "start", "goal", "robot", "preset", "moves", "planner", "law", "seed", "obstacles", "edits", "simulate", "zones"];
 /** Of these, the ones that decide a plan at the start as well. */

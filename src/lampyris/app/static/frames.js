@@ -54,7 +54,7 @@ export function json(bytes) {
 /**
  * A layer, or the heat of a tick without its tick.
  * @param {Uint8Array} bytes
- * @returns {import("./types.js").Layer}
+ * @returns {Layer}
  */
 export function layerOf(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -73,7 +73,7 @@ export function layerOf(bytes) {
 /**
  * Ticks of a simulation, put into the run.
  * @param {Uint8Array} bytes
- * @param {import("./types.js").Run} run
+ * @param {Run} run
  */
 export function addTicks(bytes, run) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -102,7 +102,7 @@ export function addTicks(bytes, run) {
   run.ticks = last;
 }
 
-/** A run of which nothing has come but its head. @param {Record<string, any>} head @returns {import("./types.js").Run} */
+/** A run of which nothing has come but its head. @param {Record<string, any>} head @returns {Run} */
 export function newRun(head) {
   return {
     job: String(head.job ?? ""), planner: head.planner ?? "", label: head.label ?? head.planner ?? "", law: head.law ?? "",
@@ -115,7 +115,7 @@ export function newRun(head) {
 /**
  * Events of a simulation, put into the run; who appears says what it is.
  * @param {Uint8Array} bytes
- * @param {import("./types.js").Run} run
+ * @param {Run} run
  */
 export function addEvents(bytes, run) {
   for (const event of json(bytes)) {

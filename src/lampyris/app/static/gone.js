@@ -7,8 +7,6 @@
 import { el } from "./make.js";
 import { byId } from "./page.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 const AGAIN = 2500;
 /** Milliseconds without an answer to anything after which the server is asked whether it is there. */
 const SILENT = 3000;

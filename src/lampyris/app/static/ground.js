@@ -4,10 +4,6 @@ import { ServerError } from "./api.js";
 import { THEMES, packed } from "./colours.js";
 import { framesOf, json } from "./frames.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
-/** @typedef {import("./types.js").Edit} Edit */
-/** @typedef {import("./types.js").Ground} Ground */
-
 const SIGNS = { ".": 0, "#": 1, "?": 2, S: 0, G: 0, o: 0 };
 
 /**

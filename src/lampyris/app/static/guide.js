@@ -5,9 +5,6 @@ import { SIDE, scenario } from "./example.js";
 import { json, layerOf } from "./frames.js";
 import { planned } from "./runs.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
-/** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./stagehand.js").Jump} Jump */
 
 /** A neighbour's place less the cell's, in the order in which ties fall. */
@@ -34,7 +31,7 @@ const ORDER = [[-1, -1], [1, -1], [-1, 1], [1, 1], [-1, 0], [1, 0], [0, -1], [0,
 /** All numbers of the tour. @param {Page} page @returns {Promise<Numbers>} */
 export async function numbers(page) {
   const own = scenario();
-  const ask = (/** @type {Partial<import("./types.js").Scenario>} */ patch, layers = /** @type {string[]} */ ([])) =>
+  const ask = (/** @type {Partial<Scenario>} */ patch, layers = /** @type {string[]} */ ([])) =>
     planned(page, { scenario: { ...own, ...patch, edits: undefined, simulate: {} }, record: true, layers });
   const plan = await ask({}, ["gates"]);
   // A window as large as the map accepts every cell at once: so one question has the luciferin of all.
@@ -54,7 +51,7 @@ export async function numbers(page) {
   };
 }
 
-/** @param {Page} page @param {import("./types.js").Scenario} own @param {string} name */
+/** @param {Page} page @param {Scenario} own @param {string} name */
 async function layer(page, own, name) {
   const body = { scenario: { ...own, edits: undefined, simulate: {} }, layer: name, obstacle_cells: null, tick: 0 };
   for await (const { kind, bytes } of page.api.frames("/api/layer", body)) {

@@ -3,7 +3,6 @@
 
 import { moveBy, zoomBy } from "./zoom.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./edit.js").Editor} Editor */
 
 /** What the pointer does from down to up. `raw`: each move at once, not once a frame. @typedef {{move: (event: PointerEvent) => void, up: (event: PointerEvent) => void, drop?: () => void, raw?: (event: PointerEvent) => void}} Deed */

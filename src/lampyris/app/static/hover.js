@@ -4,9 +4,6 @@ import { brief } from "./charts.js";
 import { cheap, sourceOf } from "./layers.js";
 import { el } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
-
 /** Milliseconds that the pointer rests before layers that are not shown are asked for. */
 const REST = 250;
 const GROUND = ["free", "wall", "unknown"];

@@ -2,10 +2,8 @@
 
 import { ServerError } from "./api.js";
 import { json } from "./frames.js";
-import { block, button, el, sentence } from "./make.js";
+import { block, button, el, sentence, tell } from "./make.js";
 import { meeting } from "./meeting.js";
-
-/** @typedef {import("./types.js").Page} Page */
 
 /** What, how its name ends, what it is. @type {Array<{title: string, kinds: Array<[string, string, string]>}>} */
 const GROUPS = [
@@ -98,7 +96,7 @@ class Keep {
     this.stage = `Making ${name}`;
     const beat = () => {
       const seconds = Math.round((performance.now() - began) / 1000);
-      this._tell(`${this.stage}${seconds ? `, ${seconds} s` : ""}.`);
+      tell(this.words, `${this.stage}${seconds ? `, ${seconds} s` : ""}.`);
     };
     const clock = window.setInterval(beat, 250);
     this._beat = beat;
@@ -115,9 +113,9 @@ class Keep {
       // A scenario too large for YAML comes as JSON.
       const said = what === "scenario" && (await file.slice(0, 1).text()) === "{" ? name.replace(/yaml$/, "json") : name;
       save(file, said);
-      this._tell(`Saved ${said}, ${bytes(file.size)}.`);
+      tell(this.words, `Saved ${said}, ${bytes(file.size)}.`);
     } catch (error) {
-      this._tell(asked.signal.aborted ? "Stopped." : sentence(error), !asked.signal.aborted);
+      tell(this.words, asked.signal.aborted ? "Stopped." : sentence(error), !asked.signal.aborted);
       if (!asked.signal.aborted) page.fault(error);
     } finally {
       clearInterval(clock);
@@ -160,12 +158,6 @@ class Keep {
     this.bar.hidden = !busy;
     this.stop.hidden = !busy;
     this.page.busy("keep", busy);
-  }
-
-  /** @param {string} words @param {boolean} [bad] */
-  _tell(words, bad = false) {
-    this.words.textContent = words;
-    this.words.classList.toggle("bad", bad);
   }
 }
 

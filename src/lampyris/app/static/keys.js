@@ -6,8 +6,6 @@ import { el } from "./make.js";
 import { byId } from "./page.js";
 import { fit, zoomBy } from "./zoom.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 const SECTIONS = ["library", "settings", "traffic", "now", "compare", "keep", "learn"];
 
 /** What the help lists. @type {Array<[string, Array<[string, string]>]>} */

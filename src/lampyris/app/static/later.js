@@ -6,7 +6,6 @@
 import { button, el, sentence } from "./make.js";
 import { byId } from "./page.js";
 
-/** @typedef {import("./types.js").Page} Page */
 /** Panels, and the modules they need, each with the element it is mounted on. @typedef {{panels: string[], parts: Array<[string, string]>}} Group */
 
 /** @type {Group[]} */

@@ -6,8 +6,6 @@ import { json, layerOf } from "./frames.js";
 import { ServerError } from "./api.js";
 import { el } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {{title: string, about: string, low: string, high: string, unit: (page: Page) => string}} Kind */
 
 /** @type {Record<string, Kind>} */

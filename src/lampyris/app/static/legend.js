@@ -5,8 +5,6 @@ import { brief } from "./charts.js";
 import { el } from "./make.js";
 import { gateMarks, goalMark, kindMark, robotMark, startMark } from "./marks.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 const NAMES = /** @type {Record<string, string>} */ ({
   "random-walk": "random walker (W)", patrol: "patrol (P)", crossing: "crossing obstacle (X)", recorded: "recorded obstacle (R)",
 });

@@ -5,7 +5,6 @@ import { el, sentence } from "./make.js";
 import { byId } from "./page.js";
 import { tidy } from "./state.js";
 
-/** @typedef {import("./types.js").Page} Page */
 /** @typedef {{id: string, name: string, kind: string, width: number | null, height: number | null, free: number | null}} Row */
 
 const GROUPS = { upload: "Uploaded", folder: "Your folder", bundled: "Bundled" };
@@ -246,7 +245,7 @@ async function send(page, files) {
 
 /**
  * The scenario among some files, if one of them is a scenario; a map that it names is one of the others.
- * @param {Page} page @param {File[]} files @returns {Promise<import("./types.js").Scenario | null>}
+ * @param {Page} page @param {File[]} files @returns {Promise<Scenario | null>}
  */
 async function scenarioIn(page, files) {
   for (const file of files) {

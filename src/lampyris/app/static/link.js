@@ -2,9 +2,6 @@
 // rows, `{"rows": [down, on, n, down, on, n, ...]}`: so many rows down from the run before, so many columns on from its
 // end (in another row: from the left), n cells. Lists, as in scenario files, are read as well.
 
-/** @typedef {import("./types.js").Scenario} Scenario */
-/** @typedef {import("./types.js").Cell} Cell */
-
 /** Cells up to which a list is shorter, or as good. */
 const FEW = 32;
 /** Cells of the largest map: more in one list are no drawing. */

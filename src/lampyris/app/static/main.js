@@ -23,7 +23,7 @@ async function main() {
   document.body.classList.add("ready");
 }
 
-/** What there is to choose from; asked until there is an answer. @param {import("./types.js").Page} page */
+/** What there is to choose from; asked until there is an answer. @param {Page} page */
 async function hello(page) {
   let again = () => {};
   page.on("gone", (gone) => {
@@ -53,7 +53,7 @@ async function load([name, id]) {
   }
 }
 
-/** @param {Array<{name: string, id: string, part: any}>} parts @param {import("./types.js").Page} page */
+/** @param {Array<{name: string, id: string, part: any}>} parts @param {Page} page */
 function mount(parts, page) {
   for (const { name, id, part } of parts) mountPart(page, name, id, part);
 }

@@ -24,6 +24,13 @@ export function svg(tag, set, ...parts) {
   return made;
 }
 
+/** A line that says how something goes. @param {HTMLElement | undefined} line @param {string} words @param {boolean} [bad] */
+export function tell(line, words, bad = false) {
+  if (!line) return;
+  line.textContent = words;
+  line.classList.toggle("bad", bad);
+}
+
 /** A line drawing of 20 by 20. @param {string} path */
 export function icon(path) {
   return svg("svg", { viewBox: "0 0 20 20", "aria-hidden": "true" }, svg("path", { d: path }));

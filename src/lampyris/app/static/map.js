@@ -12,9 +12,6 @@ import { drawGates, drawLines, drawMark, drawPatrol } from "./still.js";
 import { View } from "./view.js";
 import { Trail, drawWay } from "./ways.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
-/** @typedef {import("./types.js").Ground} Ground */
-/** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./ways.js").Way} Way */
 /** @typedef {import("./still.js").Patrol} Patrol */
 /** @typedef {import("./moving.js").Moment} Moment */

@@ -2,8 +2,6 @@
 
 import { fragment } from "./link.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Who} Who */
 /** @typedef {Who & {label: string}} Entry */
 /** No law: the scenario's own. @typedef {{planners: Entry[], laws: Entry[], seeds: number}} Meeting */
 

@@ -4,7 +4,6 @@ import { KINDS, LINES, OTHER_KIND, ROBOT } from "./colours.js";
 import { kindMark, robotMark } from "./marks.js";
 import { penOf } from "./cells.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./view.js").View} View */
 /** @typedef {CanvasRenderingContext2D} Pen */
 

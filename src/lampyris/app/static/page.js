@@ -6,9 +6,6 @@ import { MapView } from "./map.js";
 import { fragment } from "./link.js";
 import { Store } from "./state.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Tone} Tone */
-
 /** The element with this id; the page is ours, so it is there. @param {string} id */
 export function byId(id) {
   return /** @type {HTMLElement} */ (document.getElementById(id));

@@ -2,9 +2,6 @@
 
 import { byId } from "./page.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
-
 export class Patrols {
   /** @param {Page} page @param {() => void} changed told when what is being drawn is another */
   constructor(page, changed) {

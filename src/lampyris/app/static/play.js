@@ -3,9 +3,6 @@
 // Nothing is allocated in a frame: places are written into arrays that are kept. Frames are asked for only while it
 // plays; a seek draws one.
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Run} Run */
-
 export const RATES = [0.25, 0.5, 1, 2, 4, 8, 16];
 
 /** Ticks a second at speed 1. */

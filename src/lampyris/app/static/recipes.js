@@ -5,7 +5,6 @@ import { field } from "./fields.js";
 import { drawn, loadGround } from "./ground.js";
 import { button, el, fill, sentence } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
 /** @typedef {{recipe: string, size: [number, number], seed: number, settings: Record<string, number>}} Spec */
 
 /** Milliseconds after the last change before the map is made. */
@@ -40,7 +39,7 @@ class Maker {
     this.timer = 0;
     /** @type {AbortController | null} */
     this.asked = null;
-    /** What is looked at. @type {{spec: Spec, ground: import("./types.js").Ground} | null} */
+    /** What is looked at. @type {{spec: Spec, ground: Ground} | null} */
     this.seen = null;
     this.kind = el("select", { "aria-label": "Kind of map", onchange: () => {
       this.spec = { ...this.spec, recipe: this.kind.value, settings: {} };

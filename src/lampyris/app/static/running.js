@@ -6,10 +6,6 @@ import { addCaps } from "./bounds.js";
 import { addEvents, addTicks, json, newRun } from "./frames.js";
 import { sentence } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Run} Run */
-/** @typedef {import("./types.js").Scenario} Scenario */
-
 /** Runs: one at a time. */
 export class Runs {
   /** @param {Page} page */

@@ -5,9 +5,6 @@ import { ServerError } from "./api.js";
 import { addCaps } from "./bounds.js";
 import { addEvents, addTicks, json, newRun } from "./frames.js";
 
-/** @typedef {import("./types.js").Run} Run */
-/** @typedef {import("./types.js").Page} Page */
-
 /**
  * What a comparison gave. `summary`: as studies tell it, with intervals; null until it has come.
  * @typedef {{runs: Run[], ended: number, summary: Record<string, any> | null}} Gathered

@@ -4,7 +4,6 @@
 import { field } from "./fields.js";
 import { block, button, el, fill } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./fields.js").Setting} Setting */
 /** @typedef {import("./fields.js").Field} Field */
 

@@ -2,8 +2,6 @@
 
 import { LINES } from "./colours.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {{at: Cell, text?: string, colour: string, fill?: number, ring?: boolean}} Mark */
 
 const LOOKED = "#8b929c";
@@ -79,7 +77,7 @@ export class Stagehand {
 
   /**
    * What is on the map now. `bare`: without the letters of start and goal, which would hide numbers.
-   * @param {{bare?: boolean, marks?: Mark[], ways?: import("./map.js").Way[], robot?: Cell | null, layer?: import("./types.js").Layer | null, gates?: import("./still.js").Gate[]}} what
+   * @param {{bare?: boolean, marks?: Mark[], ways?: import("./map.js").Way[], robot?: Cell | null, layer?: Layer | null, gates?: import("./still.js").Gate[]}} what
    */
   show({ bare = false, marks = [], ways = [], robot = null, layer = null, gates = [] }) {
     const { map } = this.page;
@@ -114,7 +112,7 @@ export class Stagehand {
 /**
  * An iteration as marks, up to a ring.
  * @param {Jump} jump @param {number} ring @param {boolean} chosen whether the choice is shown
- * @param {import("./types.js").Ground} ground
+ * @param {Ground} ground
  * @returns {Mark[]}
  */
 export function marksOf(jump, ring, chosen, ground) {
@@ -152,4 +150,17 @@ export function wayOf(jumps) {
 /** Of one iteration, dashed. @param {Jump} jump */
 export function stretchOf(jump) {
   return { cells: jump.subpath.flat(), colour: CHOSEN, dash: [7, 5], wide: 2 };
+}
+
+/**
+ * What arrows and Escape do where there are pages to turn.
+ * @param {KeyboardEvent} event @param {(by: number) => void} go @param {() => void} leave
+ */
+export function turned(event, go, leave) {
+  const by = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+  if (by) go(by);
+  else if (event.key === "Escape") leave();
+  else return;
+  event.preventDefault();
+  event.stopPropagation();
 }

@@ -3,8 +3,6 @@
 
 import { cellsOf, fragment, ofLink, textOf, toLink } from "./link.js";
 
-/** @typedef {import("./types.js").Scenario} Scenario */
-
 const DRAFT = "lampyris-draft";
 /** How the draft was looked at: as `v` of a link. */
 const LOOK = "lampyris-look";
@@ -183,7 +181,7 @@ function* shelves() {
 const LONGEST = 500_000;
 const SOON = 300;
 
-/** How the state is looked at, for the link: layer, moment, and where the map is if not all of it is shown. @param {import("./types.js").Page} page @param {string} layer */
+/** How the state is looked at, for the link: layer, moment, and where the map is if not all of it is shown. @param {Page} page @param {string} layer */
 function viewOf(page, layer) {
   const { map, ground } = page;
   const { view } = map;
@@ -195,7 +193,7 @@ function viewOf(page, layer) {
 /** Who meets, where the comparison is shown: it makes its own runs. See meeting.js. */
 const MEET = /,[12],\d+\]$/;
 
-/** Look at it in the same way. @param {import("./types.js").Page} page @param {string} text */
+/** Look at it in the same way. @param {Page} page @param {string} text */
 function look(page, text) {
   const [layer, tick, place] = text.split("~");
   const [cx, cy, scale] = (place ?? "").split("_").map(Number);
@@ -205,7 +203,7 @@ function look(page, text) {
   else if (Number(tick) > 0 && Number(tick) < 1e6) void page.simulate({ tick: Number(tick), play: false });
 }
 
-/** Keep draft and address with the state, not at each step of a drag. @param {import("./types.js").Page} page */
+/** Keep draft and address with the state, not at each step of a drag. @param {Page} page */
 export function mount(page) {
   const { store } = page;
   let timer = 0;
@@ -279,7 +277,7 @@ export function mount(page) {
 
 /**
  * Another address was opened in this tab. A new server's names the map that it was started with, each time it is
- * started: what is here stays, as the page has said of it. @param {import("./types.js").Page} page
+ * started: what is here stays, as the page has said of it. @param {Page} page
  * @param {URLSearchParams} said @param {boolean} anew whether it is a new server's
  */
 async function arrived(page, said, anew) {
@@ -317,7 +315,7 @@ function mapOf(spec) {
 /**
  * What to begin with: the link's state, else the map that was asked for, else the draft. What was drawn last is never
  * thrown away: where something else is asked for it is one undo away, and on the same map it is what is shown.
- * @param {import("./types.js").Page} page @returns {Promise<Scenario | null>}
+ * @param {Page} page @returns {Promise<Scenario | null>}
  */
 export async function first(page) {
   const said = fragment();

@@ -7,9 +7,6 @@ import { brief } from "./charts.js";
 import { el } from "./make.js";
 import { mark } from "./timeline.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Run} Run */
-
 /** Milliseconds between two changes of what is seen. */
 const SELDOM = 100;
 /** Milliseconds between two sentences that are read aloud while it plays. */

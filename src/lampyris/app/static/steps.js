@@ -3,9 +3,8 @@
 
 import { block, button, el, fill, sentence, spelled, spoken } from "./make.js";
 import { planned } from "./runs.js";
-import { Stagehand, marksOf, stretchOf, wayOf } from "./stagehand.js";
+import { Stagehand, marksOf, stretchOf, turned, wayOf } from "./stagehand.js";
 
-/** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./stagehand.js").Jump} Jump */
 
 /** What is shown at once: a ring of an iteration, its choice, or its way. @typedef {{jump: number, ring: number, act: "ring" | "choice" | "way"}} Scene */
@@ -137,12 +136,7 @@ class Steps {
   /** @param {KeyboardEvent} event */
   _key(event) {
     if (!this.hand.on || event.target === this.slider || event.target === this.pace) return;
-    const by = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    if (by) this._go(this.at + by);
-    else if (event.key === "Escape") this.leave();
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
+    turned(event, (by) => this._go(this.at + by), () => this.leave());
   }
 
   _draw() {

@@ -4,7 +4,6 @@ import { GATE, KINDS, THEMES } from "./colours.js";
 import { gateMarks } from "./marks.js";
 import { drawLine } from "./ways.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./view.js").View} View */
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** A cell that is pointed out. @typedef {{at: Cell, text?: string, colour: string, fill?: number, ring?: boolean}} Mark */

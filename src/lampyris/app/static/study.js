@@ -1,9 +1,7 @@
 // Study: the comparison sent on as a full study, its progress, and its report in a tab of its own.
 
-import { block, button, el, sentence } from "./make.js";
+import { block, button, el, sentence, tell } from "./make.js";
 import { meeting } from "./meeting.js";
-
-/** @typedef {import("./types.js").Page} Page */
 
 const POLL = 700;
 /** Where the job of this browser's last study is kept, so that a reload finds it. */
@@ -55,7 +53,7 @@ class Study {
   /** All walls at tick 0, the later strokes over the earlier ones; undoable. */
   _early() {
     const { store } = this.page;
-    /** @type {Map<string, {cell: import("./types.js").Cell, wall: boolean}>} */
+    /** @type {Map<string, {cell: Cell, wall: boolean}>} */
     const last = new Map();
     for (const edit of [...store.scenario.edits].sort((a, b) => a.tick - b.tick)) {
       for (const cell of edit.freed) last.set(cell.join(), { cell, wall: false });
@@ -73,14 +71,14 @@ class Study {
       return;
     }
     this.send.disabled = true;
-    this._tell("Sending.");
+    tell(this.words, "Sending.");
     try {
       const { job } = await page.api.json("/api/study", {
         scenario: page.asked(), planners: who.planners, laws: who.laws, seeds: whole(this.seeds, 1000), queries: whole(this.queries, 500),
       });
       this._watch(String(job));
     } catch (error) {
-      this._tell(sentence(error), true);
+      tell(this.words, sentence(error), true);
       page.fault(error);
     } finally {
       this._can();
@@ -113,7 +111,7 @@ class Study {
         keep("");
         return;
       }
-      this._tell("The server does not answer; this goes on when it is back.");
+      tell(this.words, "The server does not answer; this goes on when it is back.");
     }
     this.timer = window.setTimeout(() => void this._poll(job), POLL);
   }
@@ -142,7 +140,7 @@ class Study {
     }
     const left = now.left_s ?? now.left;
     const time = typeof left === "number" ? `, about ${duration(left)} left` : "";
-    this._tell(all ? `${done.toLocaleString("en")} of ${all.toLocaleString("en")} runs${time}.` : "It begins soon.");
+    tell(this.words, all ? `${done.toLocaleString("en")} of ${all.toLocaleString("en")} runs${time}.` : "It begins soon.");
     return false;
   }
 
@@ -150,7 +148,7 @@ class Study {
   _over(words, bad = false) {
     this.stop.hidden = true;
     this.bar.hidden = true;
-    this._tell(words, bad);
+    tell(this.words, words, bad);
   }
 
   async _stop() {
@@ -171,12 +169,6 @@ class Study {
     } catch (error) {
       this.page.fault(error);
     }
-  }
-
-  /** @param {string} words @param {boolean} [bad] */
-  _tell(words, bad = false) {
-    this.words.textContent = words;
-    this.words.classList.toggle("bad", bad);
   }
 }
 

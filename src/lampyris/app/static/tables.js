@@ -5,7 +5,6 @@ import { SIGNS, cellOf, index, verdict } from "./guide.js";
 import { el, spelled, spoken } from "./make.js";
 import { jumpTable } from "./steps.js";
 
-/** @typedef {import("./types.js").Cell} Cell */
 /** @typedef {import("./guide.js").Numbers} Numbers */
 /** @typedef {import("./stagehand.js").Jump} Jump */
 /** @typedef {import("./make.js").Part} Part */

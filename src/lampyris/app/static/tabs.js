@@ -2,8 +2,6 @@
 
 import { byId } from "./page.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 const NARROW = window.matchMedia("(max-width: 820px)");
 
 /** @param {Page} page */

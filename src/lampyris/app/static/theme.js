@@ -3,8 +3,6 @@
 import { el, icon, iconButton } from "./make.js";
 import { byId } from "./page.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 const KEPT = "lampyris-theme";
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
 const ICONS = {

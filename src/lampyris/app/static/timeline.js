@@ -8,7 +8,6 @@ import { el, icon } from "./make.js";
 import { gateOutline } from "./marks.js";
 import { RATES } from "./play.js";
 
-/** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./play.js").Player} Player */
 
 const ICONS = {

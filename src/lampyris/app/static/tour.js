@@ -5,10 +5,8 @@ import { STEPS } from "./chapters.js";
 import { SIDE, keep, scenario } from "./example.js";
 import { numbers } from "./guide.js";
 import { block, button, el, fill, sentence } from "./make.js";
-import { Stagehand } from "./stagehand.js";
+import { Stagehand, turned } from "./stagehand.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").Scenario} Scenario */
 /** @typedef {import("./guide.js").Numbers} Numbers */
 
 const INTRO = "The dissertation's 10 × 10 example in ten steps, with its tables beside what is computed here.";
@@ -142,12 +140,7 @@ class Tour {
   /** @param {KeyboardEvent} event */
   _key(event) {
     if (!this.hand.on) return;
-    const by = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    if (by) this._go(this.at + by);
-    else if (event.key === "Escape") this.leave();
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
+    turned(event, (by) => this._go(this.at + by), () => this.leave());
   }
 }
 

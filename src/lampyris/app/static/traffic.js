@@ -2,8 +2,6 @@
 
 import { el } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 /** @param {Page} page @param {HTMLElement} pane */
 export function mount(page, pane) {
   const { store } = page;

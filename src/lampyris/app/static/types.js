@@ -1,4 +1,5 @@
-// The nouns that cross between the modules of the page. Types only; nothing here runs.
+// The nouns that cross between the modules of the page. Types only; nothing here runs or is loaded: as the one file
+// that is no module, it gives its names to all of them.
 
 /** @typedef {[number, number]} Cell column and row, from the top left */
 
@@ -106,5 +107,3 @@
  * address, with the token of this start. `busy`: somebody works, or no longer does. `show`: open the tab with a section; done once what is in it is there. `use`: take up a tool.
  * `met`: who meets in a comparison, as a part of the link.
  */
-
-export {};

@@ -2,8 +2,6 @@
 
 import { el } from "./make.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 const KEPT = "lampyris-welcomed";
 
 /** @param {Page} page @param {HTMLElement} element */

@@ -3,8 +3,6 @@
 import { el, iconButton } from "./make.js";
 import { byId } from "./page.js";
 
-/** @typedef {import("./types.js").Page} Page */
-
 /** @param {Page} page */
 export function zoomButtons(page) {
   const bar = byId("zoom");

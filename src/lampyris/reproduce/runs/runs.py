@@ -38,8 +38,6 @@ WALKERS = 20
 FAR = 25.0
 """Cells that the drawn queries of the sweep are apart at least, on an empty map."""
 ROOT = 2022
-METHOD_LABELS = ("mixed", "improved", "ad-gso", "ad-gso, gates closed", "ad-gso, gates ignored", "astar")
-"""What the comparison calls its planners: the three methods, and what tells where differences come from."""
 WEIGHTS = {"nt": 1.0, "static": 2.0, "moving": 40.0}
 """About how long a run takes beside the others: for the time left, nothing else."""
 
