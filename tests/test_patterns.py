@@ -27,6 +27,7 @@ ASKED: dict[str, tuple[str, tuple[str, ...]] | str] = {
     ),
     "_core.settings._PARAMETER": OURS,
     "_core.settings._ROLE": OURS,
+    "testing.questions._PARTICULARS": OURS,
     "app.engine.names.PLAIN": ("fullmatch", ("a.b-c",)),
     "app.server.run._HOSTNAME": ("fullmatch", ("a-b.c.d",)),
     "cli.option_errors._ARGUMENT": ("search", ('a b_c="d"', "a_b=True")),
