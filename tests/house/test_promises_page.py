@@ -169,9 +169,9 @@ def test_what_too_few_cases_reached_is_told(tool: ModuleType) -> None:
 def test_what_was_not_run_of_a_size_and_what_is_of_earlier_code_is_told(tool: ModuleType) -> None:
     commit = _record("store", size="commit", resume=_kind(7))
     assert _measured(tool, "G19", commit).endswith("2026-11-22<br>nightly: not run yet")
-    cut = _record("store", cut=_kind(10))
+    cut = _record("store", noise=_kind(10))
     rest = _measured(tool, "G17", cut).partition("<br>")[2]
-    assert rest == "nightly, not run yet: bit, foreign, noise, page, processes, writers"
+    assert rest == "nightly, not run yet: bit, page, processes, writers"
     later = _record("store", code="d", resume=_kind(3))
     assert _measured(tool, "G17", cut, later).partition("<br>")[0].endswith("2026-11-22, *earlier code*")
     assert "earlier code" not in _measured(tool, "G19", cut, later)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from lampyris_selfcheck import runner
-from lampyris_selfcheck.check import Ask, Outcome, Part, Tally
-from lampyris_selfcheck.checks.studies import kill_study, sittings
+from lampyris_selfcheck.check import Ask, Outcome
+from lampyris_selfcheck.checks.studies import kill, sittings
 from lampyris_selfcheck.checks.studies.kill import CHECK
 
 pytestmark = [
@@ -78,23 +79,13 @@ def test_a_table_of_other_bytes_is_seen(monkeypatch: pytest.MonkeyPatch) -> None
     assert "not that of the study run at once" in said(ran("random", 2))
 
 
-def test_a_study_that_cannot_be_sat_over_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sittings, "CHILD", ("-c", "raise SystemExit(6)"))
-    tally = Tally(Part("study", 0, 1))
-    kill_study.hunted(tally, 0, 0)
-    assert "sitting 1 ended with 6" in said(tally.outcome())
+def test_a_command_that_does_not_start_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kill, "COMMAND", (sys.executable, "-m", "no_such_module"))
+    assert "it ended with 1" in said(ran("study", 1))
 
 
-def test_a_lost_row_a_changed_one_and_one_stored_twice_are_seen(tmp_path: Path) -> None:
-    hunt = kill_study.Hunt(tmp_path, 0, 0, 1)
-    found = hunt.all()
-    assert found.failures == 0, kill_study.told(found)
-    lines = hunt.log.read_text().split("\n")
-    first = next(line for line in lines if line)
-    hunt.log.write_text("\n".join([*lines, f"{'0' * 64} {'0' * 64} .", "torn off"]) + "\n")
-    hunt._compare()
-    assert (hunt.found.lost, hunt.found.twice, hunt.found.identical) == (1, 0, True)
-    key, _, _ = first.split(" ")
-    hunt.log.write_text("\n".join([*lines, f"{key} {'0' * 64} ."]) + "\n")
-    hunt._compare()
-    assert (hunt.found.lost, hunt.found.twice, hunt.found.identical) == (1, 1, True)
+def test_rows_that_change_after_they_were_read_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each reading of the store says something else of each row."""
+    readings = iter(range(1_000_000))
+    monkeypatch.setattr(kill, "digest", lambda row: str(next(readings)))
+    assert "rows lost or changed" in said(ran("study", 1))

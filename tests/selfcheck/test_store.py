@@ -10,9 +10,7 @@ import pytest
 from lampyris.study.store import file, repair, row_record, store
 from lampyris_selfcheck import runner
 from lampyris_selfcheck.check import Ask, Outcome
-from lampyris_selfcheck.checks.studies import store_damage as damage
-from lampyris_selfcheck.checks.studies import store_foreign as foreign
-from lampyris_selfcheck.checks.studies import store_writers as several
+from lampyris_selfcheck.checks.studies import store as checked
 from lampyris_selfcheck.checks.studies.store import CHECK
 
 
@@ -29,7 +27,7 @@ def fails(kind: str, cases: int, word: str) -> None:
 @pytest.fixture(autouse=True)
 def _samples() -> None:
     """Made before anything is broken."""
-    damage.closed(), damage.opened(), CHECK.kinds_for(Ask())
+    checked.sound(), CHECK.kinds_for(Ask())
 
 
 def test_a_checksum_that_is_not_compared_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,34 +58,6 @@ def test_a_repair_that_leaves_rows_behind_is_seen(monkeypatch: pytest.MonkeyPatc
     fails("bit", 5, "says 22 kept, 1 lost of 24; 22 kept")
 
 
-def test_a_repair_that_ends_at_the_first_damaged_page_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    until_damage = repair._until_damage
-
-    def forward_only(connection: Any, sql: str, *values: int) -> Any:
-        return ([], False) if "DESC" in sql or values else until_damage(connection, sql, *values)
-
-    monkeypatch.setattr(repair, "_until_damage", forward_only)
-    outcome = ran("foreign", foreign.foreign_cases())
-    assert not outcome.failed, "nothing there is damaged and can be read"
-    kept = sum(_kept(number) for number in range(damage.pages()))
-    monkeypatch.undo()
-    assert kept < sum(_kept(number) for number in range(damage.pages()))
-
-
-def _kept(number: int) -> int:
-    """Runs that repair keeps of a store with a damaged page."""
-    from lampyris.errors import LampyrisError
-    from lampyris_selfcheck.checks.studies.stores import put, study
-    from lampyris_selfcheck.scratch import folder
-
-    with folder() as at:
-        put(at / "a", damage._DAMAGE["page"](Ask(), number)[1])
-        try:
-            return repair.repair(at / "a", at / "b", study=study(damage.SEEDS)).kept
-        except LampyrisError:
-            return 0
-
-
 def test_pages_that_do_not_fit_together_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Written to, such a store loses rows."""
     monkeypatch.setattr(store, "check_pages", lambda connection, path: None)
@@ -101,11 +71,6 @@ def test_an_untyped_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(store, "row_of", raises)
     fails("bit", 5, "ValueError: broken")
-
-
-def test_what_is_no_store_must_be_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store, "look", lambda path: None)
-    fails("foreign", 20, "STORE_FORMAT was expected")
 
 
 @pytest.mark.parametrize("lost", [1, 100])
@@ -142,29 +107,20 @@ def test_rows_stored_twice_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_process_that_ends_otherwise_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(several, "_RACE", "raise SystemExit('broken')")
+    monkeypatch.setattr(checked, "RACE", "raise SystemExit('broken')")
     fails("processes", 1, "ended with 1: broken")
 
 
-def test_whole_stores_are_read_written_and_repaired(tmp_path: Any) -> None:
+def test_a_whole_store_is_read_written_and_repaired(tmp_path: Any) -> None:
     """Nothing of the check takes a good store for a bad one."""
-    for sample in (damage.closed(), damage.opened()):
-        assert damage.judged(tmp_path / "a", sample.files, sample) == ([], ["read whole"])
+    assert checked.judged(tmp_path / "a", checked.sound()[0]) == ["read whole"]
 
 
-def test_samples_are_damaged_everywhere() -> None:
+def test_a_store_is_damaged_everywhere() -> None:
     """The first cases of a kind that is run whole at last are from all over."""
-    record, bits = damage._record(), damage.bits()
-    places = sorted(damage._spread(range(bits), k) // 8 for k in range(300))
+    bits = 8 * len(checked.record())
+    places = sorted(checked.spread(range(bits), k) // 8 for k in range(300))
     assert places[0] < 5
-    assert places[-1] > len(record) - 5
-    assert {damage._spread(range(bits), k) for k in range(bits)} == set(range(bits))
-    assert damage.closed().files[""][16:18] == damage.PAGE.to_bytes(2, "big")
-
-
-def test_a_wait_at_a_pipe_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    names = [case.name for case in foreign._foreign()]
-    monkeypatch.setattr(foreign, "PATIENCE_S", 0.2)
-    monkeypatch.setattr(store, "look", lambda path: path.read_bytes())  # without a look at what it is
-    outcome = ran("foreign", 1, names.index("a pipe"))
-    assert "Hangs: more than 0.2 s" in outcome.failures[0].what
+    assert places[-1] > len(checked.record()) - 5
+    assert {checked.spread(range(bits), k) for k in range(bits)} == set(range(bits))
+    assert checked.sound()[0][16:18] == checked.PAGE.to_bytes(2, "big")

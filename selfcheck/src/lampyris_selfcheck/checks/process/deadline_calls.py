@@ -24,20 +24,13 @@ Blocked = NDArray[np.bool_]
 SMALL = 64
 """Maps of so many cells a side: a stopped call is asked again there, without a limit."""
 SIDES = {
-    "walled": (64, 256, 512), "spiral": (64, 256, 512), "free": (64, 512, 2048), "ends": (64, 512),
-    "slits": (64, 256, 512), "clutter": (64, 512), "weighted": (64, 512), "crowd": (64, 256),
+    "walled": (64, 512, 1024), "spiral": (64, 512, 1024), "free": (64, 512, 2048), "slits": (64, 512, 1024),
+    "clutter": (64, 512, 1024), "weighted": (64, 512, 1024), "traffic": (64, 256, 256),
 }  # fmt: skip
-MAPS = tuple(SIDES)
-LONG_MAPS = ("free", "weighted")
+"""Cells a side of each map; the last for calls that may be large."""
 SWARMS = ("apso", "gso", "igso", "ipso", "lpso", "mmas-dstar", "pso", "pso-apf")
 FOR_MINUTES: Mapping[str, Any] = {"iterations": 100_000, "swarm": 200, "seeded": False}
 """Settings with which such a planner goes on for minutes."""
-LARGE = {
-    "spiral": (512, 1024), "free": (2048,), "walled": (1024,), "slits": (1024,), "clutter": (1024,),
-    "weighted": (1024,),
-}  # fmt: skip
-_OF_LARGE = (0.4, 0.12, 0.12, 0.12, 0.12, 0.12)
-_OF_MAP = (0.12, 0.2, 0.12, 0.08, 0.12, 0.12, 0.12, 0.12)
 _TIMED = ("sipp", "space-time-astar")
 _FOUR = ndimage.generate_binary_structure(2, 1)
 _EIGHT = ndimage.generate_binary_structure(2, 2)
@@ -84,55 +77,25 @@ class DeadlineCall:
         }  # fmt: skip
 
 
-def call_of(rng: np.random.Generator) -> DeadlineCall:
-    """A drawn call. Its limit is 1 to 64 ms, one in forty 0.3 s."""
-    kind = MAPS[int(rng.choice(len(MAPS), p=_OF_MAP))]
-    names = _TIMED if kind == "crowd" else _ours()
+def call_of(rng: np.random.Generator, *, large: bool) -> DeadlineCall:
+    """A drawn call: its limit is 1 to 64 ms, or up to 1.5 s; a swarm goes on for minutes half of the time."""
+    kind = tuple(SIDES)[int(rng.integers(len(SIDES)))]
+    names = _TIMED if kind == "traffic" else _ours()
     planner = names[int(rng.integers(len(names)))]
-    sides = SIDES[kind]
-    side = sides[int(rng.integers(len(sides)))]
+    side = SIDES[kind][int(rng.integers(3 if large else 2))]
     moves = tuple(MOVES)[int(rng.integers(len(MOVES)))]
     settings: dict[str, Any] = {}
-    if rng.random() < 0.5 and registry.planner_class(planner).traits.stochastic:
+    if planner in SWARMS and rng.random() < 0.5:
         own = registry.settings_of(registry.planner_class(planner))
-        settings = {k: v for k, v in {"iterations": 5000, "swarm": 60}.items() if k in own}
-    seconds = 0.3 if rng.random() < 0.025 else float(2.0 ** rng.uniform(-10.0, -4.0))
+        settings = {k: v for k, v in FOR_MINUTES.items() if k in own}
+    seconds = float(rng.uniform(0.3, 1.5)) if rng.random() < 0.025 else float(2.0 ** rng.uniform(-10.0, -4.0))
     blocked, terrain, start, goal = _map(kind, side)
-    grid = Grid(blocked, terrain=terrain)
-    traffic = _crowd(rng, blocked) if kind == "crowd" else ()
-    scene = Scene(grid, start, goal, moves=MOVES[moves], traffic=traffic)
+    traffic = _tracks(rng, blocked) if kind == "traffic" else ()
+    scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES[moves], traffic=traffic)
     seed = int(rng.integers(2**31))
     reachable = _joined(kind, side, moves == "dissertation")
     share = float(rng.uniform(0.1, 0.8))
     return DeadlineCall(kind, side, moves, planner, settings, seed, seconds, scene, reachable, share)
-
-
-def large_call_of(rng: np.random.Generator) -> DeadlineCall:
-    """A drawn call on a large map. It is to end at any moment of its first second and a half."""
-    kind = tuple(LARGE)[int(rng.choice(len(LARGE), p=_OF_LARGE))]
-    names, sides = _ours(), LARGE[kind]
-    side = sides[int(rng.integers(len(sides)))]
-    planner = names[int(rng.integers(len(names)))]
-    moves = tuple(MOVES)[int(rng.integers(len(MOVES)))]
-    seconds, share = float(rng.uniform(0.02, 1.5)), float(rng.uniform(0.02, 0.98))
-    seed = int(rng.integers(2**31))
-    blocked, terrain, start, goal = _map(kind, side)
-    scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES[moves])
-    reachable = _joined(kind, side, moves == "dissertation")
-    return DeadlineCall(kind, side, moves, planner, {}, seed, seconds, scene, reachable, share)
-
-
-def long_call_of(rng: np.random.Generator) -> DeadlineCall:
-    """A drawn call of a swarm that would go on for minutes. Its limit is 1.5 to 4 s."""
-    kind = LONG_MAPS[int(rng.integers(len(LONG_MAPS)))]
-    planner = SWARMS[int(rng.integers(len(SWARMS)))]
-    side = (64, 512)[int(rng.integers(2))]
-    blocked, terrain, start, goal = _map(kind, side)
-    scene = Scene(Grid(blocked, terrain=terrain), start, goal, moves=MOVES["octile"])
-    seconds = float(rng.uniform(1.5, 4.0))
-    return DeadlineCall(
-        kind, side, "octile", planner, FOR_MINUTES, int(rng.integers(2**31)), seconds, scene, True
-    )
 
 
 def _ours() -> tuple[str, ...]:
@@ -178,43 +141,24 @@ def _walled(side: int) -> tuple[Blocked, Cell, Cell]:
 
 
 def _spiral(side: int) -> tuple[Blocked, Cell, Cell]:
-    """A corridor one cell wide that winds inwards: half of the cells are on the way."""
+    """A corridor one cell wide that winds inwards: half of the cells are on the path."""
     blocked = np.ones((side, side), dtype=np.bool_)
-    x, y, dx, dy = 1, 1, 1, 0
+    x, y, dx, dy, length = 1, 1, 1, 0, side - 3
     blocked[y, x] = False
-    turned = 0
-    while turned < 2:
-        ahead, beyond = (x + dx, y + dy), (x + 2 * dx, y + 2 * dy)
-        inside = 0 < ahead[0] < side - 1 and 0 < ahead[1] < side - 1
-        if (
-            inside
-            and blocked[ahead[1], ahead[0]]
-            and (not _in(blocked, beyond) or blocked[beyond[1], beyond[0]])
-        ):
-            x, y = ahead
+    for leg in range(side):
+        for _ in range(length):
+            x, y = x + dx, y + dy
             blocked[y, x] = False
-            turned = 0
-        else:
-            dx, dy = -dy, dx
-            turned += 1
+        dx, dy = -dy, dx
+        length -= 2 if leg and leg % 2 == 0 else 0
+        if length < 2:
+            break
     return blocked, (1, 1), (x, y)
-
-
-def _in(blocked: Blocked, cell: Cell) -> bool:
-    height, width = blocked.shape
-    return bool(0 <= cell[0] < width and 0 <= cell[1] < height)
 
 
 def _free(side: int) -> tuple[Blocked, Cell, Cell]:
     """Nothing in the way, the ends as far apart as a knight's slope has them."""
     return np.zeros((side, side), dtype=np.bool_), (0, 1), (side - 1, side // 3)
-
-
-def _ends(side: int) -> tuple[Blocked, Cell, Cell]:
-    """Walls everywhere but on start and goal."""
-    blocked = np.ones((side, side), dtype=np.bool_)
-    blocked[1, 1] = blocked[side - 2, side - 2] = False
-    return blocked, (1, 1), (side - 2, side - 2)
 
 
 def _slits(side: int) -> tuple[Blocked, Cell, Cell]:
@@ -229,21 +173,14 @@ def _slits(side: int) -> tuple[Blocked, Cell, Cell]:
     return blocked, (1, 1), (side - 2, side - 2)
 
 
-def _clutter(side: int) -> tuple[Blocked, Cell, Cell]:
-    """Walls on four cells in ten."""
-    blocked = np.random.Generator(np.random.PCG64(7 * side)).random((side, side)) < 0.4
+def _clutter(side: int, share: float = 0.4) -> tuple[Blocked, Cell, Cell]:
+    """Walls on four cells in ten, or another share."""
+    blocked = np.random.Generator(np.random.PCG64(7 * side)).random((side, side)) < share
     blocked[1, 1] = blocked[side - 2, side - 2] = False
     return blocked, (1, 1), (side - 2, side - 2)
 
 
-def _ground(side: int) -> tuple[Blocked, Cell, Cell]:
-    """Walls on two cells in ten."""
-    blocked = np.random.Generator(np.random.PCG64(3 * side)).random((side, side)) < 0.2
-    blocked[1, 1] = blocked[side - 2, side - 2] = False
-    return blocked, (1, 1), (side - 2, side - 2)
-
-
-def _crowd(rng: np.random.Generator, blocked: Blocked) -> tuple[Recorded, ...]:
+def _tracks(rng: np.random.Generator, blocked: Blocked) -> tuple[Recorded, ...]:
     """Thirty obstacles with known tracks, each to and fro over some columns in a row of its own."""
     side = blocked.shape[0]
     tracks = []
@@ -256,6 +193,6 @@ def _crowd(rng: np.random.Generator, blocked: Blocked) -> tuple[Recorded, ...]:
 
 
 _MAKERS: Mapping[str, Callable[[int], tuple[Blocked, Cell, Cell]]] = {
-    "walled": _walled, "spiral": _spiral, "free": _free, "ends": _ends, "slits": _slits,
-    "clutter": _clutter, "weighted": _ground, "crowd": _free,
+    "walled": _walled, "spiral": _spiral, "free": _free, "slits": _slits, "clutter": _clutter,
+    "weighted": lambda side: _clutter(side, 0.2), "traffic": _free,
 }  # fmt: skip

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 import signal
+from functools import partial
 
-from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
-from lampyris_selfcheck.checks.studies.sittings import STORE, Bench, bench
+from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part
+from lampyris_selfcheck.checks.studies.sittings import STORE, Bench, judged
 
 CODES = frozenset(("STORE_WRITE", "FILE_WRITE"))
 """What a study that stops for it may report."""
@@ -32,27 +33,16 @@ KINDS = {
 
 
 def _run(ask: Ask, part: Part) -> Outcome:
-    tally = Tally(part)
-    case = {"full": _full, "clock": _clock}[part.kind]
-    with bench() as one:
-        for number in part.numbers:
-            one.fresh()
-            try:
-                wrong = case(ask, one, tally, number)
-            except Exception as fault:
-                wrong = f"{type(fault).__name__}: {fault!s:.300}"
-            if wrong:
-                tally.fail(number, wrong)
-    return tally.outcome()
+    return judged(part, partial({"full": _full, "clock": _clock}[part.kind], ask))
 
 
-def _full(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
+def _full(ask: Ask, one: Bench, number: int) -> tuple[list[str], str]:
     """A disk with little room, in one sitting; then one with enough."""
     room = int(ask.rng("oserrors", "full", number).integers(LEAST, MOST))
     ended = one.sit(room=room)
     code = _LINE.search(ended.errors)
     made = "store" if (one.place / STORE).exists() else "no store"
-    tally.case(code[1] if code and ended.code else "needed no more", made)
+    properties = [code[1] if code and ended.code else "needed no more", made]
     wrong = ""
     if ended.late:
         wrong = "it hung"
@@ -60,23 +50,23 @@ def _full(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
         wrong = f"a traceback: {ended.errors[-500:]}"
     elif ended.code and (ended.code != 3 or code is None or code[1] not in CODES):
         wrong = f"it ended with {ended.code}: {ended.errors[-300:]}"
-    wrong = wrong or one.kept() or one.gone_on_with()
-    return f"no file larger than {room} bytes: {wrong}" if wrong else ""
+    wrong = wrong or one.kept() or one.finish()
+    return properties, f"no file larger than {room} bytes: {wrong}" if wrong else ""
 
 
-def _clock(ask: Ask, one: Bench, tally: Tally, number: int) -> str:
+def _clock(ask: Ask, one: Bench, number: int) -> tuple[list[str], str]:
     """A clock that is wrong, in a sitting that is killed and in one that is not."""
     how = CLOCKS[number % len(CLOCKS)]
     after = float(ask.rng("oserrors", "clock", number).random()) * one.whole.seconds
     ended = one.sit(clock=how, kill_after=after)
-    tally.case(how, "killed" if ended.code else "not killed")
+    properties = [how, "killed" if ended.code else "not killed"]
     if ended.code not in (0, -signal.SIGKILL) or ended.late:
-        return f"clock {how}: it ended with {ended.code}: {ended.errors[-300:]}"
+        return properties, f"clock {how}: it ended with {ended.code}: {ended.errors[-300:]}"
     wrong = one.kept()
     if not wrong:
         ended = one.sit(clock=how)
-        wrong = f"it ended with {ended.code}: {ended.errors[-300:]}" if ended.code else one.gone_on_with()
-    return f"clock {how}, killed after {after:.3f} s: {wrong}" if wrong else ""
+        wrong = f"it ended with {ended.code}: {ended.errors[-300:]}" if ended.code else one.finish()
+    return properties, f"clock {how}, killed after {after:.3f} s: {wrong}" if wrong else ""
 
 
 CHECK = Check(

@@ -5,8 +5,6 @@ it reads is a sitting, done in a fork of it. So a sitting takes hundredths of a 
 
 What was acknowledged is known outside of the product: when ``Store.add`` has returned, keys and contents are
 written to a log, and synced.
-
-``--command LOG WORDS`` is the command in its own process, as it is used, with that log.
 """
 
 from __future__ import annotations
@@ -25,7 +23,6 @@ from typing import Any
 
 STEP = 0.06
 """Seconds between two looks at the clock of a sitting: rows are stored after every other batch."""
-
 BACK_AFTER = 20
 """Looks at the clock, of some four hundred, after which it is set back."""
 
@@ -38,7 +35,7 @@ def digest(row: Any) -> str:
 
 
 def log_acknowledged(log: str) -> None:
-    """From now on what a store acknowledges is in the log before anybody else is told."""
+    """From now on what a store acknowledges is in the log before the product knows."""
     from lampyris.study.store.store import Store
 
     add, write, sync = Store.add, os.write, os.fsync
@@ -55,37 +52,30 @@ def log_acknowledged(log: str) -> None:
     Store.add = add_and_log  # type: ignore[method-assign]
 
 
-def sitting(told: dict[str, Any]) -> int:
+def sitting(given: dict[str, Any]) -> int:
     """One sitting; its exit code.
 
     Parameters
     ----------
-    told : ``argv`` of the command; ``folder`` it is called in; ``log`` of what is acknowledged; ``room``:
+    given : ``argv`` of the command; ``folder`` it is called in; ``log`` of what is acknowledged; ``room``:
         bytes that no file may exceed; ``clock``: ``steps``, ``back`` or ``stands``.
     """
     from lampyris import cli
-
-    os.chdir(told["folder"])
-    log_acknowledged(told["log"])
-    _set_clock(told.get("clock", "steps"))
-    sys.argv = ["lampyris", *told["argv"]]
-    if "room" in told:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # what is refused is an error, not the end
-        resource.setrlimit(resource.RLIMIT_FSIZE, (told["room"], resource.RLIM_INFINITY))
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as done:
-        code = done.code if isinstance(done.code, int) else int(done.code is not None)
-    return code
-
-
-def _set_clock(how: str) -> None:
-    """A clock that is the same in every run of a case; or one that is wrong."""
     from lampyris.study.execution import batches
 
+    os.chdir(given["folder"])
+    log_acknowledged(given["log"])
     batches.MAX_JOBS = 2  # many small batches: many moments between them
-    time.perf_counter, time.time = clocks(how, time.time)
+    time.perf_counter, time.time = clocks(given.get("clock", "steps"), time.time)
+    sys.argv = ["lampyris", *given["argv"]]
+    if "room" in given:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # what is refused is an error, not the end
+        resource.setrlimit(resource.RLIMIT_FSIZE, (given["room"], resource.RLIM_INFINITY))
+    try:
+        cli.main()
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else int(done.code is not None)
+    return 0
 
 
 def clocks(how: str, now: Callable[[], float]) -> tuple[Callable[[], float], Callable[[], float]]:
@@ -110,7 +100,7 @@ def clocks(how: str, now: Callable[[], float]) -> tuple[Callable[[], float], Cal
     return measured, of_the_day
 
 
-def _fork(told: dict[str, Any]) -> dict[str, Any]:
+def _fork(given: dict[str, Any]) -> dict[str, Any]:
     """A sitting in a fork of this process; how it ended."""
     began = time.monotonic()
     pid = os.fork()
@@ -118,42 +108,29 @@ def _fork(told: dict[str, Any]) -> dict[str, Any]:
         code = 99
         try:
             for fd, name in ((1, "out"), (2, "err")):
-                to = os.open(told[name], os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
-                os.dup2(to, fd)
-            code = sitting(told)
+                os.dup2(os.open(given[name], os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644), fd)
+            code = sitting(given)
         except BaseException:
             traceback.print_exc()
         finally:
             for stream in (sys.stdout, sys.stderr):
                 stream.flush()
             os._exit(code)
-    until = told.get("seconds", 60.0)
-    kill_at = told.get("kill_after")
-    while True:
-        done, status, used = os.wait4(pid, os.WNOHANG)
-        if done:
-            break
-        spent = time.monotonic() - began
-        if spent > until or (kill_at is not None and spent > kill_at):
+    stop = min(given["seconds"], given.get("kill_after", given["seconds"]))
+    done, status = os.waitpid(pid, os.WNOHANG)
+    while not done:
+        if time.monotonic() - began > stop:
             os.kill(pid, signal.SIGKILL)
-            _, status, used = os.wait4(pid, 0)
-            break
-        time.sleep(0.0005)
+            done, status = os.waitpid(pid, 0)
+        else:
+            time.sleep(0.0005)
+            done, status = os.waitpid(pid, os.WNOHANG)
     spent = time.monotonic() - began
     return {
         "code": os.waitstatus_to_exitcode(status),
         "seconds": spent,
-        "late": spent > until,
-        "cpu": used.ru_utime + used.ru_stime,
+        "late": spent > given["seconds"],
     }
-
-
-def _wait() -> None:
-    """Get warm; then a sitting for each line."""
-    _warm(*json.loads(sys.stdin.readline()))
-    print("warm", flush=True)
-    for line in sys.stdin:
-        print(json.dumps(_fork(json.loads(line))), flush=True)
 
 
 def _warm(file: str, csv: str) -> None:
@@ -176,17 +153,8 @@ def _warm(file: str, csv: str) -> None:
     app.app = get_command(app.app)  # type: ignore[assignment]  # what typer builds at every call is built
 
 
-def _command(log: str, words: list[str]) -> None:
-    """The command as it is, but that its acknowledgements are logged."""
-    from lampyris import cli
-
-    log_acknowledged(log)
-    sys.argv = ["lampyris", *words]
-    cli.main()
-
-
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--command"]:
-        _command(sys.argv[2], sys.argv[3:])
-    else:
-        _wait()
+    _warm(*json.loads(sys.stdin.readline()))
+    print("warm", flush=True)
+    for line in sys.stdin:
+        print(json.dumps(_fork(json.loads(line))), flush=True)

@@ -6,15 +6,16 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from lampyris.errors import InternalFault
 from lampyris.study.design.study_file import load_study
 from lampyris.study.store.store import Store
+from lampyris_selfcheck.check import Outcome, Part, Tally
 from lampyris_selfcheck.checks.studies.sitting_child import digest
 from lampyris_selfcheck.scratch import folder
 
@@ -36,6 +37,8 @@ CHILD = ("-m", "lampyris_selfcheck.checks.studies.sitting_child")
 SECONDS = 120.0
 """For one sitting, on whatever machine."""
 
+Case: TypeAlias = "Callable[[Bench, int], tuple[list[str], str]]"
+
 
 @dataclass(frozen=True)
 class SittingEnding:
@@ -45,7 +48,7 @@ class SittingEnding:
     ----------
     code : its exit code; below zero, the signal that killed it.
     late : it was still running after :data:`SECONDS`.
-    errors : what it said on standard error.
+    errors : what it wrote on standard error.
     seconds : how long it took.
     """
 
@@ -84,11 +87,11 @@ class Bench:
         (self.place / NAME).write_text(STUDY)
         self.log.unlink(missing_ok=True)
 
-    def sit(self, **told: Any) -> SittingEnding:
+    def sit(self, **more: Any) -> SittingEnding:
         """One sitting; see :func:`lampyris_selfcheck.checks.studies.sitting_child.sitting`."""
         given = {
             "argv": COMMAND, "folder": str(self.place), "log": str(self.log), "out": str(self.at / "out"),
-            "err": str(self.at / "err"), "seconds": SECONDS, **told,
+            "err": str(self.at / "err"), "seconds": SECONDS, **more,
         }  # fmt: skip
         came = json.loads(self._ask(given))
         return SittingEnding(came["code"], came["late"], (self.at / "err").read_text(), came["seconds"])
@@ -121,11 +124,11 @@ class Bench:
         changed = sum(digest(rows[key]) != was for key, was in said.items())
         return f"{changed} acknowledged rows are others now" if changed else ""
 
-    def gone_on_with(self) -> str:
+    def finish(self) -> str:
         """Let the study go on to its end; what is wrong then, empty if nothing is."""
         ended = self.sit()
         if ended.code:
-            return f"going on ended with {ended.code}: {ended.errors[-300:]}"
+            return f"the last sitting ended with {ended.code}: {ended.errors[-300:]}"
         wrong = self.kept()
         if wrong:
             return wrong
@@ -139,6 +142,22 @@ class Bench:
         left = sorted({one.name for one in self.place.iterdir()} - {NAME, STORE, CSV})
         left = [name for name in left if not name.endswith(".part")]
         return f"left beside it: {', '.join(left)}" if left else ""
+
+
+def judged(part: Part, case: Case) -> Outcome:
+    """Each case of a part, in one bench: ``case`` returns its properties and what is wrong, or raises."""
+    tally = Tally(part)
+    with bench() as one:
+        for number in part.numbers:
+            one.fresh()
+            try:
+                properties, wrong = case(one, number)
+                tally.case(*properties)
+            except Exception as fault:
+                wrong = f"{type(fault).__name__}: {fault!s:.300}"
+            if wrong:
+                tally.fail(number, wrong)
+    return tally.outcome()
 
 
 @contextmanager
