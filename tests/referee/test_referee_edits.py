@@ -21,7 +21,7 @@ from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.model.traffic import Obstacle
 from lampyris.referee import check_trace, edits
 from lampyris.referee import trace as judge_room
-from lampyris_selfcheck.reference.paths.edits import EditMonitor
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 
 ROW = [(x, 2) for x in range(6)]
 WALL, OPEN = Edit(2, ((3, 0), (3, 4))), Edit(4, (), ((3, 0),))
@@ -183,7 +183,7 @@ def test_the_ground_is_that_of_the_map_as_given() -> None:
 def test_of_one_mind_with_the_slow_monitor() -> None:
     """Random edits thrown into lawful traces: both find a fault in the same ones."""
 
-    class OfWalls(EditMonitor):
+    class OfWalls(Monitor):
         def kinds(self) -> None:
             """Nothing is specified here."""
 

@@ -8,7 +8,7 @@ from sim_planners import grid_of
 from lampyris import referee
 from lampyris.report.data.serialize import trace_record
 from lampyris_selfcheck.checks.traffic.sim_scenes import KINDS, drawn_scene
-from lampyris_selfcheck.reference.paths.edits import EditMonitor
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 
 LANE = grid_of("......", "......", "......")
 
@@ -19,7 +19,7 @@ def story(trace):
 
 def judged(trace):
     assert referee.check_trace(trace) is None, referee.check_trace(trace)
-    assert EditMonitor(trace).faults() == []
+    assert Monitor(trace).faults() == []
     return trace
 
 

@@ -24,7 +24,7 @@ from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.loop import run
 from lampyris.sim.world.cell_index import Shape
 from lampyris_selfcheck.checks.traffic.sim_scenes import with_edits
-from lampyris_selfcheck.reference.paths.edits import EditMonitor
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 
 
 def story(trace):
@@ -251,7 +251,7 @@ def test_a_loop_that_ignores_edits_is_caught(monkeypatch):
     monkeypatch.setattr(Walls, "turn", lambda self, tick, way: None)
     trace = run(scene, registry.make("astar", {}))
     assert referee.check_trace(trace).rule == "edits"
-    assert EditMonitor(trace).faults()
+    assert Monitor(trace).faults()
     # Even one that tells what it did not do.
     lying = replace(trace, edits=lawful.edits, events=lawful.events[:1])
     assert referee.check_trace(lying).rule == "wall"
@@ -285,7 +285,7 @@ def test_a_rule_taken_out_is_caught(monkeypatch, part, broken):
         scene = with_edits(seeded_scene(seed, "random-walk"), np.random.default_rng((seed, 77)))
         trace = run(scene, planner, seed=seed, patience=12, ticks=60)
         caught += referee.check_trace(trace) is not None
-        seen += bool(EditMonitor(trace).faults())
+        seen += bool(Monitor(trace).faults())
     assert (caught, seen) >= (6, 6)
 
 

@@ -24,7 +24,8 @@ from lampyris.model.traffic import Patrol
 from lampyris.planning import registry
 from lampyris.sim.grid.loop import run
 from lampyris_selfcheck.checks.traffic.sim_scenes import KINDS, with_edits
-from lampyris_selfcheck.reference.paths.edits import EditMonitor, reach_of
+from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
+from lampyris_selfcheck.reference.paths.search import distances
 
 # ---- exhaustively --------------------
 
@@ -42,7 +43,7 @@ def test_every_edit_of_a_small_room(name):
         some = tuple(c for k, c in enumerate(cells) if bits >> k & 1)
         scene = Scene(grid_of("...", "...", "..."), (0, 0), (2, 2), edits=Edit(1, some))
         trace = run(scene, planner, patience=1)
-        monitor = EditMonitor(trace)
+        monitor = Monitor(trace)
         assert monitor.faults() == [], some
         assert referee.check_trace(trace) is None, some
         best = least(monitor.maps[1], (0, 0), (2, 2), scene.moves.offsets, scene.moves.corner_cutting)
@@ -65,7 +66,7 @@ def test_every_pair_of_edits_of_a_lane():
                 grid_of("....", "...."), (0, 0), (3, 1), traffic=Patrol(((2, 0), (2, 1))), edits=edits
             )
             trace = run(scene, planner, patience=4)
-            assert EditMonitor(trace).faults() == [], edits
+            assert Monitor(trace).faults() == [], edits
             assert referee.check_trace(trace) is None, edits
             count += 1
     assert count > 120

@@ -1,9 +1,8 @@
 """Nobody ever collides: simulations and drives of every kind, judged by who knows nothing of the simulator.
 
-Ticks are judged by :mod:`lampyris_selfcheck.reference.motion.quick_monitor` and the referee, a share by the slow
-:mod:`lampyris_selfcheck.reference.motion.sim_monitor`; drives by the
-referee in exact continuous time, a share by a watcher that looks
-every few milliseconds. A case is one run; ``steps`` are ticks, and for drives stretches of one acceleration.
+Ticks are judged by the referee and, a share of the long ones, by :mod:`lampyris_selfcheck.reference.motion.sim_monitor`;
+drives by the referee in exact continuous time, a share by a watcher that looks every few milliseconds. A case is one
+run; ``steps`` are ticks, and for drives stretches of one acceleration.
 """
 
 from __future__ import annotations
@@ -31,10 +30,8 @@ from lampyris_selfcheck.check import Outcome as Seen
 from lampyris_selfcheck.checks.paths.answers import own
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
 from lampyris_selfcheck.reference.motion.drive_monitor import watch
-from lampyris_selfcheck.reference.motion.quick_monitor import breaches
 from lampyris_selfcheck.reference.motion.sim_monitor import Monitor
 from lampyris_selfcheck.reference.motion.tick_speed import gains
-from lampyris_selfcheck.reference.paths.edits import EditMonitor
 
 KINDS = {
     "fast": Kind(
@@ -73,10 +70,10 @@ KINDS = {
     ),
 }
 
-SLOW = {"fast": 199, "crowd": 20, "walk": 19, "edits": 11}
-"""One run in so many is judged by the slow monitor too; long runs of many bodies are dear to it.
+MONITORED = {"fast": 19, "crowd": 1, "walk": 1, "edits": 1}
+"""One run in so many is judged by the monitor too.
 
-Maps and planners take turns, too: a stride that shared a factor with theirs would leave some out for ever.
+Maps take turns, too: a stride that shared a factor with theirs would leave some out for ever.
 """
 
 COMPARED = 101
@@ -108,31 +105,19 @@ def _run(ask: Ask, part: Part) -> Seen:
     return tally.outcome()
 
 
-def faults_of(trace: Trace, slow: bool) -> str:
-    """What the monitors and the referee say of a trace; empty when they find nothing.
-
-    Parameters
-    ----------
-    trace : what happened.
-    slow : whether the slow monitor is asked, too.
-    """
-    found = [f"quick monitor: {one}" for one in breaches(trace)]
+def faults_of(trace: Trace, monitored: bool = True) -> str:
+    """What the referee, and the monitor if it is asked, say of a trace; empty when they find nothing."""
     broken = check_trace(trace)
-    if broken is not None:
-        found.append(f"referee: {broken}")
-    if slow:
-        monitor = EditMonitor(trace) if trace.scene.edits else Monitor(trace)
-        found += [f"slow monitor: {one}" for one in monitor.faults()[:3]]
+    found = [] if broken is None else [f"referee: {broken}"]
+    if monitored:
+        found += [f"monitor: {one}" for one in Monitor(trace).faults()[:3]]
     return "; ".join(found)
 
 
 def _judge_trace(trace: Trace, kind: str, number: int, tally: Tally, **data: Any) -> None:
     tally.count("steps", trace.ticks)
     tally.count(trace.outcome.value)
-    slow = number % SLOW[kind] == 0
-    if slow:
-        tally.count("by the slow monitor")
-    fault = faults_of(trace, slow)
+    fault = faults_of(trace, number % MONITORED[kind] == 0)
     if fault:
         tally.fail(number, fault, **data)
     if not trace.arrived and not trace.detail:
