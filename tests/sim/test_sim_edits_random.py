@@ -30,8 +30,11 @@ from lampyris_selfcheck.reference.paths.search import distances
 # ---- exhaustively --------------------
 
 
-def least(blocked, here, goal, offsets, cutting):
-    return reach_of(blocked, here, offsets, cutting).get(goal)
+def least(walls, here, goal):
+    """Straight steps and diagonals of a cheapest path on a map of 3 x 3; None: there is none."""
+    free = [[(x, y) not in walls for x in range(3)] for y in range(3)]
+    counts = distances(free, "octile", goal).get(here) if free[goal[1]][goal[0]] else None
+    return None if counts is None else counts[:2]
 
 
 @pytest.mark.parametrize("name", ["astar", "lpa-star"])
@@ -46,7 +49,7 @@ def test_every_edit_of_a_small_room(name):
         monitor = Monitor(trace)
         assert monitor.faults() == [], some
         assert referee.check_trace(trace) is None, some
-        best = least(monitor.maps[1], (0, 0), (2, 2), scene.moves.offsets, scene.moves.corner_cutting)
+        best = least(monitor.maps[1], (0, 0), (2, 2))
         assert trace.arrived == (best is not None), some
         if best is not None:
             assert trace.path.steps == best, some
