@@ -118,7 +118,7 @@ def test_a_test_of_one_goal_is_none_of_another(tool: ModuleType) -> None:
 
 
 def test_goals_that_share_a_check_have_their_own_kinds(tool: ModuleType) -> None:
-    store = _record("store", cut=_kind(10), resume=_kind(7, failures=2))
+    store = _record("store", noise=_kind(10), resume=_kind(7, failures=2))
     assert _measured(tool, "G17", store).startswith("nightly: 10 cases, 0 failures, 1 s")
     assert _measured(tool, "G19", store).startswith("nightly: 7 cases, **2 failures**")
     maps = _record("maps", closed=_kind(3), closed_ros=_kind(4), round_trip=_kind(50), one_hash=_kind(60))

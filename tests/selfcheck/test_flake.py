@@ -6,7 +6,6 @@ import re
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -15,7 +14,6 @@ from lampyris.errors import UsageError
 from lampyris_selfcheck import runner
 from lampyris_selfcheck.check import Ask
 from lampyris_selfcheck.checks.process import flake
-from lampyris_selfcheck.checks.process.flake_order import shuffled
 from lampyris_selfcheck.runner import Range
 
 pytestmark = pytest.mark.nightly  # minutes: it breaks the product in processes of its own
@@ -34,19 +32,6 @@ seen = []
 def test_a(): seen.append("a")
 def test_b(): assert "a" in seen
 """
-ON_LUCK = """
-from pathlib import Path
-def test_a():
-    Path("times").open("a").write("x")
-    assert len(Path("times").read_text()) != {unlucky}
-"""
-TWICE = """
-def pytest_runtest_protocol(item, nextitem):
-    from _pytest.runner import runtestprotocol
-    for _ in range(2):
-        runtestprotocol(item, nextitem=nextitem)
-    return True
-"""
 
 
 @pytest.fixture
@@ -63,60 +48,30 @@ def _holds(orders: int) -> runner.Result:
     return runner.run(flake.CHECK, Ask(), Range(only="quick", cases=orders))
 
 
-def test_sound_tests_hold_and_are_counted(suite: Path) -> None:
+def test_sound_tests_hold(suite: Path) -> None:
     (suite / "tests" / "test_one.py").write_text(SOUND)
     (suite / "tests" / "test_two.py").write_text(SOUND)
-    result = _holds(2)
-    assert result.holds, result.outcome.failures
-    assert result.outcome.counts == {"tests passed": 16, "tests skipped": 4}
+    assert _holds(2).holds
 
 
 def test_a_test_that_needs_another_before_it_is_found(suite: Path) -> None:
     (suite / "tests" / "test_one.py").write_text(ON_THE_ORDER)
     result = _holds(4)
     assert result.outcome.failed
-    failure = result.outcome.failures[0]
-    assert "test_b" in failure.what
-    assert failure.data["ran"].index("tests/test_one.py::test_b") == 0
+    assert "test_b" in result.outcome.failures[0].what
 
 
-def test_a_test_that_fails_one_time_in_many_is_found(suite: Path) -> None:
-    (suite / "tests" / "test_one.py").write_text(ON_LUCK.format(unlucky=2))
-    result = _holds(2)
-    assert [failure.number for failure in result.outcome.failures] == [0]
-    assert "passed in the first order, failed now" in result.outcome.failures[0].what
-
-
-def test_the_first_case_is_not_compared_with_itself(suite: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_orders_of_cases_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     orders: list[int] = []
-    honest = flake.run_tests
-
-    def noted(root: Path, asked: tuple[str, ...], order: int, *rest: Any) -> flake.SuiteRun:
-        orders.append(order)
-        return honest(root, asked, order, *rest)
-
-    monkeypatch.setattr(flake, "run_tests", noted)
-    (suite / "tests" / "test_one.py").write_text(SOUND)
-    assert _holds(1).holds
-    assert len(set(orders)) == len(orders) == 2
-
-
-def test_a_test_that_always_fails_is_no_stable_one(suite: Path) -> None:
-    (suite / "tests" / "test_one.py").write_text("def test_a(): assert False")
-    assert _holds(2).outcome.failed == 2
+    monkeypatch.setattr(flake, "problem_of", lambda root, tests, order, *_: orders.append(order))
+    assert _holds(5).holds
+    assert len(set(orders)) == 5
 
 
 @pytest.mark.parametrize("text", ["import nothing_of_that_name", ""])
 def test_a_run_without_tests_proves_nothing(suite: Path, text: str) -> None:
     (suite / "tests" / "test_one.py").write_text(text)
     assert _holds(1).outcome.failed == 1
-
-
-def test_trying_again_is_noticed(suite: Path) -> None:
-    (suite / "tests" / "test_one.py").write_text(SOUND)
-    (suite / "tests" / "conftest.py").write_text(TWICE)
-    result = _holds(1)
-    assert "something retries" in result.outcome.failures[0].what
 
 
 def test_a_hung_run_is_ended(suite: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +82,7 @@ def test_a_hung_run_is_ended(suite: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_orders_differ_and_each_is_always_the_same() -> None:
     items = [SimpleNamespace(nodeid=f"test_{f}.py::test_{k}") for f in range(5) for k in range(6)]
-    orders = [[item.nodeid for item in shuffled(items, number)] for number in (1, 1, 2)]
+    orders = [[item.nodeid for item in flake.shuffled(items, number)] for number in (1, 1, 2)]
     assert orders[0] == orders[1] != orders[2]
     assert sorted(orders[0]) == sorted(orders[2]) == sorted(item.nodeid for item in items)
     files = [name.split("::")[0] for name in orders[0]]

@@ -257,21 +257,10 @@ def test_another_input_is_another_run(tmp_path: Path) -> None:
         assert len(ran) == parts, word
 
 
-@pytest.mark.parametrize(("by_size", "parts"), [(True, 1), (False, 0)])
-def test_what_is_judged_by_size_is_not_taken_over(tmp_path: Path, by_size: bool, parts: int) -> None:
-    path = tmp_path / "ledger"
-    check = replace(TOY, by_size=by_size)
-    runner.run(check, Ask(), Range("drawn", cases=4), Ledger(path))
-    ran.clear()
-    runner.run(check, Ask(size="nightly"), Range("drawn", cases=4), Ledger(path))
-    assert len(ran) == parts
-
-
-def test_a_check_that_asks_for_the_size_says_so() -> None:
+def test_no_check_asks_for_the_size() -> None:
     folder = Path(runner.__file__).parent
     asks = {path.stem for path in folder.rglob("*.py") if "ask.size" in path.read_text(encoding="utf-8")}
-    asks -= {"runner", "ledger", "command"}
-    assert asks == {name for name in registry.NAMES if registry.check(name).by_size}
+    assert asks <= {"runner", "ledger", "command"}
 
 
 def test_the_fingerprint_is_of_all_that_is_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

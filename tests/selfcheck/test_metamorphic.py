@@ -1,4 +1,4 @@
-"""Each of the sixteen relations can fail: for each, an answer that breaks it."""
+"""Each of the eleven relations can fail: for each, an answer that breaks it."""
 
 from __future__ import annotations
 
@@ -28,22 +28,16 @@ WRONG: dict[str, Callable[[int, Scene], int]] = {
     "cheaper among walls": lambda cost, scene: cost - int(scene.grid.blocked.sum()),
     "costlier on wide maps": lambda cost, scene: cost + PLAIN * scene.grid.width,
     "costlier by a step": lambda cost, _: cost + PLAIN,
-    "costlier the longer": lambda cost, _: cost * cost,
 }
 SEEN_BY = [
     ("rotate", "costlier to the east"),
     ("reflect", "costlier to the east"),
     ("swap", "costlier to the east"),
-    ("translate", "costlier to the east"),
     ("pad blocked", "costlier on wide maps"),
-    ("pad free", "costlier on wide maps"),
     ("wall more", "cheaper among walls"),
     ("wall less", "cheaper among walls"),
     ("off the way", "cheaper among walls"),
     ("scale", "costlier by a step"),
-    ("upscale", "costlier by a step"),
-    ("via", "costlier the longer"),
-    ("prefix", "costlier by a step"),
 ]
 
 
@@ -51,8 +45,8 @@ def ask(kind: str, cases: int = 120) -> Outcome:
     return metamorphic.run(Ask(), Part(kind, 0, cases))
 
 
-def test_there_are_sixteen() -> None:
-    assert len(metamorphic.KINDS) == 16
+def test_there_are_eleven() -> None:
+    assert len(metamorphic.KINDS) == 11
     assert all(kind.what and kind.commit == 200 for kind in metamorphic.KINDS.values())
 
 
@@ -85,7 +79,7 @@ def test_a_wrong_field_is_seen(kind: str, defect: str, monkeypatch: pytest.Monke
     assert ask(kind).failed
 
 
-@pytest.mark.parametrize("kind", ["rotate", "swap", "translate", "prefix"])
+@pytest.mark.parametrize("kind", ["rotate", "swap", "pad blocked"])
 def test_a_wrong_verdict_is_seen(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     right = draw.ask_with
 
@@ -146,7 +140,7 @@ def test_a_robot_that_is_refused_only_when_it_is_quicker(monkeypatch: pytest.Mon
     assert "ROBOT_LIMIT with a greater" in seen.failures[0].what
 
 
-@pytest.mark.parametrize("kind", ["off the way", "via", "quicker"])
+@pytest.mark.parametrize("kind", ["off the way", "quicker"])
 def test_most_cases_compare_something(kind: str) -> None:
     """Three in ten of them did not, or one in two."""
     seen = ask(kind, 50)

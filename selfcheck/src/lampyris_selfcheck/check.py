@@ -204,7 +204,6 @@ class Check:
     kinds : the kinds of cases by name, or a function of what was asked, where they depend on data.
     run : does one part. It is called in any process: it must be a function of a module.
     alone : one part at a time, in this process: the check measures time or starts processes of its own.
-    by_size : cases are judged by another measure at another size: their outcomes do not serve each other.
     folder : reads the folder of ``--folder``.
     inputs : a word for all that verdicts hang on beside the package, the seed and the size, such as a hash of
         files; where there is another word, what was done counts no more. It may refuse what was asked.
@@ -216,13 +215,24 @@ class Check:
     kinds: Mapping[str, Kind] | Callable[[Ask], Mapping[str, Kind]]
     run: Callable[[Ask, Part], Outcome]
     alone: bool = False
-    by_size: bool = False
     folder: bool = False
     inputs: Callable[[Ask], str] | None = None
 
     def kinds_for(self, ask: Ask) -> Mapping[str, Kind]:
         """The kinds there are for what was asked."""
         return self.kinds(ask) if callable(self.kinds) else self.kinds
+
+
+def each(part: Part, judge: Callable[[int, Tally], None]) -> Outcome:
+    """Judge each case of a part; an exception is a failure of its case."""
+    tally = Tally(part)
+    for number in part.numbers:
+        tally.case()
+        try:
+            judge(number, tally)
+        except Exception as error:
+            tally.fail(number, f"{type(error).__name__}: {error}")
+    return tally.outcome()
 
 
 def gather(outcomes: Iterable[Outcome]) -> Outcome:

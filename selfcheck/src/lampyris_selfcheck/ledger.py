@@ -68,8 +68,7 @@ def fingerprint(root: Path = Path(lampyris.__file__).parent, checks: Path = Path
 
 def key(check: Check, ask: Ask, part: Part, inputs: str = "") -> str:
     """What the outcome of a part hangs on beside the code."""
-    size = f" size {ask.size}" if check.by_size else ""
-    return f"{check.name} {part.kind} {part.first}+{part.cases} seed {ask.seed}{size} {inputs}".rstrip()
+    return f"{check.name} {part.kind} {part.first}+{part.cases} seed {ask.seed} {inputs}".rstrip()
 
 
 class Ledger:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from lampyris.model.grid import MAX_TERRAIN, Grid
+from lampyris.model.grid import MAX_TERRAIN
 from lampyris.model.scene import Scene
 from lampyris.typing import Cell
 from lampyris_selfcheck.checks.changes.metamorphic_draw import (
@@ -110,20 +109,6 @@ def _inside(scene: Scene, costs: Any, at: Cell) -> Any:
     return costs[y : y + grid.height, x : x + grid.width]
 
 
-def translate(rng: np.random.Generator, number: int) -> CaseResult:
-    """Elsewhere in a larger blocked frame."""
-    scene = drawn(rng, wide=False)
-    size, first, second = _room(rng, scene)
-    here, there = (_framed(scene, at, size, shut=True) for at in (first, second))
-    name = exact_name(number)
-    one, two = ask(name, here), ask(name, there)
-    wrong = differ(name, one, two) or loosely(number, there, one, "moved")
-    fields = _inside(scene, field_of(here), first), _inside(scene, field_of(there), second)
-    if not wrong and not np.array_equal(*fields):
-        wrong = "the field is not the same in another place"
-    return CaseResult(one.word, wrong, data(scene, size=size, places=[first, second]))
-
-
 def pad_blocked(rng: np.random.Generator, number: int) -> CaseResult:
     """In a border of walls, where there was the map's edge."""
     scene = drawn(rng, wide=False)
@@ -138,19 +123,6 @@ def pad_blocked(rng: np.random.Generator, number: int) -> CaseResult:
     if not wrong and int((costs >= 0).sum()) != int((field_of(scene) >= 0).sum()):
         wrong = "the field goes into the border"
     return CaseResult(one.word, wrong, data(scene, size=size, place=at))
-
-
-def pad_free(rng: np.random.Generator, number: int) -> CaseResult:
-    """In a border of free cells: nothing costs more."""
-    scene = drawn(rng)
-    size, at, _ = _room(rng, scene)
-    other = _framed(scene, at, size, shut=False)
-    name = exact_name(number)
-    one, two = ask(name, scene), ask(name, other)
-    wrong = risen(name, two, one) or loosely(number, other, two, "in a free border")
-    wrong = wrong or fields_risen(_inside(scene, field_of(other), at), field_of(scene))
-    word = one.word if one.word != "found" else "nearer" if two.cost < one.cost else "as far"
-    return CaseResult(word, wrong, data(scene, size=size, place=at))
 
 
 def _one_wall(rng: np.random.Generator, *, free: bool) -> tuple[Scene, Scene, Cell | None]:
@@ -200,9 +172,9 @@ def scale(rng: np.random.Generator, number: int) -> CaseResult:
     most = (MAX_TERRAIN + PLAIN) // times - PLAIN
     given = np.zeros(scene.grid.blocked.shape, np.int64) if scene.grid.terrain is None else scene.grid.terrain
     terrain = np.minimum(given, most).astype(np.int64)
-    dearer = np.where(scene.grid.blocked, 0, times * (PLAIN + terrain) - PLAIN).astype(np.uint8)
+    scaled = np.where(scene.grid.blocked, 0, times * (PLAIN + terrain) - PLAIN).astype(np.uint8)
     ends = scene.start, scene.goal
-    one, two = (on(scene, scene.grid.blocked, t, *ends) for t in (terrain.astype(np.uint8), dearer))
+    one, two = (on(scene, scene.grid.blocked, t, *ends) for t in (terrain.astype(np.uint8), scaled))
     name = exact_name(number)
     cheap, dear = ask(name, one), ask(name, two)
     due = replace(cheap, cost=times * cheap.cost if cheap.cost >= 0 else -1)
@@ -211,78 +183,3 @@ def scale(rng: np.random.Generator, number: int) -> CaseResult:
     if not wrong and not np.array_equal(np.where(costs < 0, -1, times * costs), field_of(two)):
         wrong = f"the field is not {times} times the field"
     return CaseResult(cheap.word, wrong, data(scene, times=times))
-
-
-def upscale(rng: np.random.Generator, number: int) -> CaseResult:
-    """Every cell is four: no way is more than twice as long, and on a map without walls exactly twice.
-
-    With walls the step sets that cut corners or jump over cells are left out: their steps do not fit through
-    twice.
-    """
-    empty = bool(rng.random() < 0.4)
-    moves = "" if empty else str(rng.choice(["octile", "four-connected"]))
-    scene = drawn(rng, most=12, terrain=False, wide=False, moves=moves)
-    if empty:
-        scene = replace(scene, grid=Grid(np.zeros_like(scene.grid.blocked)))
-    blocked = np.kron(scene.grid.blocked, np.ones((2, 2), dtype=np.bool_))
-    (sx, sy), (gx, gy) = scene.start, scene.goal
-    other = on(scene, blocked, None, (2 * sx, 2 * sy), (2 * gx, 2 * gy))
-    name = exact_name(number)
-    one, two = ask(name, scene), ask(name, other)
-    if empty:
-        wrong = differ(name, replace(one, cost=2 * one.cost), two)
-    else:
-        wrong = "" if one.word == two.word else f"{name}: {one.word}, then {two.word}"
-        if not wrong and two.cost > 2 * one.cost >= 0:
-            wrong = f"{name}: costs {one.cost}, then {two.cost}"
-    wrong = wrong or loosely(number, other, two, "twice as large")
-    coarse, fine = field_of(scene), field_of(other)[::2, ::2]
-    same = np.array_equal(fine, np.where(coarse < 0, -1, 2 * coarse))
-    if not wrong and (not same if empty else fields_risen(fine, np.where(coarse < 0, -1, 2 * coarse))):
-        wrong = "the field is not that of the map twice as large"
-    return CaseResult("no walls" if empty else one.word, wrong, data(scene))
-
-
-def via(rng: np.random.Generator, number: int) -> CaseResult:
-    """By way of any cell it is no nearer."""
-    scene = drawn(rng)
-    cell = (int(rng.integers(scene.grid.width)), int(rng.integers(scene.grid.height)))
-    name = exact_name(number)
-    whole = ask(name, scene)
-    parts = ask(name, replace(scene, goal=cell)), ask(name, replace(scene, start=cell))
-    wrong, word = "", "no way round"
-    if all(part.word == "found" for part in parts):
-        round_about = parts[0].cost + parts[1].cost
-        word = "on the way" if whole.cost == round_about else "out of the way"
-        if whole.word != "found" or whole.cost > round_about:
-            wrong = f"{name}: {whole.word} at {whole.cost}, by way of {cell} {round_about}"
-    # Of the field the same, for every start.
-    to_goal, to_cell = field_of(scene), field_of(replace(scene, goal=cell))
-    on_from = int(to_goal[cell[1], cell[0]])
-    if not wrong and on_from >= 0:
-        reached = to_cell >= 0
-        if ((to_goal < 0) & reached).any() or (to_goal > to_cell + on_from)[reached].any():
-            wrong = f"in the field some cell is nearer by way of {cell}"
-    return CaseResult(word, wrong, data(scene, via=cell))
-
-
-def prefix(rng: np.random.Generator, number: int) -> CaseResult:
-    """Every piece of a cheapest way from its start is a cheapest way."""
-    scene = drawn(rng)
-    name = exact_name(number)
-    whole = ask(name, scene)
-    wrong = ""
-    if len(whole.cells) > 2:
-        costs = field_of(scene)
-        k = 1 + int(rng.integers(len(whole.cells) - 2))
-        x, y = whole.cells[k]
-        piece = ask(name, replace(scene, goal=(x, y)))
-        rest = ask(name, replace(scene, start=(x, y)))
-        if (piece.word, rest.word) != ("found", "found") or piece.cost + rest.cost != whole.cost:
-            wrong = f"{name}: {whole.cost} in all; to {(x, y)} {piece.cost}, from there {rest.cost}"
-        along = [int(costs[v, u]) for u, v in whole.cells]
-        if not wrong and along[k] != rest.cost:
-            wrong = f"in the field {(x, y)} costs {along[k]}, and {name} says {rest.cost}"
-        if not wrong and any(b >= a for a, b in pairwise(along)):
-            wrong = f"along the way of {name} the field does not fall"
-    return CaseResult(whole.word, wrong or loosely(number, scene, whole, "as it is"), data(scene))

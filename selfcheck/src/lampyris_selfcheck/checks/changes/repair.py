@@ -14,7 +14,6 @@ from lampyris.planning.incremental.focussed_dstar import FocussedDStar
 from lampyris.planning.incremental.lpa_star import LpaStar
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.changes.repair_every import Group, edits
-from lampyris_selfcheck.checks.changes.repair_long import long_story
 from lampyris_selfcheck.checks.changes.repair_story import data, plan_through, repair_through
 from lampyris_selfcheck.reference.paths.changing_map import Cell
 from lampyris_selfcheck.reference.paths.edit_stories import story
@@ -48,13 +47,6 @@ KINDS = {
         release=100_000,
         chunk=50,
     ),
-    "long": Kind(
-        "200 edits of a map of 64 x 64: the field and the four planners after each",
-        commit=1,
-        nightly=1_000,
-        release=10_000,
-        chunk=1,
-    ),
 }
 
 
@@ -72,13 +64,10 @@ def never_anew() -> Iterator[None]:
 def run(ask: Ask, part: Part) -> Outcome:
     """Judge some cases."""
     tally = Tally(part)
-    if part.kind == "long":
-        _stories(ask, tally, part)
-    elif part.kind == "stories":
-        with never_anew():
+    with never_anew():
+        if part.kind == "stories":
             _stories(ask, tally, part)
-    else:
-        with never_anew():
+        else:
             _every(tally, part, 3 if part.kind == "3x3" else 4)
     return tally.outcome()
 
@@ -132,15 +121,12 @@ def _group(side: int, bits: int) -> Group:
 
 
 def _stories(ask: Ask, tally: Tally, part: Part) -> None:
-    """Drawn lives; of the long ones one edit in twenty is judged by the reference, the others by solving anew."""
+    """Drawn lives of a map."""
     for number in part.numbers:
-        short = part.kind == "stories"
-        rng = ask.rng("repair", part.kind, number)
-        told = story(ask.seed, number) if short else long_story(rng, number)
-        judged = 1 if short else 20
+        told = story(ask.seed, number)
         try:
-            repairer = repair_through(told, judged=judged)
-            seen = plan_through(told, PLANNERS, judged=judged)
+            repairer = repair_through(told)
+            seen = plan_through(told, PLANNERS)
         except Exception as error:
             tally.case("raised")
             tally.fail(number, f"{type(error).__name__}: {error}", **data(told))

@@ -14,7 +14,7 @@ from lampyris.model.scene import Scene
 from lampyris.planning.base import Planner, Session
 from lampyris.planning.field.repair import FieldRepairer
 from lampyris.planning.field.solve import solve
-from lampyris_selfcheck.checks.changes.repair_story import RNG, by_the_twin, demand
+from lampyris_selfcheck.checks.changes.repair_story import RNG, demand, reference_costs
 from lampyris_selfcheck.reference.paths.changing_map import Cell, ChangingMap
 from lampyris_selfcheck.reference.paths.path_cost import walked
 
@@ -36,7 +36,7 @@ def truth(side: int, bits: int, name: str, goal: Cell) -> tuple[bytes, bytes, by
     """Cost, parent and luciferin of every cell, solved from scratch; the costs are the reference's, too."""
     free = free_of(side, bits)
     field = solve(free, MOVES[name], goal)
-    right = by_the_twin(ChangingMap((~free).tolist(), None), name, goal, MOVES[name])
+    right = reference_costs(ChangingMap((~free).tolist(), None), name, goal, MOVES[name])
     demand(np.array_equal(field.exact, right), f"{name} moves, goal {goal}: solved from scratch it is wrong")
     return field.exact.tobytes(), field.step.tobytes(), field.luciferin.tobytes()
 

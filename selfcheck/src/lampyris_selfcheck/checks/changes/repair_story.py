@@ -1,4 +1,4 @@
-"""Lives of a map that changes, told to repairers and to incremental planners; each answer is judged."""
+"""Edits of a map, given to repairers and to incremental planners; each answer is judged."""
 
 from __future__ import annotations
 
@@ -39,20 +39,20 @@ def demand(holds: object, why: str) -> None:
 # ---- the field --------------------------------------------------------------------------------------------
 
 
-def repair_through(told: EditStory, judged: int = 1) -> FieldRepairer:
-    """Live a story; after every edit the field is the one solved anew, to the last bit, and a plain
-    Dijkstra's after every ``judged`` th. The robot's size is of no account here.
+def repair_through(given: EditStory) -> FieldRepairer:
+    """Make the edits of a story; after each the field is the one solved anew, to the last bit, and its costs are a
+    plain Dijkstra's. The robot's size is of no account here.
 
     Raises
     ------
     AssertionError : it is not.
     """
-    weighed = told.terrain is not None
-    moves = MOVES[told.name].weighed() if weighed else MOVES[told.name]
-    rho, gamma = (0.4, 0.6) if told.start[0] % 2 else (0.37, 0.7)
-    repairer = FieldRepairer(~told.blocked, moves, told.goal, terrain=told.terrain, rho=rho, gamma=gamma)
-    world = ChangingMap(told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist())
-    for number, edit in enumerate(told.edits):
+    weighed = given.terrain is not None
+    moves = MOVES[given.name].weighed() if weighed else MOVES[given.name]
+    rho, gamma = (0.4, 0.6) if given.start[0] % 2 else (0.37, 0.7)
+    repairer = FieldRepairer(~given.blocked, moves, given.goal, terrain=given.terrain, rho=rho, gamma=gamma)
+    world = ChangingMap(given.blocked.tolist(), None if given.terrain is None else given.terrain.tolist())
+    for number, edit in enumerate(given.edits):
         # Obstacles are cells like others here: blocked with the rest, and free again with the next edit.
         terrain = edit.terrain if weighed else ()
         world.change(edit.blocked, edit.freed, terrain)
@@ -62,19 +62,18 @@ def repair_through(told: EditStory, judged: int = 1) -> FieldRepairer:
         field = repairer.repair(blocked=edit.blocked, freed=edit.freed, terrain=graded)
         free = ~np.array(world.blocked)
         weights = np.array(world.terrain, np.uint8) if weighed else None
-        anew = solve(free, moves, told.goal, terrain=weights, rho=rho, gamma=gamma)
-        where = f"{told.name} moves, edit {number}"
+        anew = solve(free, moves, given.goal, terrain=weights, rho=rho, gamma=gamma)
+        where = f"{given.name} moves, edit {number}"
         for what in ARRAYS:
             same = np.array_equal(getattr(field, what), getattr(anew, what))
             demand(same, f"{where}: {what} is not that of the field solved anew")
         demand(field.revision == number + 1, f"{where}: revision {field.revision}")
-        if number % judged == 0:
-            right = by_the_twin(world, told.name, told.goal, moves)
-            demand(np.array_equal(field.exact, right), f"{where}: costs are not the reference's")
+        right = reference_costs(world, given.name, given.goal, moves)
+        demand(np.array_equal(field.exact, right), f"{where}: costs are not the reference's")
     return repairer
 
 
-def by_the_twin(world: ChangingMap, name: str, goal: Cell, moves: Moves) -> np.ndarray:
+def reference_costs(world: ChangingMap, name: str, goal: Cell, moves: Moves) -> np.ndarray:
     """Exact costs of every cell by a plain Dijkstra; -1 where there is no way."""
     ground = moves.scale
     prices = np.array([moves.straight, moves.diagonal, moves.knight], dtype=object) // ground
@@ -95,33 +94,30 @@ def exact(world: ChangingMap, name: str, counts: Counts) -> int:
     return cost if world.weighed else cost // 63
 
 
-def plan_through(
-    told: EditStory, planners: Sequence[Planner], budget: Budget | None = None, judged: int = 1
-) -> Counter[str]:
-    """Live a story with every planner; each answer is that of a plain Dijkstra on the map as it is then.
+def plan_through(given: EditStory, planners: Sequence[Planner], budget: Budget | None = None) -> Counter[str]:
+    """Make the edits with every planner; each answer is that of a plain Dijkstra on the map as it is then.
 
-    With ``judged`` only every so many answers are; the others are those of a field solved from scratch.
     Returns how often which status was right.
 
     Raises
     ------
     AssertionError : an answer is wrong.
     """
-    grid = Grid(told.blocked, terrain=told.terrain)
-    scene = Scene(grid, told.start, told.goal, MOVES[told.name], Robot(radius=told.radius))
+    grid = Grid(given.blocked, terrain=given.terrain)
+    scene = Scene(grid, given.start, given.goal, MOVES[given.name], Robot(radius=given.radius))
     world = ChangingMap(
-        told.blocked.tolist(), None if told.terrain is None else told.terrain.tolist(), told.radius
+        given.blocked.tolist(), None if given.terrain is None else given.terrain.tolist(), given.radius
     )
     sessions = [(p, p.open(scene, RNG)) for p in planners]
-    robot = told.start
+    robot = given.start
     seen: Counter[str] = Counter()
-    for number, edit in enumerate(told.edits):
+    for number, edit in enumerate(given.edits):
         world.change(edit.blocked, edit.freed, edit.terrain)
         robot = edit.robot or robot
-        right = _right(told, edit, world, robot, by_twin=number % judged == 0)
+        right = _right(given, edit, world, robot)
         terrain = np.array(world.terrain, np.uint8) if world.weighed else None
         now = replace(scene, grid=Grid(np.array(world.blocked), terrain=terrain))
-        where = f"{told.name} moves, edit {number}"
+        where = f"{given.name} moves, edit {number}"
         ways = {_answer(*one, edit, now, robot, right, budget, where) for one in sessions}
         demand(len(ways) == 1, f"{where}: the planners differ in their ways")
         seen[right[0]] += 1
@@ -155,13 +151,13 @@ def _answer(
     demand(broken is None, f"{whose}: {broken}")
     cells = tuple((int(x), int(y)) for x, y in plan.path.cells.tolist())
     demand(all(free[y][x] for x, y in cells), f"{whose}: drives through an obstacle")
-    told = None if edit.obstacles else best
-    demand(plan.optimal_exact == told, f"{whose}: says the optimum is {plan.optimal_exact}, it is {best}")
+    said = None if edit.obstacles else best
+    demand(plan.optimal_exact == said, f"{whose}: says the optimum is {plan.optimal_exact}, it is {best}")
     return cells
 
 
-def _right(told: EditStory, edit: StoryEdit, world: ChangingMap, robot: Cell, *, by_twin: bool) -> _Right:
-    goal, wide = told.goal, told.radius > 0
+def _right(given: EditStory, edit: StoryEdit, world: ChangingMap, robot: Cell) -> _Right:
+    goal, wide = given.goal, given.radius > 0
     static = world.free()
     now = [row[:] for row in static]
     for x, y in edit.obstacles - {robot, goal}:
@@ -172,12 +168,8 @@ def _right(told: EditStory, edit: StoryEdit, world: ChangingMap, robot: Cell, *,
         return "goal-occupied", -1, now
 
     def cost(free: list[list[bool]]) -> int:
-        if by_twin or wide:
-            known = costs(free, world.terrain, told.name, goal, wide)
-            return exact(world, told.name, known[robot]) if robot in known else -1
-        terrain = np.array(world.terrain, np.uint8) if world.weighed else None
-        moves = MOVES[told.name].weighed() if world.weighed else MOVES[told.name]
-        return int(solve(np.array(free), moves, goal, terrain=terrain).exact[robot[1], robot[0]])
+        known = costs(free, world.terrain, given.name, goal, wide)
+        return exact(world, given.name, known[robot]) if robot in known else -1
 
     best = cost(now)
     if best >= 0:
@@ -185,14 +177,14 @@ def _right(told: EditStory, edit: StoryEdit, world: ChangingMap, robot: Cell, *,
     return ("hemmed-in" if cost(static) >= 0 else "no-path"), -1, now
 
 
-def data(told: EditStory, **more: object) -> dict[str, object]:
+def data(given: EditStory, **more: object) -> dict[str, object]:
     """A story in words of JSON."""
     return {
-        "moves": told.name,
-        "rows": ["".join(".#"[int(b)] for b in row) for row in told.blocked],
-        "terrain": None if told.terrain is None else told.terrain.tolist(),
-        "radius": told.radius,
-        "ends": [told.start, told.goal],
+        "moves": given.name,
+        "rows": ["".join(".#"[int(b)] for b in row) for row in given.blocked],
+        "terrain": None if given.terrain is None else given.terrain.tolist(),
+        "radius": given.radius,
+        "ends": [given.start, given.goal],
         "edits": [
             {
                 "robot": e.robot,
@@ -201,7 +193,7 @@ def data(told: EditStory, **more: object) -> dict[str, object]:
                 "terrain": e.terrain,
                 "obstacles": sorted(e.obstacles),
             }
-            for e in told.edits
+            for e in given.edits
         ],
         **more,
     }

@@ -1,8 +1,7 @@
 """Mutated files for every parser: a valid object or a named error, at once, and nothing done but reading.
 
-A case is a file made from good ones by seeded changes (:mod:`lampyris_selfcheck.reference.files.mutator`,
-:mod:`lampyris_selfcheck.reference.files.trees`): it is known by its parser, the seed and its number. What goes wrong is
-kept whole in the failure, in base 64.
+A case is a file made from good ones by seeded changes (:mod:`lampyris_selfcheck.reference.files.mutator`): it is
+known by its parser, the seed and its number. What goes wrong is kept whole in the failure, in base 64.
 """
 
 from __future__ import annotations

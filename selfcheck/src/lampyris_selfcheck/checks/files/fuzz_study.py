@@ -22,7 +22,7 @@ from lampyris.study.design.study_file import load_study
 from lampyris.study.store.repair import repair
 from lampyris.study.store.store import Store
 from lampyris_selfcheck.checks.files.fuzz_valid import grid, must, words
-from lampyris_selfcheck.reference.files.store_files import StoreCorpus
+from lampyris_selfcheck.reference.files.mutator import Corpus
 
 MAX_CELLS = 4096
 STORE = "s.study.db"
@@ -50,7 +50,7 @@ def study(found: Study) -> None:
 
 
 @cache
-def stores() -> StoreCorpus:
+def stores() -> Corpus:
     """Good stores, made by the product: with every kind of run, and with none."""
     with TemporaryDirectory() as folder:
         made = []
@@ -60,7 +60,7 @@ def stores() -> StoreCorpus:
             with Store.create(path, asked) as store:
                 store.add([_row(job.key, job.index) for job in islice(asked.jobs(), 4 * seeds)])
             made.append(path.read_bytes())
-    return StoreCorpus(tuple(made))
+    return Corpus(tuple(made), text=False)
 
 
 def _small() -> Study:

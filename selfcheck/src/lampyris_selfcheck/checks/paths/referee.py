@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from lampyris.model.grid import Grid
 from lampyris.model.moves import MOVES
 from lampyris.model.path import Path
 from lampyris.model.robot import Robot
@@ -20,7 +19,7 @@ from lampyris.referee import check_path
 from lampyris.typing import Cell
 from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
 from lampyris_selfcheck.checks.paths import referee_wide as wide
-from lampyris_selfcheck.checks.paths.referee_cases import TWELVE, WalkClaim, counted, drawn
+from lampyris_selfcheck.checks.paths.referee_cases import TWELVE, WalkClaim, drawn
 from lampyris_selfcheck.reference.paths.competition import first_wrong, moves_of, turns_of
 
 KINDS = {
@@ -37,14 +36,6 @@ KINDS = {
         "eight cells or fewer on a map of 4 x 4, drawn near each other: both judges say the same",
         commit=2_000, nightly=1_000_000, release=10_000_000, chunk=5000,
     ),
-    "pairs": Kind(
-        "one of the 512 maps of 3 x 3, and all pairs of cells on it and around it: both judges say the same",
-        commit=16, nightly=512, release=512, chunk=16, whole=512,
-    ),
-    "holes": Kind(
-        "what the public judge lets pass or refuses wrongly: no cells, other ends, a single cell",
-        commit=500, nightly=20_000, release=100_000, chunk=1000,
-    ),
 }  # fmt: skip
 _OCTILE = MOVES["octile"]
 _POINT = Robot()
@@ -53,7 +44,7 @@ _POINT = Robot()
 def run(ask: Ask, part: Part) -> Outcome:
     """Judge the paths of a part."""
     tally = Tally(part)
-    case = {"paths": _paths, "wide": _wide, "wild": _wild, "pairs": _pairs, "holes": _holes}[part.kind]
+    case = {"paths": _paths, "wide": _wide, "wild": _wild}[part.kind]
     for number in part.numbers:
         rng = ask.rng("referee", part.kind, number)
         try:
@@ -65,11 +56,7 @@ def run(ask: Ask, part: Part) -> Outcome:
 
 def _judged(asked: WalkClaim) -> str:
     """The rule by which the referee refuses it; empty if it accepts."""
-    return _rule(asked.path, asked.grid, asked.start, asked.goal, asked.moves)
-
-
-def _rule(path: Path, grid: Grid, start: Cell, goal: Cell, moves: str = "octile") -> str:
-    found = check_path(path, grid, _POINT, MOVES[moves], start, goal)
+    found = check_path(asked.path, asked.grid, _POINT, MOVES[asked.moves], asked.start, asked.goal)
     return "" if found is None else found.rule
 
 
@@ -142,59 +129,6 @@ def _wild(rng: np.random.Generator, number: int, tally: Tally) -> None:
     said = _judged(asked)
     tally.case("accepted" if not said else f"refused: {said}")
     _agree(asked, said, number, tally)
-
-
-def _pairs(rng: np.random.Generator, number: int, tally: Tally) -> None:
-    """All pairs of cells; the map's number is stirred, so that a few of them are of every sort."""
-    which = number * 331 % 512
-    blocked = np.array([[bool(which >> 3 * y + x & 1) for x in range(3)] for y in range(3)])
-    grid, rows = Grid(blocked), blocked.tolist()
-    accepted = 0
-    around = [(x, y) for y in range(-1, 4) for x in range(-1, 4)]
-    for one in around:
-        for other in around:
-            nodes = (one, other)
-            path = Path(np.array(nodes), _OCTILE, counted(nodes, _OCTILE))
-            said = _rule(path, grid, one, other)
-            near = max(abs(one[0] - other[0]), abs(one[1] - other[1])) <= 1
-            # The public rules take a long line for one segment; the referee asks for every cell of it.
-            right = near and first_wrong(rows, nodes) < 0
-            accepted += not said
-            if right != (not said):
-                what = f"from {one} to {other}: the referee has it {_word(said)}, the public rules do not"
-                tally.fail(number, what, blocked=rows, cells=nodes)
-    tally.case("maps of 3 x 3")
-    tally.count("pairs of cells accepted", accepted)
-    tally.count("pairs of cells refused", 625 - accepted)
-
-
-def _holes(rng: np.random.Generator, number: int, tally: Tally) -> None:
-    """What only the referee sees; that the public judge does not see it is asked, too."""
-    asked = drawn(rng, None)
-    while asked.moves != "octile" or asked.start == asked.goal:
-        asked = drawn(rng, None)
-    grid, rows = asked.grid, asked.blocked.tolist()
-    start, goal = asked.start, asked.goal
-    nothing = Path(np.zeros((0, 2), dtype=np.int32), _OCTILE, (0, 0))
-    single = Path(np.array([start]), _OCTILE, (0, 0))
-    cells = {
-        "no cells, ends apart": (nothing, start, goal, {"empty"}),
-        "no cells, ends the same": (nothing, start, start, {"empty"}),
-        "other ends": (asked.path, goal, start, {"start"}),
-        "another goal": (asked.path, start, start, {"goal"}),
-        "a single cell, ends the same": (single, start, start, {""}),
-        "a single cell, ends apart": (single, start, goal, {"goal"}),
-        "a single cell, not the start": (single, goal, goal, {"start"}),
-    }
-    name, (path, begin, end, rules) = list(cells.items())[number % len(cells)]
-    nodes = [(x, y) for x, y in path.cells.tolist()]
-    blind = first_wrong(rows, nodes) < 0
-    tally.case(name, "the public judge accepts" if blind else "the public judge refuses")
-    said = _rule(path, grid, begin, end)
-    if said not in rules:
-        tally.fail(number, f"{name}: {_word(said)}, not {sorted(rules)}", **_data(asked))
-    if blind != (len(nodes) != 1):
-        tally.fail(number, f"{name}: the public judge is not as blind as it is known to be", **_data(asked))
 
 
 def _word(said: str) -> str:

@@ -21,8 +21,11 @@ from queue import Empty, SimpleQueue
 from tempfile import mkdtemp
 from typing import Any
 
+import lampyris_selfcheck
 from lampyris.errors import FileError
 
+CHECKS = Path(lampyris_selfcheck.__file__).parents[1]
+"""Where the checks are imported from: those that run here judge the copies."""
 SEED = "1"
 """The ranges of cases are made for this seed: a defect is not seen by every case."""
 LONGEST = 120.0
@@ -183,7 +186,7 @@ class Tree:
     def _environment(self) -> dict[str, str]:
         own = {k: v for k, v in os.environ.items() if k not in ("PYTHONDONTWRITEBYTECODE", "PYTHONSAFEPATH")}
         return own | {
-            "PYTHONPATH": str(self.root),
+            "PYTHONPATH": os.pathsep.join((str(self.root), str(CHECKS))),
             "PYTHONHASHSEED": "0",
             "PYTHONIOENCODING": "utf-8",
             "NUMBA_DISABLE_JIT": "1",

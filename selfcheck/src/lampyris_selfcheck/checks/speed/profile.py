@@ -21,7 +21,7 @@ from lampyris.motion.laws import registry as laws
 from lampyris.motion.profile import Feasible
 from lampyris.referee import check_profile
 from lampyris.typing import Floats
-from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally, each
 from lampyris_selfcheck.checks.speed import profile_blind as blind
 from lampyris_selfcheck.checks.speed import profile_cases as cases
 from lampyris_selfcheck.checks.speed import profile_paths as ways
@@ -75,15 +75,8 @@ Fault: TypeAlias = str
 
 
 def _run(ask: Ask, part: Part) -> Outcome:
-    tally, judge = Tally(part), _JUDGES[part.kind]
-    for number in part.numbers:
-        rng = ask.rng("profile", part.kind, number)
-        tally.case()
-        try:
-            judge(rng, tally, number)
-        except Exception as error:
-            tally.fail(number, f"{type(error).__name__}: {error}")
-    return tally.outcome()
+    judge = _JUDGES[part.kind]
+    return each(part, lambda number, tally: judge(ask.rng("profile", part.kind, number), tally, number))
 
 
 # ---- nodes and numbers ----

@@ -16,7 +16,7 @@ from lampyris.motion.safety.blind_areas import BlindArea
 from lampyris.typing import Floats, Points
 from lampyris_selfcheck.check import Tally
 from lampyris_selfcheck.checks.speed.profile_paths import ProfilePath
-from lampyris_selfcheck.reference.motion import blind_areas as twin
+from lampyris_selfcheck.reference.motion import blind_areas as reference
 
 NODES = 6
 """Nodes of a way that are judged."""
@@ -44,12 +44,12 @@ def fault_of(ground: ProfilePath, made: Profile, law: PhysicalLaw, tally: Tally)
     xy = way.cells.astype(np.float64) if isinstance(way, Path) else way.xy
     blocked = ground.scene.grid.blocked
     walls = np.argwhere(blocked)[:, ::-1].astype(np.float64)
-    places, owners = twin.corners(blocked)
+    places, owners = reference.corners(blocked)
     if len(xy) < 2:
         return ""
     about = (settings, robot, ground.scene.grid)
     for k in np.unique(np.linspace(0, len(xy) - 2, NODES).astype(int)).tolist():
-        if len(walls) and (np.abs(walls - xy[k]).max(axis=1) < 0.5 + twin.CLEAR).any():
+        if len(walls) and (np.abs(walls - xy[k]).max(axis=1) < 0.5 + reference.CLEAR).any():
             continue  # a course may touch a wall, where the eye is in it
         tally.count("blind areas judged")
         fault = _at(k, xy, cap, (places, owners, walls), about, tally)
@@ -72,25 +72,25 @@ def _at(
     creep = settings.creep * robot.v_max * (1 + _ROUNDING)
 
     def spent(v: float) -> float:
-        return twin.spent(
+        return reference.spent(
             v, a=robot.a_max, p=robot.d_max, reaction=settings.reaction, hidden_speed=settings.hidden_speed
         )
 
     eye, ahead = xy[k], xy[k + 1]
-    apart = twin.to_edge(places, eye, ahead)
-    near = np.argsort(apart, kind="stable")[: twin.NEAREST]
+    apart = reference.to_edge(places, eye, ahead)
+    near = np.argsort(apart, kind="stable")[: reference.NEAREST]
     rho = settings.hidden_radius / resolution
     fastest = float(max(cap[k], cap[k + 1]))
     for c in near.tolist():
         left = float(apart[c]) * resolution - robot.radius
         if fastest <= creep or spent(fastest) <= left * (1 + _ROUNDING) + _ROUNDING:
             break  # what is farther asks for less
-        if float((ahead - eye) @ (places[c] - eye)) <= twin.CLEAR:
+        if float((ahead - eye) @ (places[c] - eye)) <= reference.CLEAR:
             continue
-        if twin.hides(eye, places[c], owners[c], walls, rho, size):
+        if reference.hides(eye, places[c], owners[c], walls, rho, size):
             corner = places[c].tolist()
             return f"{fastest!r} m/s at node {k}, {left!r} m from what corner {corner} may hide"
-    around = [twin.to_edge(places, xy[j], xy[j + 1]) for j in (k - 1, k) if j >= 0]
+    around = [reference.to_edge(places, xy[j], xy[j + 1]) for j in (k - 1, k) if j >= 0]
     least = min((float(some.min()) for some in around if len(some)), default=np.inf) * resolution
     v = float(cap[k])
     if v < robot.v_max and spent(v) < (least - robot.radius) * (1 - _ROUNDING) - _ROUNDING:

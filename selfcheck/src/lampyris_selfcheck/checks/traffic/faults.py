@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
@@ -29,7 +30,7 @@ from lampyris.sim.continuous.drive import drive
 from lampyris.sim.sensor import FAULTS, FaultySensor, ObstacleMessage, Sensor
 from lampyris.sim.traffic.adversary import Adversary
 from lampyris.sim.world.cell_index import EIGHT
-from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally
+from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally, each
 from lampyris_selfcheck.check import Outcome as Seen
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
 
@@ -57,14 +58,7 @@ _DUST = 1e-9
 
 
 def _run(ask: Ask, part: Part) -> Seen:
-    tally = Tally(part)
-    for number in part.numbers:
-        tally.case()
-        try:
-            _garbage(ask, number, tally) if part.kind == "garbage" else _fault(ask, part.kind, number, tally)
-        except Exception as error:
-            tally.fail(number, f"{type(error).__name__}: {error}")
-    return tally.outcome()
+    return each(part, partial(_garbage, ask) if part.kind == "garbage" else partial(_fault, ask, part.kind))
 
 
 # ---- faults that are noticed ----

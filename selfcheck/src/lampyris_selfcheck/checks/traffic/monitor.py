@@ -20,7 +20,7 @@ from lampyris.model.trace import Trace
 from lampyris.planning import registry
 from lampyris.referee import check_drive, check_trace
 from lampyris.sim.grid import loop
-from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally
+from lampyris_selfcheck.check import Ask, Check, Kind, Outcome, Part, Tally, each
 from lampyris_selfcheck.checks.traffic import monitor_drives as drives
 from lampyris_selfcheck.checks.traffic import monitor_traces as traces
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
@@ -43,23 +43,20 @@ TRIES = 150
 
 
 def _run(ask: Ask, part: Part) -> Outcome:
-    tally = Tally(part)
     faults: Mapping[str, Any] = traces.FAULTS if part.kind == "traces" else drives.FAULTS
     sound, misses = (trace_of, missed) if part.kind == "traces" else (drive_of, missed_drive)
-    for number in part.numbers:
-        tally.case()
-        try:
-            name = list(faults)[number % len(faults)]
-            rng = ask.rng("monitor", part.kind, number)
-            wrong = spoilt(faults[name].put, partial(sound, ask.seed), number // len(faults), rng)
-            tally.count(name)
-            if wrong is None:
-                tally.fail(number, f"{name}: no occasion in {TRIES} runs")
-            elif by := misses(faults[name], wrong):
-                tally.fail(number, f"{name}: not seen by {', '.join(by)}", fault=name)
-        except Exception as error:
-            tally.fail(number, f"{type(error).__name__}: {error}")
-    return tally.outcome()
+
+    def judge(number: int, tally: Tally) -> None:
+        name = list(faults)[number % len(faults)]
+        rng = ask.rng("monitor", part.kind, number)
+        wrong = spoilt(faults[name].put, partial(sound, ask.seed), number // len(faults), rng)
+        tally.count(name)
+        if wrong is None:
+            tally.fail(number, f"{name}: no occasion in {TRIES} runs")
+        elif by := misses(faults[name], wrong):
+            tally.fail(number, f"{name}: not seen by {', '.join(by)}", fault=name)
+
+    return each(part, judge)
 
 
 def spoilt(put: Callable[..., Any], sound: Callable[[int], Any], first: int, rng: np.random.Generator) -> Any:

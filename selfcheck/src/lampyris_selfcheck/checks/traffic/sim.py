@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from lampyris.planning.adgso.ad_gso import AdGso
 from lampyris.planning.field.solve import solve
 from lampyris.referee import check_drive, check_trace
 from lampyris.sim.grid import fast_simulation, loop
-from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally
+from lampyris_selfcheck.check import Ask, Check, Kind, Part, Tally, each
 from lampyris_selfcheck.check import Outcome as Seen
 from lampyris_selfcheck.checks.paths.answers import own
 from lampyris_selfcheck.checks.traffic import sim_scenes as scenes
@@ -95,14 +95,7 @@ LONGEST_CROWD = 60
 
 
 def _run(ask: Ask, part: Part) -> Seen:
-    tally, judge = Tally(part), _JUDGES[part.kind]
-    for number in part.numbers:
-        tally.case()
-        try:
-            judge(ask, number, tally)
-        except Exception as error:
-            tally.fail(number, f"{type(error).__name__}: {error}")
-    return tally.outcome()
+    return each(part, partial(_JUDGES[part.kind], ask))
 
 
 def faults_of(trace: Trace, monitored: bool = True) -> str:
@@ -127,21 +120,13 @@ def _judge_trace(trace: Trace, kind: str, number: int, tally: Tally, **data: Any
 # ---- ticks ----
 
 
-def _walk(ask: Ask, number: int, tally: Tally) -> None:
-    _looped(ask, number, tally, "walk")
-
-
-def _edits(ask: Ask, number: int, tally: Tally) -> None:
-    _looped(ask, number, tally, "edits")
-
-
 def planner_of(number: int) -> str:
     """Our planners take turns."""
     names = (*own(True), *own(False))
     return names[number % len(names)]
 
 
-def _looped(ask: Ask, number: int, tally: Tally, check: str) -> None:
+def _looped(ask: Ask, number: int, tally: Tally, *, check: str) -> None:
     name = planner_of(number)
     rng = ask.rng("sim", check, number)
     kind = scenes.KINDS[int(rng.integers(len(scenes.KINDS)))]
@@ -277,8 +262,8 @@ def _drive(ask: Ask, number: int, tally: Tally) -> None:
 _JUDGES: dict[str, Callable[[Ask, int, Tally], None]] = {
     "fast": _fast,
     "crowd": _crowd,
-    "walk": _walk,
-    "edits": _edits,
+    "walk": partial(_looped, check="walk"),
+    "edits": partial(_looped, check="edits"),
     "drive": _drive,
 }
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from lampyris_selfcheck.reference.files.edges import change_bmp, change_npy, change_png_size, change_rows
 from lampyris_selfcheck.reference.files.map_files import adam7, bmp, chunk, npy, png, rows
-from lampyris_selfcheck.reference.files.mutator import Corpus, repair_npy
-from lampyris_selfcheck.reference.files.trees import change_json, change_yaml
+from lampyris_selfcheck.reference.files.mutator import (
+    Corpus,
+    change_npy,
+    change_png,
+    change_rows,
+    change_tree,
+    repair_npy,
+)
 
 _PALETTE = chunk(b"PLTE", bytes([0] * 3 + [255] * 3 + [255, 0, 0]))
 _TWO = bytes(4) + b"\xff" * 4
@@ -26,7 +31,7 @@ PNG = Corpus(
         png(2, 1, 8, 0, rows([0, 255]), before=chunk(b"acTL", b"\0\0\0\1\0\0\0\0")),
     ),
     text=False,
-    change=change_png_size,
+    change=change_png,
 )
 BMP = Corpus(
     (
@@ -39,7 +44,6 @@ BMP = Corpus(
         bmp(2, 1, 32, b"\xff" * 8, masks=b"\0\0\xff\0\0\xff\0\0\xff\0\0\0\0\0\0\xff", header=56, packing=3),
     ),
     text=False,
-    change=change_bmp,
 )
 PGM = Corpus(
     (
@@ -117,10 +121,10 @@ ROS = Corpus(
         *YAML_WORDS,
         *b"image resolution origin negate occupied_thresh free_thresh mode trinary scale raw".split(),
     ),
-    change=change_yaml,
+    change=change_tree,
 )
 ROS_PICTURE = b"P5 3 2 255\n" + bytes([0, 205, 254, 100, 255, 90])
-ROS_PICTURES = Corpus((*PGM.seeds, *PNG.seeds, *BMP.seeds), text=False, change=change_png_size)
+ROS_PICTURES = Corpus((*PGM.seeds, *PNG.seeds, *BMP.seeds), text=False, change=change_png)
 _MANY_STYLES = rb"""a: {b: [1, 2.5, true, null, 'x', "y\u00e9\n"], c: ~}
 d: |
   text
@@ -132,7 +136,7 @@ f: 0x1F
 YAML = Corpus(
     (*ROS.seeds, _MANY_STYLES, rb'{"a": [1, -2e3, {"b": []}], "c": "\ud83d\ude00", "d": {}}'),
     ROS.words,
-    change=change_yaml,
+    change=change_tree,
 )
 TRACK = Corpus(
     (
@@ -162,7 +166,7 @@ WAY_JSON = Corpus(
         b'{"planner": "astar", "cells": [[0, 0], [1, 1]], "map": ' + _A_MAP + b"}",
     ),
     (b"poses", b"pose", b"position", b"msg", b"cells", b"planner", b"map", b"NaN", b"null", b"frame_id"),
-    change=change_json,
+    change=change_tree,
 )
 WAY_YAML = Corpus(
     (
@@ -170,7 +174,7 @@ WAY_YAML = Corpus(
         b"poses: [{position: {x: 1, y: .5}}, {pose: {position: {x: 2, y: 3}}}]\n",
     ),
     (*YAML_WORDS, b"poses", b"pose", b"position", b"x", b"y", b"---\n"),
-    change=change_yaml,
+    change=change_tree,
 )
 MOVERS = Corpus(
     (
@@ -276,7 +280,7 @@ SCENARIO_YAML = Corpus(
         _ROWS,
     ),
     SCENARIO_WORDS,
-    change=change_yaml,
+    change=change_tree,
 )
 _JSON = rb"""{"$schema": "x", "version": 1, "name": "caf\u00e9", "map": {"rows":
  ["S.......", "..#.....", "........", "....##..", ".......G"]},
@@ -287,7 +291,7 @@ _JSON = rb"""{"$schema": "x", "version": 1, "name": "caf\u00e9", "map": {"rows":
 SCENARIO_JSON = Corpus(
     (b'{"version": 1, "map": "guide", "start": [0, 9], "goal": [7, 0], "seed": 3}', _JSON),
     (*SCENARIO_WORDS, b"NaN", b"Infinity", rb'"\ud800"', b"/* */", b"// x\n"),
-    change=change_json,
+    change=change_tree,
 )
 JSON = Corpus(
     (
@@ -295,7 +299,7 @@ JSON = Corpus(
         rb'{"a": [1, -2.5e3, {"b": []}, "\"\/\\\ud83d\ude00"], "c": true, "d": {"e": null}}',
     ),
     SCENARIO_JSON.words,
-    change=change_json,
+    change=change_tree,
 )
 SCENARIO_BESIDE = {
     "m.map": b"type octile\nheight 3\nwidth 4\nmap\n....\n.@..\n....\n",
@@ -340,6 +344,6 @@ planners: all
 laws: [constant]
 seeds: 3
 """
-STUDY_JSON = Corpus((_STUDY, _STUDY_PLAN, _STUDY_DRIVE), (*STUDY_WORDS, b"NaN"), change=change_json)
-STUDY_YAML = Corpus((_STUDY_YAML, _STUDY, _STUDY_PLAN), STUDY_WORDS, change=change_yaml)
+STUDY_JSON = Corpus((_STUDY, _STUDY_PLAN, _STUDY_DRIVE), (*STUDY_WORDS, b"NaN"), change=change_tree)
+STUDY_YAML = Corpus((_STUDY_YAML, _STUDY, _STUDY_PLAN), STUDY_WORDS, change=change_tree)
 STUDY_BESIDE = {**SCENARIO_BESIDE, "a.map": SCEN_MAP, "a.scen": SCEN.seeds[2] + b"1 a.map 5 4 0 0 4 0 4\n"}

@@ -1,48 +1,71 @@
 """Mutated files from good ones: seeded, so that a case is known by its target, its seed and its number.
 
-Bytes are turned, set, put in, taken out, repeated and cut off; files of one corpus are spliced; in text,
-numbers become odd numbers, words other words, lines are repeated, lost or change places. Where a checksum or
-a length stands before what was changed, a repair makes it right again: mutations reach what lies behind.
+A mutant has one or two changes: of bytes, of lines, of words and numbers, or, where a file holds tables and lists, of
+one branch of them. Where a checksum or a length stands before what was changed, it is made right again: a PNG is
+changed chunk by chunk, pixels before they are packed.
 """
 
 from __future__ import annotations
 
+import json
 import re
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
+import yaml
 
 Rng: TypeAlias = np.random.Generator
-Change: TypeAlias = "Callable[[Rng, bytes, Corpus], bytes]"
 T = TypeVar("T")
+Place: TypeAlias = tuple[str | int, ...]
 
 MAX_BYTES = 200_000
-_PLAIN_NUMBERS = (
-    "0 -0 -1 1 00 +5 1.5 .5 1. 1e9 1e-400 1e999 -1e999 nan NaN .nan inf -inf .inf Infinity 0x10"
-    " 0o17 010 1_000 1,5 127 128 255 256 32768 65535 65536 2147483647 2147483648 4294967295 4294967296"
-    " 9007199254740993 9223372036854775807 9223372036854775808 -9223372036854775809 18446744073709551616"
-    ' true null 1:30 2026-01-01 =1+1 "" \u0663 \uff11\uff12 \u00b2 \u22125'
-)
 NUMBERS = (
-    *_PLAIN_NUMBERS.encode().split(),
+    *(
+        b"0 -0 -1 1 00 +5 1.5 .5 1. 1e9 1e-400 1e999 -1e999 nan NaN .nan inf -inf .inf Infinity 0x10 0o17 010"
+        b" 1_000 1,5 127 128 255 256 65535 65536 2147483647 2147483648 4294967295 4294967296 9007199254740993"
+        b" 9223372036854775808 -9223372036854775809 18446744073709551616 true null 1:30 2026-01-01 =1+1"
+    ).split(),
+    *("\u0663 \uff11\uff12 \u00b2 \u22125".encode().split()),
     *(b"9" * n for n in (30, 310, 5000)),
     b"0." + b"3" * 400,
     b"1e" + b"9" * 30,
 )
 ODD = (
-    *rb'" \ # % & * { } [ ] , : - | > ! ../'.split(),
+    *rb'" \ # % & * { } [ ] , : - | > ! ../ ""'.split(),
     *(bytes((b,)) for b in b"\0\r\n\t '\x7f\x0b\x0c\x1a\x1b\x80\xff"),
     *(b"\r\n", b"\x1b[31m", b"\xef\xbb\xbf", b"\xff\xfe", b"\xc3\x28", b"\xed\xa0\x80"),
     *(c.encode() for c in "\U0001f5fa\u2028\x85\u202e\u00e9"),
 )
-WHOLE = (0, 1, 2, 3, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
-BIG_OR_LITTLE: tuple[Literal["big", "little"], ...] = ("big", "little")
+VALUES: tuple[Any, ...] = (
+    *(None, True, False, 0, -1, 1, 2, 7, 0.0, -0.0, 0.5, -0.5, 1e-9, 1e9, 1e300, -1e300),
+    *(255, 256, 2**16, 2**24, 2**24 + 1, 2**31, 2**63, 2**64, 10**31),
+    *(float("nan"), float("inf"), float("-inf")),
+    *("", " ", "a", "0", "-1", "1.5", "true", "null", "nan", "x" * 65, "x" * 5000),
+    *("../m.map", "/etc/passwd", "m.map\0", "a\nb", "\x1b[31m", "\u202e", "\ud800", "caf\u00e9"),
+    *(
+        [],
+        {},
+        [0],
+        [0, 0],
+        [0, 0, 0],
+        [-1, 0],
+        [None],
+        [[]],
+        {"a": 1},
+        {"": 0},
+        {"m": [1, 1]},
+        [[0, 0], [1, 1]],
+    ),
+)
+"""What becomes of a branch of a tree."""
+EDGES = (0, 1, 2, 3, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 _NUMBER = re.compile(rb"[-+]?[0-9][0-9.]*(?:[eE][-+]?[0-9]+)?")
 _TOKEN = re.compile(rb"[A-Za-z_][A-Za-z0-9_-]*")
+_DEEP = 40
 
 
 @dataclass(frozen=True)
@@ -54,7 +77,7 @@ class Corpus:
     seeds : good files.
     words : what the format's own words are, to be put where other words stand.
     text : whether lines, words and numbers mean something.
-    change : a way of changing that knows the format, used four times of five.
+    change : a way of changing that knows the format, used half of the time.
     repair : makes checksums and lengths right again. Every fifth mutant is left as it is.
     """
 
@@ -67,14 +90,15 @@ class Corpus:
     def mutant(self, rng: Rng) -> bytes:
         """One mutant: mostly one or two changes, seldom more."""
         data = pick(rng, self.seeds)
-        for _ in range(1 + int(rng.geometric(0.6) if rng.random() < 0.3 else 0)):
-            change: Change = pick(rng, TEXT_CHANGES if self.text and rng.random() < 0.8 else BYTE_CHANGES)
-            if self.change is not None and rng.random() < 0.8:
-                change = self.change
-            data = change(rng, data, self)[:MAX_BYTES]
+        for _ in range(1 + int(rng.geometric(0.6) if rng.random() < 0.4 else 0)):
+            known = self.change is not None and rng.random() < 0.5
+            data = (self.change if known and self.change else any_change)(rng, data, self)[:MAX_BYTES]
         if self.repair is not None and rng.random() < 0.8:
             data = self.repair(data)
         return data
+
+
+Change: TypeAlias = Callable[[Rng, bytes, Corpus], bytes]
 
 
 def pick(rng: Rng, some: Sequence[T]) -> T:
@@ -82,173 +106,155 @@ def pick(rng: Rng, some: Sequence[T]) -> T:
     return some[int(rng.integers(0, len(some)))]
 
 
-def _span(rng: Rng, data: bytes, most: int = 12) -> tuple[int, int]:
+def any_change(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+    """A change of a file of which no more is known than whether it is text."""
+    return pick(rng, TEXT_CHANGES if corpus.text and rng.random() < 0.8 else BYTE_CHANGES)(rng, data, corpus)
+
+
+# ---- bytes --------------------
+
+
+def replaced(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+    """Some bytes, or none, become others, none, or something odd."""
     at = int(rng.integers(0, len(data) + 1))
-    return at, min(len(data), at + int(rng.integers(1, most + 1)))
+    to = at + int(rng.integers(0, 8))
+    new = pick(rng, (b"", rng.bytes(int(rng.integers(1, 8))), pick(rng, (*ODD, *corpus.words))))
+    return data[:at] + new + data[to:]
 
 
-def flip(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Turn one bit."""
-    at, to = _span(rng, data, 1)
-    return data[:at] + bytes(b ^ 1 << int(rng.integers(0, 8)) for b in data[at:to]) + data[to:]
+def number_of_bytes(rng: Rng, data: bytes, _: Corpus) -> bytes:
+    """A bit turned, or a whole number of 1, 2 or 4 bytes that is an edge, or one more or one less than it was."""
+    size, order = int(pick(rng, (1, 1, 2, 4))), "little" if rng.random() < 0.5 else "big"
+    at = int(rng.integers(0, max(len(data) - size, 0) + 1))
+    was = int.from_bytes(data[at : at + size], order)  # type: ignore[arg-type]
+    new = pick(rng, (was + 1, was - 1, was ^ 1 << int(rng.integers(0, 8 * size)), pick(rng, EDGES), 0))
+    return data[:at] + (new % (1 << 8 * size)).to_bytes(size, order) + data[at + size :]  # type: ignore[arg-type]
 
 
-def put(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Set a few bytes to anything."""
-    at, to = _span(rng, data, 4)
-    return data[:at] + rng.bytes(to - at) + data[to:]
+def repeated(rng: Rng, data: bytes, _: Corpus) -> bytes:
+    """A piece again: mostly once, sometimes thousands of times."""
+    at = int(rng.integers(0, len(data) + 1))
+    to = at + int(rng.integers(1, 13))
+    return data[:to] + data[at:to] * int(pick(rng, (1, 1, 1, 2, 40, 3000))) + data[to:]
 
 
-def insert(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Put a few bytes in."""
-    at, to = _span(rng, data)
-    return data[:at] + rng.bytes(max(1, to - at)) + data[at:]
+def cut(rng: Rng, data: bytes, _: Corpus) -> bytes:
+    """The end is lost, all of it or a few bytes; or a little of the beginning."""
+    few = int(rng.integers(1, 9))
+    return pick(rng, (data[: int(rng.integers(0, len(data) + 1))], data[:-few], data[few:]))
 
 
-def delete(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Take a few bytes out."""
-    at, to = _span(rng, data)
-    return data[:at] + data[to:]
-
-
-def repeat(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Repeat a piece: mostly once, sometimes thousands of times."""
-    at, to = _span(rng, data)
-    times = int(pick(rng, (1, 1, 1, 2, 3, 40, 3000)))
-    return data[:to] + data[at:to] * times + data[to:]
-
-
-def truncate(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Cut the end off."""
-    return data[: int(rng.integers(0, len(data) + 1))]
-
-
-def behead(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Cut the beginning off: a little of it."""
-    return data[int(rng.integers(1, 9)) :]
-
-
-def splice(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+def spliced(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
     """The beginning of this, the end of another."""
     other = pick(rng, corpus.seeds)
     return data[: int(rng.integers(0, len(data) + 1))] + other[int(rng.integers(0, len(other) + 1)) :]
 
 
-def swap(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Two pieces change places."""
-    a, b = sorted((_span(rng, data), _span(rng, data)))
-    b = (max(a[1], b[0]), max(a[1], b[1]))
-    return data[: a[0]] + data[b[0] : b[1]] + data[a[1] : b[0]] + data[a[0] : a[1]] + data[b[1] :]
+# ---- text --------------------
 
 
-def whole(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """Write a whole number that is often an edge, of 1, 2 or 4 bytes, in either order."""
-    at = int(rng.integers(0, len(data) + 1))
-    size = int(pick(rng, (1, 2, 4)))
-    value = (int(pick(rng, WHOLE)) + int(rng.integers(-1, 2))) % (1 << 8 * size)
-    return data[:at] + value.to_bytes(size, BIG_OR_LITTLE[int(rng.integers(0, 2))]) + data[at + size :]
-
-
-def odd(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
-    """Put something odd, or a word of the format, over or between."""
-    at, to = _span(rng, data, 4)
-    word = pick(rng, (*ODD, *corpus.words))
-    return data[:at] + word + data[to if rng.integers(0, 2) else at :]
-
-
-def _replaced(rng: Rng, data: bytes, form: re.Pattern[bytes], others: Sequence[bytes]) -> bytes:
+def _token(rng: Rng, data: bytes, form: re.Pattern[bytes], new: Callable[[bytes], bytes]) -> bytes:
     found = [m.span() for m in form.finditer(data[:20_000])]
-    if not found or not others:
+    if not found:
         return data
-    at, to = found[int(rng.integers(0, len(found)))]
-    return data[:at] + pick(rng, others) + data[to:]
+    at, to = pick(rng, found)
+    return data[:at] + new(data[at:to]) + data[to:]
 
 
 def number(rng: Rng, data: bytes, _: Corpus) -> bytes:
     """Another number, or what looks like one."""
-    return _replaced(rng, data, _NUMBER, NUMBERS)
+    return _token(rng, data, _NUMBER, lambda was: pick(rng, NUMBERS))
 
 
 def near(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """A number that differs by a little."""
-    found = list(re.finditer(rb"[0-9]{1,9}", data[:20_000]))
-    if not found:
-        return data
-    one = found[int(rng.integers(0, len(found)))]
-    return data[: one.start()] + b"%d" % (int(one[0]) + int(rng.integers(-2, 3))) + data[one.end() :]
+    """A number that differs by a little, or is 0."""
+    by = int(rng.integers(-2, 3))
+    return _token(rng, data, re.compile(rb"[0-9]{1,9}"), lambda was: b"%d" % (int(was) + by if by else 0))
 
 
 def word(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
-    """Another word of the format."""
-    return _replaced(rng, data, _TOKEN, corpus.words)
+    """Another word of the format, or one with a letter too few, too many, or in capitals."""
 
+    def new(was: bytes) -> bytes:
+        k = int(rng.integers(0, len(was)))
+        changed = pick(rng, (b"", was[k : k + 1] * 2, was[k : k + 1].swapcase(), b"x"))
+        misspelt = was[:k] + changed + was[k + 1 :]
+        return pick(rng, corpus.words) if corpus.words and rng.random() < 0.6 else misspelt
 
-def misspell(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """A word with a letter too few, too many, or in capitals."""
-    found = [m.span() for m in _TOKEN.finditer(data[:20_000])]
-    if not found:
-        return data
-    at, to = found[int(rng.integers(0, len(found)))]
-    k = int(rng.integers(at, to))
-    new = pick(rng, (b"", data[k : k + 1] * 2, data[k : k + 1].swapcase(), b"x"))
-    return data[:k] + new + data[k + 1 :]
+    return _token(rng, data, _TOKEN, new)
 
 
 def line(rng: Rng, data: bytes, _: Corpus) -> bytes:
-    """A line is lost, repeated, emptied, indented or swapped with the next; or all ends of lines change."""
+    """A line is lost, repeated, emptied, longer, shorter, moved or joined to the next; or all ends of lines change."""
     lines = data.split(b"\n")
     k = int(rng.integers(0, len(lines)))
-    match int(rng.integers(0, 7)):
-        case 0:
-            del lines[k]
-        case 1:
-            lines[k:k] = [lines[k]] * int(pick(rng, (1, 1, 2, 500)))
-        case 2:
-            lines[k] = b""
-        case 3:
-            lines[k] = b"  " + lines[k]
-        case 4:
-            lines[k] = lines[k].lstrip()
-        case 5:
-            lines[k : k + 2] = lines[k : k + 2][::-1]
-        case _:
-            return pick(rng, (b"\r\n", b"\r", b"\n\n")).join(lines)
-    return b"\n".join(lines)
+    here = lines[k]
+    new = (
+        [],
+        [here] * int(pick(rng, (2, 2, 3, 500))),
+        [b""],
+        [b"  " + here],
+        [here.lstrip()],
+        [here[:-1]],
+        [here + here[-1:]],
+    )
+    way = int(rng.integers(0, len(new) + 3))
+    if way < len(new):
+        return b"\n".join((*lines[:k], *new[way], *lines[k + 1 :]))
+    if way == len(new):
+        return b"\n".join((*lines[:k], *lines[k : k + 2][::-1], *lines[k + 2 :]))
+    if way == len(new) + 1:
+        joined = pick(rng, (b"", b".", b"#", b"@", b",")).join(lines[k : k + 2])
+        return b"\n".join((*lines[:k], joined, *lines[k + 2 :]))
+    return pick(rng, (b"\r\n", b"\r", b"\n\n")).join(lines)
 
 
-def nest(rng: Rng, data: bytes, _: Corpus) -> bytes:
+def nested(rng: Rng, data: bytes, _: Corpus) -> bytes:
     """Brackets around a piece, or many that open."""
-    at, to = _span(rng, data, 30)
+    at = int(rng.integers(0, len(data) + 1))
+    to = at + int(rng.integers(1, 30))
     left, right = pick(rng, ((b"[", b"]"), (b"{", b"}"), (b"(", b")"), (b'"', b'"'), (b"- ", b"")))
     times = int(pick(rng, (1, 1, 2, 40, 2000)))
     return data[:at] + left * times + data[at:to] + right * int(pick(rng, (times, 1, 0))) + data[to:]
 
 
-BYTE_CHANGES = (flip, put, insert, delete, repeat, truncate, behead, splice, swap, whole, odd)
-TEXT_CHANGES = (number, number, near, word, misspell, line, line, nest, odd, splice)
+BYTE_CHANGES: tuple[Change, ...] = (replaced, number_of_bytes, number_of_bytes, repeated, cut, spliced)
+TEXT_CHANGES: tuple[Change, ...] = (number, number, near, word, word, line, line, nested, replaced, spliced)
+
+
+# ---- formats --------------------
+
+
+def change_rows(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+    """A MovingAI map with a height or width of 0 or off by one, and as often as not with the rows to it."""
+    lines = data.split(b"\n")
+    if not data.startswith(b"type") or len(lines) < 5 or rng.random() < 0.5:
+        return line(rng, data, corpus)
+    what = int(rng.integers(1, 3))
+    size = max(0, pick(rng, (0, len(lines) - 5 if what == 1 else len(lines[4]))) + int(rng.integers(-1, 2)))
+    lines[what] = lines[what].split(b" ")[0] + b" %d" % size
+    if rng.random() < 0.5:
+        rows = lines[4 : 4 + size] if what == 1 else [row[:size].ljust(size, b".") for row in lines[4:-1]]
+        lines[4:] = [*rows, b""]
+    return b"\n".join(lines)
 
 
 def change_png(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
-    """A change inside the chunks of a PNG, its lengths and checksums right: of a chunk's kind or body, of the
-    pixels before they are packed, of the order of chunks. Other files are changed as bytes.
-    """
+    """A PNG with a chunk lost, given twice or changed, its lengths and checksums right."""
     if not data.startswith(b"\x89PNG") or len(data) < 20:
-        return pick(rng, BYTE_CHANGES)(rng, data, corpus)
-    chunks = _chunks(data)
+        return any_change(rng, data, corpus)
+    chunks = list(_chunks(data))
     k = int(rng.integers(0, len(chunks)))
     kind, body = chunks[k]
     change = pick(rng, BYTE_CHANGES)
     way = rng.random()
-    if way < 0.15:
-        return change(rng, data, corpus)
-    if way < 0.25:
-        j = int(rng.integers(0, len(chunks)))
-        chunks.insert(j, chunks[k])
-    elif way < 0.3:
+    if way < 0.1:
+        chunks.insert(int(rng.integers(0, len(chunks))), chunks[k])
+    elif way < 0.15:
         del chunks[k]
-    elif way < 0.4:
+    elif way < 0.25:
         chunks[k] = ((change(rng, kind, corpus) + b"IDAT")[:4], body)
-    elif kind == b"IDAT" and way < 0.9:
+    elif kind == b"IDAT":
         try:
             raw = zlib.decompressobj().decompress(body, MAX_BYTES)
         except zlib.error:
@@ -262,21 +268,110 @@ def change_png(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
     )
 
 
-def _chunks(data: bytes) -> list[tuple[bytes, bytes]]:
+def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
     """Kinds and bodies, as far as the file goes."""
-    chunks, at = [], 8
+    at = 8
     while at + 12 <= len(data):
-        (length,) = struct.unpack_from(">I", data, at)
-        length = min(length, len(data) - at - 12)
-        chunks.append((data[at + 4 : at + 8], data[at + 8 : at + 8 + length]))
+        length = min(struct.unpack_from(">I", data, at)[0], len(data) - at - 12)
+        yield data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
         at += 12 + length
-    return chunks
+
+
+def change_npy(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+    """A NumPy file of another version, or of a byte more or fewer."""
+    if rng.random() < 0.5:
+        return data[:6] + bytes((int(pick(rng, (0, 1, 2, 3, 4, 255))),)) + data[7:]
+    return data[:-1] if rng.random() < 0.5 else data + b"\0"
 
 
 def repair_npy(data: bytes) -> bytes:
     """The length of the header made right: it ends with the first end of line."""
-    start, form = (10, "<H") if data[6:7] == b"\1" else (12, "<I")
-    end = data.find(b"\n", start)
-    if len(data) < start or end < 0:
+    end = data.find(b"\n", 12)
+    if len(data) < 12 or end < 0:
         return data
-    return data[:8] + struct.pack(form, (end + 1 - start) & 0xFFFF) + data[start:]
+    if data[6] == 1:
+        return data[:8] + struct.pack("<H", (end - 9) & 0xFFFF) + data[10:]
+    # Of a file that was of version 1 the length takes two bytes more now.
+    start = 10 if data[10:11] == b"{" else 12
+    return data[:8] + struct.pack("<I", end + 1 - start) + data[start:]
+
+
+def change_tree(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+    """A file of tables and lists with one branch other than it was, written anew, as JSON or as YAML."""
+    tree = _tree(data)
+    if tree is None:
+        return any_change(rng, data, corpus)
+    places = list(_places(tree))
+    place = pick(rng, places)
+    here = _at(tree, place)
+    other = _tree(pick(rng, corpus.seeds))
+    elsewhere = tree if other is None else other
+    whole = isinstance(here, int | float) and not isinstance(here, bool)
+    new: list[Any] = [
+        pick(rng, VALUES),
+        pick(rng, VALUES),
+        here + int(rng.integers(-2, 3)) if whole else _children_changed(rng, here, corpus),
+        _children_changed(rng, here, corpus),
+        _at(elsewhere, pick(rng, list(_places(elsewhere)))),
+    ]
+    tree = _put(tree, place, pick(rng, new))
+    if data.lstrip()[:1] in (b"{", b"[") or rng.random() < 0.3:
+        text = json.dumps(tree, ensure_ascii=rng.random() < 0.5, indent=pick(rng, (None, 0, 2)))
+    else:
+        text = yaml.safe_dump(tree, allow_unicode=True, sort_keys=False)
+    return text.encode("utf-8", "surrogatepass")
+
+
+def _tree(data: bytes) -> Any:
+    """What JSON or YAML says; None where it is neither, or a single value."""
+    if len(data) > 20_000:
+        return None
+    try:
+        tree = json.loads(data)
+    except (ValueError, RecursionError):
+        try:
+            tree = json.loads(json.dumps(yaml.safe_load(data.removesuffix(b"---\n")), default=str))
+        except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+            return None
+    return tree if isinstance(tree, dict | list) else None
+
+
+def _children_changed(rng: Rng, here: Any, corpus: Corpus) -> Any:
+    """A table or list with a child lost, named anew, given twice or many times, or one more."""
+    new = pick(rng, corpus.words or (b"x",)).decode("utf-8", "replace")
+    if isinstance(here, list):
+        k = int(rng.integers(0, len(here) + 1))
+        inner = here[k : k + 1] or [pick(rng, VALUES)]
+        return here[:k] + inner * int(pick(rng, (0, 1, 2, 30, 1001))) + here[k + 1 :]
+    if not isinstance(here, dict):
+        return new
+    if not here or rng.random() < 0.3:
+        return {**here, new: pick(rng, VALUES)}
+    key = pick(rng, list(here))
+    name = pick(rng, (None, new, key[:-1]))
+    return {(name if k == key else k): v for k, v in here.items() if k != key or name is not None}
+
+
+def _places(tree: Any, place: Place = ()) -> Iterator[Place]:
+    """The place of every branch, the tree itself first."""
+    yield place
+    if len(place) < _DEEP and isinstance(tree, dict | list):
+        for key, inner in tree.items() if isinstance(tree, dict) else enumerate(tree[:50]):
+            yield from _places(inner, (*place, key))
+
+
+def _at(tree: Any, place: Place) -> Any:
+    for step in place:
+        tree = tree[step]
+    return tree
+
+
+def _put(tree: Any, place: Place, value: Any) -> Any:
+    """A copy with another value there."""
+    if not place:
+        return value
+    step = place[0]
+    inner = _put(tree[step], place[1:], value)
+    if isinstance(tree, list):
+        return [inner if k == step else old for k, old in enumerate(tree)]
+    return {key: inner if key == step else old for key, old in tree.items()}

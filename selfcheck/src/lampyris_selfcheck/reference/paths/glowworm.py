@@ -33,10 +33,10 @@ def run(
         light = [(1.0 - rho) * old + gamma * f(p) for old, p in zip(light, x, strict=True)]
         lots = draws() if draws else None
         chosen: list[int | None] = []
-        crowd = []
+        counts = []
         for i, p in enumerate(x):
             near = [j for j, q in enumerate(x) if _gap(p, q) < reach[i] and light[i] < light[j]]
-            crowd.append(len(near))
+            counts.append(len(near))
             if not near:
                 chosen.append(None)
             elif lots is None:
@@ -53,7 +53,7 @@ def run(
                     there = p
             moved.append(there)
         x = moved
-        reach = [min(sensor, max(0.0, r + beta * (nt - n))) for r, n in zip(reach, crowd, strict=True)]
+        reach = [min(sensor, max(0.0, r + beta * (nt - n))) for r, n in zip(reach, counts, strict=True)]
     return x, light, reach
 
 
