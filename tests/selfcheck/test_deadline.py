@@ -72,8 +72,8 @@ def test_the_least_late_of_some_calls_counts(
     times = iter([0.2 if one == "y" else 0.001 for one in late.ljust(5, "n")])
 
     def timed(call: DeadlineCall, seconds: float, *, cancels: bool) -> Answer:
-        session = session_of(call)
-        return Answer(next(times), "", session, session.plan())
+        plan = Plan(Status.CANCELLED if cancels else Status.LIMIT, call.planner)
+        return Answer(next(times), "", session_of(call), plan)
 
     monkeypatch.setattr(deadline, "PAUSES_S", (0.0, 0.0, 0.0))
     monkeypatch.setattr(deadline, "moment", lambda call: 0.5)

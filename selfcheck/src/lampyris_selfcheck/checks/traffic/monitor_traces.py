@@ -236,7 +236,7 @@ def off_the_map(trace: Trace, rng: np.random.Generator) -> Trace | None:
 def radius_forgotten(trace: Trace, rng: np.random.Generator) -> Trace | None:
     """The robot is larger than the simulator thought: it covers an obstacle's cell at some tick."""
     radius = 1.6 * trace.scene.grid.resolution
-    offsets = disc(radius, trace.scene.grid.resolution)  # type: ignore[no-untyped-call]
+    offsets = disc(radius, trace.scene.grid.resolution)
     for t in range(trace.ticks):
         x, y = _cell(trace.robot[t])
         there = [_place(trace, k, t) for k, t0 in enumerate(trace.appears) if t0 <= t]

@@ -189,7 +189,7 @@ def line(rng: Rng, data: bytes, _: Corpus) -> bytes:
     lines = data.split(b"\n")
     k = int(rng.integers(0, len(lines)))
     here = lines[k]
-    new = (
+    new: tuple[list[bytes], ...] = (
         [],
         [here] * int(pick(rng, (2, 2, 3, 500))),
         [b""],
