@@ -5,6 +5,7 @@ from __future__ import annotations
 from lampyris_selfcheck.reference.files.map_files import adam7, bmp, chunk, npy, png, rows
 from lampyris_selfcheck.reference.files.mutator import (
     Corpus,
+    change_bmp,
     change_npy,
     change_png,
     change_rows,
@@ -44,6 +45,7 @@ BMP = Corpus(
         bmp(2, 1, 32, b"\xff" * 8, masks=b"\0\0\xff\0\0\xff\0\0\xff\0\0\0\0\0\0\xff", header=56, packing=3),
     ),
     text=False,
+    change=change_bmp,
 )
 PGM = Corpus(
     (

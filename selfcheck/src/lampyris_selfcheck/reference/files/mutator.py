@@ -239,6 +239,15 @@ def change_rows(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
     return b"\n".join(lines)
 
 
+def change_bmp(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
+    """A BMP of whose pixels or run lengths one byte is off by one."""
+    if len(data) < 40:
+        return any_change(rng, data, corpus)
+    raster = min(struct.unpack_from("<I", data, 10)[0], len(data) - 1)
+    at = int(rng.integers(raster, len(data)))
+    return data[:at] + bytes(((data[at] + pick(rng, (-1, 1))) % 256,)) + data[at + 1 :]
+
+
 def change_png(rng: Rng, data: bytes, corpus: Corpus) -> bytes:
     """A PNG with a chunk lost, given twice or changed, its lengths and checksums right."""
     if not data.startswith(b"\x89PNG") or len(data) < 20:
