@@ -114,7 +114,7 @@ def _period(rng: np.random.Generator, track: tuple[Cell, ...]) -> int:
 
 def _cells(radius: float) -> tuple[Cell, ...]:
     """The cells of a disc, by the reference."""
-    return tuple(sorted(disc(radius, 1.0)))  # type: ignore[no-untyped-call]
+    return tuple(sorted(disc(radius, 1.0)))
 
 
 def _body(seen: ObstacleTrack) -> Body:
