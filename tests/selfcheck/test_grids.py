@@ -48,7 +48,9 @@ def test_the_sizes_are_those_that_were_promised() -> None:
     kinds = grids.CHECK.kinds_for(Ask())
     twelve = {"3x3": 12 * 41_472, "2x4": 12 * 16_384, "4x2": 12 * 16_384, "1xn": 12 * 26_106}
     assert {kind: kinds[kind].nightly for kind in twelve} == twelve
+    assert kinds["4x4-classes"].nightly == 582_464
     assert kinds["4x4"].release == 4_456_448
+    assert kinds["5x5-classes"].release == 4_211_744
 
 
 @pytest.mark.parametrize("kind", ["3x3", "2x4", "4x2", "1xn"])
@@ -74,17 +76,31 @@ def test_a_round_has_every_query_once_and_all_rounds_ask_everybody(kind: str) ->
     assert {planner for _, _, planner in who} == set(exact())
 
 
-def test_every_pair_is_met() -> None:
-    met = {(q.bits, q.start, q.goal) for q in (lists.pair(k) for k in range(4_000_000, 4_003_000))}
+def test_every_class_is_one_and_every_pair_is_met() -> None:
+    met = {
+        (q.bits, q.start, q.goal) for q in (lists.pair(k, classes=False) for k in range(4_000_000, 4_003_000))
+    }
     assert len(met) == 3_000
     assert all(bits >> (4 * y + x) & 1 for bits, *ends in met for x, y in ends)
-    last = lists.pair(lists.pairs() - 1)
+    last = lists.pair(grids.ALL_PAIRS - 1, classes=False)
     assert (last.bits, last.start, last.goal, last.moves) == (0xFFFF, (3, 3), (3, 3), "octile")
-    assert lists.pair(lists.pairs()).moves == "dissertation"
+    assert lists.pair(grids.ALL_PAIRS, classes=False).moves == "dissertation"
+
+
+@pytest.mark.nightly  # 3 s
+def test_every_class_of_5x5_is_met_once_a_round() -> None:
+    heads = lists.class_heads(5)
+    assert len(set(heads.tolist())) == lists.CLASSES_5X5
+    made = outcome("5x5-classes", 300, 3_000_000)
+    assert (made.failed, made.counts["fields, every cell"]) == (0, 300)
+    met = {lists.field(3_000_000 + turn * lists.CLASSES_5X5) for turn in range(100)}
+    assert {q.bits for q in met} == {int(heads[3_000_000])}
+    free = {(c % 5, c // 5) for c in range(25) if int(heads[3_000_000]) >> c & 1}
+    assert {(q.goal, q.moves) for q in met} == {(cell, moves) for cell in free for moves in lists.MOVES}
 
 
 def test_a_sample_of_the_large_kinds_holds() -> None:
-    for kind, first in (("4x4", 3_000_000), ("4x4", 2 * lists.pairs() + 77)):
+    for kind, first in (("4x4", 3_000_000), ("4x4-classes", 400_000), ("4x4", 2 * grids.ALL_PAIRS + 77)):
         made = outcome(kind, 150, first)
         assert made.failed == 0
         assert made.counts["found"] > 20
@@ -162,8 +178,17 @@ def test_a_field_that_is_off_by_one_in_one_cell_is_seen(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(grids, "solve_field", off)
     assert any("the field has" in f.what for f in outcome("2x4", 2000, 9_000).failures)
+    # The classes are listed in 3 s: some grids stand in for them.
+    monkeypatch.setattr(lists, "class_heads", lambda side: np.arange(2**25 - 50, 2**25))
+    monkeypatch.setattr(lists, "CLASSES_5X5", 50)
+    assert "field, octile moves, " in outcome("5x5-classes", 50).failures[0].what
 
 
 def test_an_index_that_wraps_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Grid, "contains", lambda self, cell: cell[0] < self.width and cell[1] < self.height)
     assert outcome("outside", 60).failed > 10
+
+
+def test_a_list_that_lacks_a_pair_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lists, "parted_pairs", lambda: grids.PARTED - 1)
+    assert "1,507,847, should be 1,507,848" in outcome("counts", 1).failures[0].what

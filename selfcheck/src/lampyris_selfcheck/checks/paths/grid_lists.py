@@ -20,10 +20,14 @@ MOVES = ("octile", "dissertation", "four-connected", "sixteen-connected")
 LONGEST = 8
 """Cells of the longest corridor."""
 GRIDS_4X4 = 1 << 16
+CLASSES_5X5 = 4_211_744
+"""Grids of five by five cells that do not turn or mirror into each other."""
 _STIR = 2_654_435_761
 """Knuth's multiplier: neighbouring queries go to planners that are not neighbours."""
 _SPREAD = 40_503
 """Odd, so that every grid comes once a round; a part of a round has sparse grids and dense ones."""
+_PIECE = 1 << 18
+"""Grids looked at together."""
 
 
 @dataclass(frozen=True)
@@ -92,35 +96,115 @@ def corridors() -> int:
     return sum((1 << n) * n * n for n in range(1, LONGEST + 1))
 
 
-def pair(number: int) -> GridQuery:
-    """Ordered pairs of free cells of all 4x4 grids.
+def pair(number: int, *, classes: bool) -> GridQuery:
+    """Ordered pairs of free cells of all 4x4 grids, or of one of each class under the eight symmetries.
 
     Octile moves in the first round, then the others; the planners turn from pair to pair.
     """
-    ends = _ends()
+    ends = _ends(classes)
     turn, query = divmod(number, int(ends[-1]))
-    bits = int(np.searchsorted(ends, query, side="right"))
+    k = int(np.searchsorted(ends, query, side="right"))
+    bits = int(class_heads(4)[k]) if classes else k
     cells = [c for c in range(16) if bits >> c & 1]
-    goal, start = divmod(query - (int(ends[bits - 1]) if bits else 0), len(cells))
+    goal, start = divmod(query - (int(ends[k - 1]) if k else 0), len(cells))
     who = exact()
     planner = who[((query * _STIR >> 9) + turn // 4) % len(who)]
     where = _cell(cells[start], 4), _cell(cells[goal], 4)
     return GridQuery(4, 4, bits, *where, MOVES[turn % 4], planner, start == 0)
 
 
-def pairs() -> int:
+def pairs(*, classes: bool) -> int:
     """Queries of one round of :func:`pair`."""
-    return int(_ends()[-1])
+    return int(_ends(classes)[-1])
+
+
+def free_cells_of() -> NDArray[np.int64]:
+    """How many cells of each 4x4 grid are free, (65,536,)."""
+    bits = np.arange(GRIDS_4X4, dtype=np.int64)
+    return sum((bits >> k & 1 for k in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
+
+
+def field(number: int) -> GridQuery:
+    """A grid of each class of 5x5 grids and one of its free cells as the goal: nobody but the field is asked.
+
+    Octile moves in the first round, then the others; the goals turn from grid to grid, and every four rounds.
+    """
+    turn, k = divmod(number, CLASSES_5X5)
+    bits = int(class_heads(5)[k])
+    cells = [c for c in range(25) if bits >> c & 1] or [0]
+    goal = _cell(cells[((k * _STIR >> 9) + turn // 4) % len(cells)], 5)
+    return GridQuery(5, 5, bits, goal, goal, MOVES[turn % 4], "field", first=True)
+
+
+def fields() -> int:
+    """After how many fields every free cell of each grid was the goal with all moves."""
+    return CLASSES_5X5 * 25 * len(MOVES)
+
+
+def classes(side: int) -> int:
+    """How many classes there are, by Burnside's lemma: the mean of how many grids a symmetry leaves alone."""
+    left = 0
+    for places in _symmetries(side):
+        seen, cycles = set[int](), 0
+        for cell in range(side * side):
+            cycles += cell not in seen
+            while cell not in seen:
+                seen.add(cell)
+                cell = int(places[cell])
+        left += 1 << cycles
+    return left // 8
+
+
+def _symmetries(side: int) -> list[NDArray[np.int64]]:
+    """Where each cell comes from, by the eight ways to turn and mirror a square; the first moves none."""
+    board = np.arange(side * side).reshape(side, side)
+    return [np.rot90(flipped, quarter).ravel() for flipped in (board, board.T) for quarter in range(4)]
 
 
 @cache
-def _ends() -> NDArray[np.int64]:
-    """How many pairs there are on the 4x4 grids up to each."""
-    bits = np.arange(GRIDS_4X4, dtype=np.int64)
-    free = sum((bits >> k & 1 for k in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
-    ends: NDArray[np.int64] = np.cumsum(free * free)
+def class_heads(side: int) -> NDArray[np.int64]:
+    """The least of each class of square grids that turn or mirror into each other; 5x5 takes 3 s."""
+    cells = side * side
+    heads = []
+    for first in range(0, 1 << cells, _PIECE):
+        least = np.arange(first, min(first + _PIECE, 1 << cells), dtype=np.int64)
+        for places in _symmetries(side)[1:]:
+            copy = sum(((least >> was & 1) << now for now, was in enumerate(places)), np.zeros_like(least))
+            least = least[least <= copy]
+        heads.append(least)
+    return np.concatenate(heads)
+
+
+@cache
+def _ends(classes: bool) -> NDArray[np.int64]:
+    free = free_cells_of()
+    chosen = free[class_heads(4)] if classes else free
+    ends: NDArray[np.int64] = np.cumsum(chosen * chosen)
     return ends
 
 
 def _cell(k: int, width: int) -> Cell:
     return k % width, k // width
+
+
+def parted_pairs() -> int:
+    """Ordered pairs of free cells of all 4x4 grids with no way between them by steps to the four sides.
+
+    By flood fill on all grids at once, one bit a cell; octile and knight's steps lead no further than such
+    steps do, as their sides must be free.
+    """
+    bits = np.arange(GRIDS_4X4, dtype=np.int64)
+    west, east = (sum(1 << (4 * y + x) for y in range(4) for x in range(4) if x != out) for out in (0, 3))
+    parted = 0
+    for k in range(16):
+        here = bits & (1 << k)
+        while True:
+            wave = here | here << 4 | here >> 4 | (here & east) << 1 | (here & west) >> 1
+            wave &= bits
+            if np.array_equal(wave, here):
+                break
+            here = wave
+        left = bits & ~here
+        count = sum((left >> c & 1 for c in range(16)), np.zeros(GRIDS_4X4, dtype=np.int64))
+        parted += int(count[(bits >> k & 1) == 1].sum())
+    return parted

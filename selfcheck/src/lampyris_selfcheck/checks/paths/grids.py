@@ -26,6 +26,9 @@ from lampyris_selfcheck.reference.paths.search import Cell, Counts, cost_of, dis
 
 Rows = list[list[bool]]
 
+ALL_PAIRS, CLASS_PAIRS, PARTED = 4_456_448, 582_464, 1_507_848
+"""Ordered pairs of free cells on all 4x4 grids, on one grid of each class, and those of all with no way."""
+CLASSES = 8_548
 OUTSIDE = 512 * (25 * 25 - 9 * 9)
 _STRIDE = 100_003
 """Prime to OUTSIDE: a few cases are spread over all."""
@@ -76,6 +79,11 @@ def _field_wrong(scene: Scene, query: GridQuery) -> str:
             if cost != right:
                 return f"the field has {cost} at ({x}, {y}), should be {right}"
     return ""
+
+
+def _judge_field(query: GridQuery) -> tuple[str, str]:
+    grid, _ = _grid(query.width, query.height, query.bits)
+    return "", _field_wrong(Scene(grid, query.start, query.goal, moves_named(query.moves)), query)
 
 
 def _outside(number: int) -> GridQuery:
@@ -134,11 +142,29 @@ def _drawn(ask: Ask, number: int) -> GridQuery:
     )
 
 
+def _judge_counts(number: int) -> tuple[str, str]:
+    """That the lists are whole: known totals, counted by other means than the cases are."""
+    free = lists.free_cells_of()
+    told = {
+        "4x4 pairs": (lists.pairs(classes=False), ALL_PAIRS),
+        "pairs, cell by cell": (int((free * free).sum()), ALL_PAIRS),
+        "classes": (len(lists.class_heads(4)), CLASSES),
+        "pairs of classes": (lists.pairs(classes=True), CLASS_PAIRS),
+        "parted pairs": (lists.parted_pairs(), PARTED),
+        "classes of 4x4, by symmetry": (lists.classes(4), CLASSES),
+        "classes of 5x5, by symmetry": (lists.classes(5), lists.CLASSES_5X5),
+    }
+    off = [f"{what}: {have:,}, should be {due:,}" for what, (have, due) in told.items() if have != due]
+    return "counts", "; ".join(off)
+
+
 def _query(ask: Ask, kind: str, number: int) -> GridQuery:
-    if kind == "4x4":
-        return lists.pair(number)
+    if kind in ("4x4", "4x4-classes"):
+        return lists.pair(number, classes=kind == "4x4-classes")
     if kind == "4x4-drawn":
         return _drawn(ask, number)
+    if kind == "5x5-classes":
+        return lists.field(number)
     if kind == "outside":
         return _outside(number)
     if kind == "1xn":
@@ -147,13 +173,22 @@ def _query(ask: Ask, kind: str, number: int) -> GridQuery:
     return lists.rectangle(width, height, number)
 
 
+_JUDGES = {"outside": _judge_outside, "5x5-classes": _judge_field}
+
+
 def _run(ask: Ask, part: Part) -> Outcome:
     tally = Tally(part)
     for number in part.numbers:
+        if part.kind == "counts":
+            word, fault = _judge_counts(number)
+            tally.case(word)
+            if fault:
+                tally.fail(number, fault)
+            continue
         query = _query(ask, part.kind, number)
         word = ""
         try:
-            word, fault = (_judge_outside if part.kind == "outside" else _judge)(query)
+            word, fault = _JUDGES.get(part.kind, _judge)(query)
         except Exception as error:
             fault = f"raises {type(error).__name__}: {error}"
         tally.case(*filter(None, (word, f"{query.moves} moves", f"by {query.planner}")))
@@ -183,6 +218,7 @@ def _exhaustive(what: str, queries: int, commit: int) -> Kind:
 
 def _kinds(ask: Ask) -> dict[str, Kind]:
     combos = lists.rounds()
+    classes, every = lists.pairs(classes=True), lists.pairs(classes=False)
     ends = "blocked ends too"
     return {
         "3x3": _exhaustive(f"every start and goal of every 3x3 grid, {ends}", lists.rectangles(3, 3), 8_192),
@@ -192,6 +228,7 @@ def _kinds(ask: Ask) -> dict[str, Kind]:
         "outside": Kind(
             "ends outside a 3x3 grid are refused and spoil nothing", 1_000, OUTSIDE, OUTSIDE, 4096, OUTSIDE
         ),
+        "counts": Kind("the 4x4 lists hold what other means count", 1, 1, 1, 1, 1),
         "4x4-drawn": Kind(
             "drawn questions on 4x4 grids to each planner with each step set",
             commit=_SHARE * combos,
@@ -199,13 +236,30 @@ def _kinds(ask: Ask) -> dict[str, Kind]:
             release=400 * _SHARE * combos,
             chunk=4096,
         ),
+        "4x4-classes": Kind(
+            "every pair of free cells of each class of 4x4 grids under turning and mirroring; octile moves, "
+            "for a release the others too",
+            commit=0,
+            nightly=classes,
+            release=4 * classes,
+            chunk=8192,
+            whole=classes * combos,
+        ),
         "4x4": Kind(
             "every pair of free cells of all 65,536 4x4 grids; octile moves first",
             commit=0,
-            nightly=lists.pairs() // 8,
-            release=lists.pairs(),
+            nightly=0,
+            release=every,
             chunk=8192,
-            whole=lists.pairs() * combos,
+            whole=every * combos,
+        ),
+        "5x5-classes": Kind(
+            "every cost in the field of each class of 5x5 grids, to one free cell; octile moves first",
+            commit=0,
+            nightly=0,
+            release=lists.CLASSES_5X5,
+            chunk=1 << 14,
+            whole=lists.fields(),
         ),
     }
 
