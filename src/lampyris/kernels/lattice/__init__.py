@@ -1,0 +1,1 @@
+"""Loops over states with a heading."""

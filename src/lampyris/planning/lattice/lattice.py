@@ -1,0 +1,229 @@
+"""The lattice of a robot: its primitives with their costs, and the cells that each of them sweeps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from heapq import heappop, heappush
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.lattice.sweep import sweep
+from lampyris.planning.lattice.primitives import Primitive, angles, arc, back, in_place, straight
+from lampyris.typing import Floats
+
+UNIT = 1 << 20
+"""Cost of a cell's length: costs are whole numbers, so that equal costs are equal."""
+STEP = 0.1
+"""Greatest distance, in cells, that a point of the footprint moves between two poses of a sweep."""
+MARGIN = STEP / 2 + 1e-6
+"""By how much the footprint is widened in a sweep: no point of it is ever farther from a pose than that."""
+
+Polygon = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LatticeShape:
+    """What a lattice depends on; lengths in cells.
+
+    Parameters
+    ----------
+    footprint : vertices (x ahead, y to the left), counterclockwise, the base inside.
+    drive : ``differential``, ``ackermann`` or ``omnidirectional``.
+    turn_radius : smallest radius of an arc.
+    headings : 16 or 32.
+    reverse_cost : by how much a length driven in reverse costs more; infinite: none is.
+    turn_cost : cost of a radian turned in place.
+    """
+
+    footprint: Polygon
+    drive: str
+    turn_radius: float
+    headings: int = 16
+    reverse_cost: float = 2.0
+    turn_cost: float = 4.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lattice:
+    """Primitives sorted by their first heading, as the search reads them.
+
+    Parameters
+    ----------
+    shape : what it was made from.
+    primitives : all of them.
+    first : int32 (headings + 1,): where the primitives of a heading begin.
+    cell : int64 (n, 2): where each ends, y down.
+    turned : int32 (n,): heading at the end.
+    cost : int64 (n,).
+    reach : float32 (n,): farthest point of each sweep from the centre of the first cell, cells.
+    sweep_first, sweep : int32 (n + 1,), int32 (k, 2): the cells (x, y down) that each sweeps, from the outermost.
+    stand_first, stand : the same for the footprint standing at each heading.
+    inscribed : radius of the greatest disc around the base within the footprint, cells.
+    scale : admissible cost of a cell's length of an octile field over the cells of :attr:`low_clearance`.
+    low_clearance : clearance of the cells over which that field runs, cells.
+    """
+
+    shape: LatticeShape
+    primitives: tuple[Primitive, ...]
+    first: NDArray[np.int32]
+    cell: NDArray[np.int64]
+    turned: NDArray[np.int32]
+    cost: NDArray[np.int64]
+    reach: NDArray[np.float32]
+    sweep_first: NDArray[np.int32]
+    sweep: NDArray[np.int32]
+    stand_first: NDArray[np.int32]
+    stand: NDArray[np.int32]
+    inscribed: float
+    scale: float
+    low_clearance: float
+
+    @property
+    def border(self) -> int:
+        """Cells around a map that sweeps may reach."""
+        return int(max(np.abs(self.sweep).max(), np.abs(self.cell).max())) + 1
+
+
+@lru_cache(16)
+def lattice_of(shape: LatticeShape) -> Lattice:
+    """The lattice of a shape; the same object for the same shape."""
+    made = sorted(_motions(shape), key=lambda one: one.start)
+    first = np.searchsorted([one.start for one in made], np.arange(shape.headings + 1)).astype(np.int32)
+    cost = np.array([_cost(one, shape) for one in made], dtype=np.int64)
+    arm = max(math.hypot(*v) for v in shape.footprint)
+    tracks = [one.poses(STEP, arm) for one in made]
+    swept = [_swept(shape.footprint, track, arm) for track in tracks]
+    stands = [_swept(shape.footprint, np.array([(0.0, 0.0, a)]), arm) for a in angles(shape.headings)]
+    low, chains = _low_chains(tracks)
+    scale = min(int(c) / UNIT / o for c, o in zip(cost, chains, strict=True) if o > 0)
+    inscribed = inscribed_radius(shape.footprint)
+    return Lattice(
+        shape,
+        tuple(made),
+        first,
+        np.array([(one.cell[0], -one.cell[1]) for one in made], dtype=np.int64),
+        np.array([one.end for one in made], dtype=np.int32),
+        cost,
+        np.array([np.hypot(np.abs(s[:, 0]) + 0.5, np.abs(s[:, 1]) + 0.5).max() for s in swept], np.float32),
+        *_joined(swept),
+        *_joined(stands),
+        inscribed,
+        scale * (1 - 1e-12),
+        max(inscribed - low, 0.0),
+    )
+
+
+def _motions(shape: LatticeShape) -> Iterable[Primitive]:
+    headings, n = range(shape.headings), shape.headings
+    backward = math.isfinite(shape.reverse_cost)
+    radius = max(shape.turn_radius, 1.0)
+    for k in headings:
+        yield straight(n, k)
+        if backward:
+            yield straight(n, k, -1)
+        for by in (1, -1):
+            bend = arc(n, k, by, radius)
+            yield bend
+            if backward:
+                yield back(bend, n)
+            if shape.drive != "ackermann":
+                yield in_place(n, k, by)
+    if shape.drive == "omnidirectional":
+        yield from _sideways(n)
+
+
+def _sideways(n: int) -> Iterable[Primitive]:
+    """Motions along each lattice vector but the heading's own, without a turn."""
+    for k in range(n):
+        for j in range(n):
+            if j % (n // 2) != k % (n // 2):
+                ahead = straight(n, j)
+                lateral = angles(n)[j] - angles(n)[k]
+                yield Primitive(k, k, ahead.cell, ahead.pieces, angles(n)[k], lateral)
+
+
+def _cost(one: Primitive, shape: LatticeShape) -> int:
+    if one.length == 0:
+        return math.ceil(one.turn * shape.turn_cost * UNIT)
+    factor = shape.reverse_cost if one.reverse and shape.drive != "omnidirectional" else 1.0
+    return math.ceil(one.length * factor * UNIT)
+
+
+def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
+    """Cells (x, y down) that the footprint touches along poses (y up), those farthest from the start first."""
+    reach = math.ceil(float(np.abs(poses[:, :2]).max()) + arm) + 2
+    side = 2 * reach + 1
+    touched = np.zeros(side * side, dtype=np.uint8)
+    px, py = np.array([x for x, _ in footprint]), np.array([-y for _, y in footprint])
+    yaw = -poses[:, 2]
+    sweep(px, py, poses[:, 0] + reach, reach - poses[:, 1], np.cos(yaw), np.sin(yaw), MARGIN, touched, side, side)
+    y, x = np.nonzero(touched.reshape(side, side))
+    cells = np.stack((x - reach, y - reach), axis=1)
+    distance = np.hypot(cells[:, 0], cells[:, 1])
+    return cells[np.argsort(-distance, kind="stable")].astype(np.int32)
+
+
+def _joined(parts: list[NDArray[np.int32]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    first = np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(np.int32)
+    return first, np.concatenate(parts)
+
+
+def inscribed_radius(footprint: Polygon) -> float:
+    """Distance from the base (the origin) to the nearest edge."""
+    least = math.inf
+    for (ax, ay), (bx, by) in zip(footprint, (*footprint[1:], footprint[0]), strict=True):
+        ex, ey = bx - ax, by - ay
+        t = min(1.0, max(0.0, -(ax * ex + ay * ey) / (ex * ex + ey * ey)))
+        least = min(least, math.hypot(ax + t * ex, ay + t * ey))
+    return least
+
+
+def _low_chains(tracks: list[Floats]) -> tuple[float, list[float]]:
+    """What a primitive costs at least in an octile field: ``(distance, costs)``.
+
+    While the base moves along a primitive it passes through cells. Among the cells whose centres it passes within
+    ``distance`` there is a chain of octile steps from the first cell to the last for every primitive; its cost is
+    the least of all such chains.
+    """
+    passed = [_passed(track) for track in tracks]
+    distance = 0.0
+    for cells, end in passed:
+        for limit in sorted(set(cells.values())):
+            if _octile(cells, end, max(limit, distance)) < math.inf:
+                distance = max(limit, distance)
+                break
+    return distance + 1e-9, [_octile(cells, end, distance) for cells, end in passed]
+
+
+def _passed(track: Floats) -> tuple[dict[tuple[int, int], float], tuple[int, int]]:
+    """The cells that a track passes through, with its least distance from the centre of each, and the last."""
+    cells: dict[tuple[int, int], float] = {}
+    for x, y, _ in track.tolist():
+        for cx in {math.ceil(x - 0.5 - 1e-9), math.floor(x + 0.5 + 1e-9)}:
+            for cy in {math.ceil(y - 0.5 - 1e-9), math.floor(y + 0.5 + 1e-9)}:
+                near = math.hypot(x - cx, y - cy)
+                cells[cx, cy] = min(cells.get((cx, cy), math.inf), near)
+    return cells, (round(track[-1, 0]), round(track[-1, 1]))
+
+
+def _octile(cells: dict[tuple[int, int], float], end: tuple[int, int], limit: float) -> float:
+    """Cost of the cheapest octile chain from (0, 0) within cells no farther than ``limit`` from the track."""
+    best = {(0, 0): 0.0}
+    heap = [(0.0, (0, 0))]
+    while heap:
+        cost, (x, y) = heappop(heap)
+        if (x, y) == end:
+            return cost
+        for dx in (-1, 0, 1):
+            for dy in (-1, 0, 1):
+                to = (x + dx, y + dy)
+                if cells.get(to, math.inf) <= limit:
+                    more = cost + math.hypot(dx, dy)
+                    if more < best.get(to, math.inf):
+                        best[to] = more
+                        heappush(heap, (more, to))
+    return math.inf

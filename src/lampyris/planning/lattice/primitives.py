@@ -1,0 +1,154 @@
+"""Motion primitives: short motions from one lattice state to another.
+
+Headings are those of short lattice vectors, so that a straight primitive ends at the centre of a cell. A turn
+to a neighbouring heading is a straight line and an arc, or an arc and a straight line, tangent to both
+headings, with the shortest such motion whose arc is at least as wide as the turning radius:
+Pivtoraiko, Knepper, Kelly, "Differentially constrained mobile robot motion planning in state lattices",
+Journal of Field Robotics 26(3), 2009.
+
+Positions are in cells, x to the right and y up; headings are counted counterclockwise from the x axis.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from lampyris.typing import Floats
+
+_QUARTERS = {
+    16: ((1, 0), (2, 1), (1, 1), (1, 2)),
+    32: ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5)),
+}
+"""Lattice vectors of the headings of the first quarter turn."""
+HEADINGS = tuple(_QUARTERS)
+
+
+@lru_cache(8)
+def vectors(headings: int) -> tuple[tuple[int, int], ...]:
+    """The lattice vector of each heading, counterclockwise from (1, 0)."""
+    found: list[tuple[int, int]] = list(_QUARTERS[headings])
+    for _ in range(3):
+        found += [(-y, x) for x, y in found[-headings // 4 :]]
+    return tuple(found)
+
+
+@lru_cache(8)
+def angles(headings: int) -> tuple[float, ...]:
+    """The angle of each heading, radians in [0, 2 pi)."""
+    return tuple(math.atan2(y, x) % (2 * math.pi) for x, y in vectors(headings))
+
+
+@dataclass(frozen=True, slots=True)
+class Primitive:
+    """A motion from the cell (0, 0): straight lines and arcs, one after the other.
+
+    Parameters
+    ----------
+    start, end : headings, as numbers.
+    cell : (x, y) where it ends, y up.
+    pieces : (length in cells, turn in radians) of each piece: a straight line has no turn, a turn in place no
+        length. A negative length is driven in reverse.
+    heading : radians, at the start.
+    lateral : angle between the direction of travel and the heading; not 0 for an omnidirectional robot alone.
+    """
+
+    start: int
+    end: int
+    cell: tuple[int, int]
+    pieces: tuple[tuple[float, float], ...]
+    heading: float
+    lateral: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Distance driven, cells."""
+        return math.fsum(abs(length) for length, _ in self.pieces)
+
+    @property
+    def turn(self) -> float:
+        """Angle turned, radians, whichever way."""
+        return math.fsum(abs(turn) for _, turn in self.pieces)
+
+    @property
+    def reverse(self) -> bool:
+        """Whether it is driven in reverse."""
+        return any(length < 0 for length, _ in self.pieces)
+
+    def poses(self, step: float, arm: float) -> Floats:
+        """Poses along it, both ends included: x, y (cells, y up) and yaw; float64 (n, 3).
+
+        Parameters
+        ----------
+        step : greatest distance that a point within ``arm`` of the base moves between two poses, cells.
+        arm : cells.
+        """
+        x, y, yaw = 0.0, 0.0, self.heading
+        found = [(x, y, yaw)]
+        for length, turn in self.pieces:
+            n = max(1, math.ceil((abs(length) + abs(turn) * arm) / step))
+            for k in range(1, n + 1):
+                part, half = length * (k / n), turn * (k / n) / 2
+                chord = part if half == 0 else part * math.sin(half) / half
+                way = yaw + half + self.lateral
+                found.append((x + chord * math.cos(way), y + chord * math.sin(way), yaw + 2 * half))
+            x, y, yaw = found[-1]
+        return np.array(found)
+
+
+def straight(headings: int, k: int, direction: int = 1) -> Primitive:
+    """One lattice vector ahead, or back (``direction`` -1)."""
+    x, y = vectors(headings)[k]
+    return Primitive(k, k, (direction * x, direction * y), ((direction * math.hypot(x, y), 0.0),), angles(headings)[k])
+
+
+def in_place(headings: int, k: int, by: int) -> Primitive:
+    """A turn on the spot to the next heading (``by`` 1: counterclockwise, -1: clockwise)."""
+    end = (k + by) % headings
+    return Primitive(k, end, (0, 0), ((0.0, _turn(headings, k, end)),), angles(headings)[k])
+
+
+def _turn(headings: int, start: int, end: int) -> float:
+    """The angle from one heading to another, in (-pi, pi]."""
+    turn = angles(headings)[end] - angles(headings)[start]
+    return turn - 2 * math.pi * math.ceil((turn - math.pi) / (2 * math.pi) - 1e-12)
+
+
+def arc(headings: int, k: int, by: int, radius: float) -> Primitive:
+    """The shortest turn ahead to the heading ``by`` further on, no tighter than ``radius`` cells."""
+    end = (k + by) % headings
+    turn = _turn(headings, k, end)
+    a, b = angles(headings)[k], angles(headings)[end]
+    half = math.tan(abs(turn) / 2)
+    reach = math.ceil(2 * radius * half) + 2 * max(map(max, vectors(headings))) + 2
+    best: tuple[float, tuple[int, int], float, float] | None = None
+    sine = math.sin(b - a)
+    for x in range(-reach, reach + 1):
+        for y in range(-reach, reach + 1):
+            # Where the two tangents meet: at d along the first, e before the end on the second.
+            d = (x * math.sin(b) - y * math.cos(b)) / sine
+            e = (y * math.cos(a) - x * math.sin(a)) / sine
+            tangent = min(d, e)
+            if tangent <= 1e-9 or tangent / half < radius - 1e-9:
+                continue
+            length = abs(d - e) + tangent / half * abs(turn)
+            key = (round(length, 9), (x, y), d, e)
+            if best is None or key < best:
+                best = key
+    assert best is not None
+    _, cell, d, e = best
+    tangent = min(d, e)
+    bend = (tangent / half * abs(turn), turn)
+    ahead, after = (d - tangent, 0.0), (e - tangent, 0.0)
+    pieces = tuple(piece for piece in (ahead, bend, after) if abs(piece[0]) > 1e-9)
+    return Primitive(k, end, cell, pieces, a)
+
+
+def back(one: Primitive, headings: int) -> Primitive:
+    """The motion that drives the same curve from its end to its beginning, in reverse, moved to the origin."""
+    pieces = tuple((-length, -turn) for length, turn in reversed(one.pieces))
+    x, y = one.cell
+    return Primitive(one.end, one.start, (-x, -y), pieces, angles(headings)[one.end], one.lateral)
