@@ -17,7 +17,8 @@ from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid, MapFrame
 from lampyris.model.path import Path
-from lampyris.typing import Cell, Cells, Ticks
+from lampyris.model.pose_path import PosePath
+from lampyris.typing import Cell, Cells, Floats, Ticks
 
 if TYPE_CHECKING:
     import pandas
@@ -109,6 +110,8 @@ class Plan(Value, Tabular):
         where two follow by more than 1. None: one step a tick, whenever it is driven. ``commit`` counts ticks
         where there is a schedule.
     frame : where the map's cells lie in metres; None: not told (plans of a session).
+    pose_path : of a planner that plans headings: what is driven. ``path`` then holds the cells that the base passes
+        through.
     waypoints : of an any-angle planner: the turning points, int32 (k, 2), both ends included; straight lines
         between their centres can be driven. ``path`` is a walk by single steps along these lines. Else None.
     timing : seconds by stage; the only part that differs from run to run. ``loading_s`` (loading and
@@ -141,6 +144,7 @@ class Plan(Value, Tabular):
     waypoints: Cells | None = None
     schedule: Ticks | None = None
     frame: MapFrame | None = None
+    pose_path: PosePath | None = None
 
     def __post_init__(self) -> None:
         held = self.path if self.status is Status.FOUND else None
@@ -191,6 +195,16 @@ class Plan(Value, Tabular):
             return None
         d = np.diff(self.waypoints.astype(np.int64), axis=0)
         return math.fsum(math.sqrt(dx * dx + dy * dy) for dx, dy in d.tolist())
+
+    @property
+    def poses(self) -> Floats | None:
+        """x, y (metres of the map frame) and yaw (radians), float64 (n, 3), of a planner that plans headings."""
+        return None if self.pose_path is None else self.pose_path.poses
+
+    @property
+    def bound(self) -> float | None:
+        """How many times the least cost in its lattice the path costs at most; None for planners on cells."""
+        return None if self.pose_path is None else self.pose_path.bound
 
     @property
     def steps(self) -> tuple[int, ...] | None:

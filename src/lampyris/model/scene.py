@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,7 @@ from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
+from lampyris.model.pose_path import Pose
 from lampyris.model.robot import LEAST, Robot
 from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, CellLike, FloatGrid
@@ -41,6 +43,9 @@ class Scene(Value):
         them before; plans and profiles of the scene leave them aside, drives refuse them.
     start_m, goal_m : in place of ``start`` and ``goal``: points of the map frame, metres (x to the right, y up); the
         cells that hold them are the ends.
+    start_pose, goal_pose : in place of these: (x, y, yaw), metres of the map frame and radians counterclockwise from
+        its x axis. The cells that hold the points are the ends; planners that plan headings keep to the poses.
+        None: any heading, at the centre of the cell.
 
     Raises
     ------
@@ -60,6 +65,8 @@ class Scene(Value):
     traffic: tuple[ObstacleSpec, ...]
     zones: FloatGrid | None
     edits: tuple[Edit, ...]
+    start_pose: Pose | None
+    goal_pose: Pose | None
 
     def __init__(
         self,
@@ -74,6 +81,8 @@ class Scene(Value):
         *,
         start_m: Sequence[float] | FloatGrid | None = None,
         goal_m: Sequence[float] | FloatGrid | None = None,
+        start_pose: Sequence[float] | FloatGrid | None = None,
+        goal_pose: Sequence[float] | FloatGrid | None = None,
     ) -> None:
         for what, part, kind in (("grid", grid, Grid), ("robot", robot, Robot)):
             if not isinstance(part, kind):
@@ -82,8 +91,15 @@ class Scene(Value):
         object.__setattr__(self, "grid", grid)
         object.__setattr__(self, "robot", robot)
         object.__setattr__(self, "moves", moves_named(moves))
-        object.__setattr__(self, "start", self._end("start", start, start_m))
-        object.__setattr__(self, "goal", self._end("goal", goal, goal_m))
+        for what, cell, metres, pose in (
+            ("start", start, start_m, start_pose),
+            ("goal", goal, goal_m, goal_pose),
+        ):
+            held = None if pose is None else _pose(f"{what}_pose", pose)
+            if held is not None and cell is not None and cell_of(cell) == grid.to_cell(*held[:2]):
+                cell = None  # as in a copy of a scene
+            object.__setattr__(self, f"{what}_pose", held)
+            object.__setattr__(self, what, self._end(what, cell, metres, held))
         listed: Any = traffic
         if not isinstance(listed, tuple | list):
             listed = () if listed is None else (listed,)
@@ -120,17 +136,20 @@ class Scene(Value):
         words = [f"<Scene {name}: {self.start} to {self.goal}", f"{self.moves.name} moves", *more]
         return ", ".join([*words, "zones"] if self.zones is not None else words) + ">"
 
-    def _end(self, what: str, given: Any, metres: Any) -> Cell:
-        """An end as a cell of the map, from a cell or from metres."""
-        if (given is None) == (metres is None):
+    def _end(self, what: str, given: Any, metres: Any, pose: Pose | None) -> Cell:
+        """An end as a cell of the map, from a cell, from metres or from a pose."""
+        times = sum(one is not None for one in (given, metres, pose))
+        if times != 1:
             raise SettingError(
                 "ENDS",
-                f"{what} is given {'twice' if metres is not None else 'neither in cells nor in metres'}",
+                f"{what} is given {'more than once' if times else 'neither in cells nor in metres'}",
                 where=what,
-                allowed=f"{what} in cells or {what}_m in metres",
+                allowed=f"one of {what} (cell), {what}_m (metres), {what}_pose (metres and yaw)",
             )
         if metres is not None:
             given = self._cell_at(f"{what}_m", metres)
+        elif pose is not None:
+            given = self.grid.to_cell(*pose[:2])
         cell = cell_of(given)
         if cell is None:
             raise SettingError(
@@ -151,6 +170,18 @@ class Scene(Value):
         if point is None or not np.isfinite(point).all():
             raise SettingError("TYPE", shown(metres), where=what, allowed="two finite numbers x, y: metres")
         return self.grid.to_cell(*point.tolist())
+
+
+def _pose(what: str, given: Any) -> Pose:
+    """A pose, its yaw in (-pi, pi]."""
+    array = numbers(given, (3,))
+    if array is None or not np.isfinite(array).all():
+        allowed = "three finite numbers x, y, yaw: metres and radians"
+        raise SettingError("TYPE", shown(given), where=what, allowed=allowed)
+    x, y, yaw = array.tolist()
+    if not -math.pi < yaw <= math.pi:
+        yaw = math.remainder(yaw, 2 * math.pi)
+    return x, y, yaw
 
 
 def check_obstacle(grid: Grid, k: int, one: ObstacleSpec) -> None:

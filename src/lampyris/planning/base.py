@@ -29,12 +29,15 @@ class Traits:
     incremental : a session reuses earlier work after a Change.
     stochastic : answers depend on the random generator given to ``open``.
     sees_traffic : it plans with where obstacles will be, not only where they are.
+    plans_headings : it plans poses (``Plan.pose_path``) for the robot's footprint and drive; the scene's moves and
+        terrain are not for it.
     """
 
     optimal: bool
     incremental: bool = False
     stochastic: bool = False
     sees_traffic: bool = False
+    plans_headings: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -160,7 +160,18 @@ def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
     touched = np.zeros(side * side, dtype=np.uint8)
     px, py = np.array([x for x, _ in footprint]), np.array([-y for _, y in footprint])
     yaw = -poses[:, 2]
-    sweep(px, py, poses[:, 0] + reach, reach - poses[:, 1], np.cos(yaw), np.sin(yaw), MARGIN, touched, side, side)
+    sweep(
+        px,
+        py,
+        poses[:, 0] + reach,
+        reach - poses[:, 1],
+        np.cos(yaw),
+        np.sin(yaw),
+        MARGIN,
+        touched,
+        side,
+        side,
+    )
     y, x = np.nonzero(touched.reshape(side, side))
     cells = np.stack((x - reach, y - reach), axis=1)
     distance = np.hypot(cells[:, 0], cells[:, 1])

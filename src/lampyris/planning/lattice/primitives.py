@@ -102,7 +102,9 @@ class Primitive:
 def straight(headings: int, k: int, direction: int = 1) -> Primitive:
     """One lattice vector ahead, or back (``direction`` -1)."""
     x, y = vectors(headings)[k]
-    return Primitive(k, k, (direction * x, direction * y), ((direction * math.hypot(x, y), 0.0),), angles(headings)[k])
+    return Primitive(
+        k, k, (direction * x, direction * y), ((direction * math.hypot(x, y), 0.0),), angles(headings)[k]
+    )
 
 
 def in_place(headings: int, k: int, by: int) -> Primitive:

@@ -14,6 +14,9 @@ import numpy as np
 LEFT_OUT = frozenset({"timing", "scene", "frame"})
 """Fields that are no part of a result: how long it took, what was asked, and where the scene's map lies."""
 
+ADDED = frozenset({"pose_path"})
+"""Fields that came in after the hashes on record; they are part of a result where they hold something."""
+
 
 def digest(value: Any) -> str:
     """SHA-256 of the canonical JSON, 64 hexadecimal digits."""
@@ -43,8 +46,9 @@ def canonical(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return _array(value)
     if is_dataclass(value) and not isinstance(value, type):
-        told = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
-        return {"": type(value).__name__} | {name: canonical(part) for name, part in told}
+        parts = [(one.name, getattr(value, one.name)) for one in fields(value) if one.name not in LEFT_OUT]
+        kept = [(name, part) for name, part in parts if name not in ADDED or part is not None]
+        return {"": type(value).__name__} | {name: canonical(part) for name, part in kept}
     if isinstance(value, Mapping):
         return [[canonical(key), canonical(part)] for key, part in value.items()]
     if isinstance(value, Set):

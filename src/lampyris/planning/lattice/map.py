@@ -1,0 +1,90 @@
+"""A map as a lattice search reads it: with a border, its clearance, and the cells that sweeps cover."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.model.grid import Grid
+from lampyris.model.moves import MOVES
+from lampyris.planning.field.layers import clearance
+from lampyris.planning.field.solve import solve
+from lampyris.planning.lattice.lattice import UNIT, Lattice
+from lampyris.typing import Cell
+
+_STEPS = replace(MOVES["octile"], corner_cutting=True)
+"""Steps of the heuristic: a base between two walls that share a corner is stopped by its footprint, not here."""
+_LEAST = 1e-3
+"""Clearance, in cells, that no blocked cell has."""
+_ROUNDING = 1e-6
+
+
+class LatticeMap:
+    """The map of one grid with obstacles.
+
+    Parameters
+    ----------
+    grid : the map.
+    lattice : whose sweeps are checked in it.
+    obstacles : cells that are blocked besides.
+
+    Attributes
+    ----------
+    stride : cells of a row with its border.
+    walls : uint8 (cells,): 1 where a cell with border is blocked; the border is not.
+    clear : float32 (cells,): clearance in cells; 0 in the border, where the base must not be.
+    offsets, swept, stands : the lattice's cells as differences of indices.
+    """
+
+    def __init__(self, grid: Grid, lattice: Lattice, obstacles: Iterable[Cell] = ()) -> None:
+        self.grid, self.lattice = grid, lattice
+        self.border = lattice.border
+        blocked = grid.blocked.copy()
+        for x, y in obstacles:
+            blocked[y, x] = True
+        cells = clearance(replace(grid, blocked=blocked, terrain=None, unknown=None)) / grid.resolution
+        self.stride = grid.width + 2 * self.border
+        self.walls: NDArray[np.uint8] = np.pad(blocked, self.border).astype(np.uint8).ravel()
+        self.clear = np.pad(cells, self.border).astype(np.float32).ravel()
+        self.offsets = self._flat(lattice.cell)
+        self.swept = self._flat(lattice.sweep).astype(np.int32)
+        self.stands = self._flat(lattice.stand)
+        self._low = cells >= max(lattice.low_clearance - _ROUNDING, _LEAST)
+
+    def _flat(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
+        flat: NDArray[np.int64] = cells[:, 1].astype(np.int64) * self.stride + cells[:, 0]
+        return flat
+
+    def index(self, cell: Cell) -> int:
+        """The index of a cell of the map."""
+        return (cell[1] + self.border) * self.stride + cell[0] + self.border
+
+    def cell(self, index: int) -> Cell:
+        """The cell of an index; it may lie in the border."""
+        y, x = divmod(index, self.stride)
+        return x - self.border, y - self.border
+
+    def is_free(self, cell: Cell, heading: int) -> bool:
+        """Whether the footprint at the centre of a cell of the map touches no wall."""
+        if not self.grid.contains(cell):
+            return False
+        first, last = self.lattice.stand_first[heading : heading + 2]
+        return not self.walls[self.index(cell) + self.stands[first:last]].any()
+
+    def heuristic(self, goal: Cell, goals: Iterable[Cell]) -> NDArray[np.int64]:
+        """A cost from each cell that no path to any of the goals undercuts; int64 (cells,), negative where none leads.
+
+        The octile cost-to-go of ``goal`` over cells with room for the inscribed disc, times the least cost of a
+        primitive for the octile cost of the cells that its base passes through (:attr:`Lattice.scale`). With
+        more than one goal, the farthest of them counts as reached.
+        """
+        field = solve(self._low, _STEPS, goal)
+        near = max((field.cost[y, x] for x, y in goals if math.isfinite(field.cost[y, x])), default=0.0)
+        known = np.isfinite(field.cost)
+        costs = np.maximum(np.where(known, field.cost, 0.0) - near, 0.0) * (self.lattice.scale * UNIT)
+        inside = np.where(known, np.floor(costs), -1).astype(np.int64)
+        return np.pad(inside, self.border, constant_values=-1).ravel()

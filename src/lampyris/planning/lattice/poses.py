@@ -1,0 +1,90 @@
+"""Poses in metres and lattice states: from one to the other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lampyris.model.grid import Grid
+from lampyris.model.pose_path import Pose, PosePath
+from lampyris.planning.lattice.lattice import UNIT
+from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.primitives import Primitive, angles
+from lampyris.planning.lattice.search import Found
+from lampyris.typing import Cell, Cells, Floats
+
+STEP = 0.45
+"""Cells that a point of the robot moves at most between two poses of a path."""
+
+
+def headings_near(headings: int, yaw: float) -> list[int]:
+    """Headings by their distance from a yaw in the frame of the cells, the nearest first."""
+    return sorted(range(headings), key=lambda k: (abs(difference(angles(headings)[k], yaw)), k))
+
+
+def difference(a: float, b: float) -> float:
+    """The angle a - b in [-pi, pi]."""
+    return math.remainder(a - b, 2 * math.pi)
+
+
+def states_near(grid: Grid, headings: int, pose: Pose) -> list[tuple[Cell, int]]:
+    """The lattice states around a pose, the nearest first: the four nearest cells with the two nearest headings."""
+    (x, y), yaw = grid.frame.to_points(pose[0], pose[1]).tolist(), pose[2] - grid.origin[2]
+    cells = [(cx, cy) for cx in _around(x) for cy in _around(y)]
+    cells = sorted({c for c in cells if grid.contains(c)}, key=lambda c: (math.hypot(c[0] - x, c[1] - y), c))
+    return [(cell, k) for cell in cells for k in headings_near(headings, yaw)[:2]]
+
+
+def _around(value: float) -> tuple[int, int]:
+    low = math.floor(value)
+    return low, low + 1
+
+
+def pose_path_of(found: Found, ground: LatticeMap, arm: float) -> tuple[PosePath, Cells]:
+    """The poses of a path of the lattice, and the cells that its base passes through.
+
+    Parameters
+    ----------
+    arm : distance from the base to the farthest point of the robot, cells.
+    """
+    lattice, grid = ground.lattice, ground.grid
+    parts: list[Floats] = []
+    gears: list[int] = []
+    cells: list[Cell] = []
+    for (cell, _), k in zip(found.states, found.primitives, strict=True):
+        primitive = lattice.primitives[k]
+        x, y = ground.cell(cell)
+        track = primitive.poses(STEP, arm)
+        track[:, 0] += x
+        track[:, 1] = y - track[:, 1]
+        parts.append(track[:-1])
+        gears += [gear_of(primitive)] * (len(track) - 1)
+        cells += _passed(track, cells)
+    x, y = ground.cell(found.last[0])
+    parts.append(np.array([(x, y, angles(lattice.shape.headings)[found.last[1]])]))
+    if not cells or cells[-1] != (x, y):
+        cells.append((x, y))
+    points = np.concatenate(parts)
+    yaw = np.remainder(points[:, 2] + grid.origin[2] + math.pi, 2 * math.pi) - math.pi
+    metres = np.column_stack((grid.frame.to_metres(points[:, :2]), yaw))
+    to_m = grid.resolution / UNIT
+    path = PosePath(metres, np.array(gears, dtype=np.int64), found.cost * to_m, found.lower_bound * to_m)
+    return path, np.array(cells, dtype=np.int32)
+
+
+def gear_of(primitive: Primitive) -> int:
+    """How a primitive is driven: 1 ahead, -1 in reverse, 0 on the spot."""
+    if primitive.length == 0:
+        return 0
+    return -1 if primitive.reverse else 1
+
+
+def _passed(track: Floats, before: list[Cell]) -> list[Cell]:
+    """Cells along a track after those passed before, each a straight or diagonal step from the last."""
+    cells: list[Cell] = []
+    for x, y in np.floor(track[:, :2] + 0.5).astype(int).tolist():
+        last = cells[-1] if cells else before[-1] if before else None
+        if last != (x, y):
+            cells.append((x, y))
+    return cells

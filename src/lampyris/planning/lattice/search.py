@@ -1,0 +1,147 @@
+"""Rounds of a lattice search: weighted A*, and ARA*, which lowers the weight and keeps what it knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lampyris.kernels.lattice import search as kernel
+from lampyris.planning.lattice.map import LatticeMap
+
+_ROOM = 1 << 16
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A path of the lattice.
+
+    Parameters
+    ----------
+    states : cell index and heading where each primitive begins.
+    primitives : the primitives, in order.
+    last : cell index and heading at the end.
+    cost, lower_bound : in units of the lattice.
+    """
+
+    states: tuple[tuple[int, int], ...]
+    primitives: tuple[int, ...]
+    last: tuple[int, int]
+    cost: int
+    lower_bound: int
+
+
+class LatticeSearch:
+    """The memory of searches on one map: cost, parent and round of every state.
+
+    Parameters
+    ----------
+    ground : the map.
+    """
+
+    def __init__(self, ground: LatticeMap) -> None:
+        self.ground = ground
+        self._headings = ground.lattice.shape.headings
+        n = ground.walls.size * self._headings
+        # Pages of memory that no search touches are never made.
+        self._mark = np.zeros(n, dtype=np.int64)
+        self._parent = np.zeros(n, dtype=np.int16)
+        self._closed = np.zeros(n, dtype=np.uint8)
+        self._keys = np.zeros(_ROOM, dtype=np.int64)
+        self._states = np.zeros(_ROOM, dtype=np.int32)
+        self._aside = np.zeros(_ROOM, dtype=np.int32)
+        self._run = 0
+        self._count = np.zeros(5, dtype=np.int64)
+        self._best = np.full(2, -1, dtype=np.int64)
+
+    @property
+    def expansions(self) -> int:
+        """States expanded in this search so far."""
+        return int(self._count[kernel.EXPANDED])
+
+    def begin(
+        self, heuristic: NDArray[np.int64], starts: list[tuple[int, int]], goals: list[tuple[int, int]]
+    ) -> None:
+        """A new search from any of the starts to any of the goals, pairs of cell index and heading."""
+        self._run += 1
+        self._round = 0
+        self._heuristic = heuristic
+        self._goals = np.array([cell * self._headings + h for cell, h in goals], dtype=np.int64)
+        self._near = int(max(heuristic[cell] for cell, _ in goals))
+        self._count[:] = 0
+        self._best[:] = -1
+        goal_states = set(self._goals.tolist())
+        waiting = [cell * self._headings + h for cell, h in starts if heuristic[cell] >= 0]
+        for state in waiting:
+            self._mark[state] = self._run << kernel.SHIFT
+            self._closed[state] = 0
+            self._parent[state] = -1
+            if state in goal_states:
+                self._best[:] = 0, state
+        self._states[: len(waiting)] = waiting
+        self._count[kernel.WAITING] = len(waiting)
+
+    def improve(self, weight: float, limit: int | None) -> int:
+        """Search with a weight until the path found costs at most ``weight`` times the least; the kernel's word."""
+        self._round += 1
+        self._rekey(weight)
+        lattice, ground = self.ground.lattice, self.ground
+        while True:
+            word = int(
+                kernel.search(
+                    ground.walls, ground.clear, self._heuristic, self._headings, lattice.first, ground.offsets,
+                    lattice.turned, lattice.cost, lattice.reach, lattice.inscribed - 1e-6, lattice.sweep_first,
+                    ground.swept, self._goals, self._near, weight, -1 if limit is None else limit, self._run,
+                    self._mark, self._parent, self._closed, self._round, self._keys, self._states, self._aside,
+                    self._count, self._best,
+                )
+            )  # fmt: skip
+            if word != kernel.FULL:
+                return word
+            for name in ("_keys", "_states", "_aside"):
+                held = getattr(self, name)
+                setattr(self, name, np.concatenate((held, np.zeros_like(held))))
+
+    def _open(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """States that wait or were set aside, each once, with their costs and heuristics."""
+        waiting, aside = int(self._count[kernel.WAITING]), int(self._count[kernel.INCONSISTENT])
+        states = self._states[:waiting].astype(np.int64)
+        states = states[self._closed[states] != self._round]
+        states = np.unique(np.concatenate((states, self._aside[:aside].astype(np.int64))))
+        costs = self._mark[states] - (self._run << kernel.SHIFT)
+        return states, costs, self._heuristic[states // self._headings]
+
+    def _rekey(self, weight: float) -> None:
+        """Order what waits by its key under a weight; states set aside wait again."""
+        states, costs, ahead = self._open()
+        keys = costs + (weight * ahead).astype(np.int64)
+        order = np.argsort(keys, kind="stable")  # a sorted array is a heap
+        self._closed[states] = 0
+        while len(states) > len(self._keys) - 128:
+            self._keys = np.concatenate((self._keys, np.zeros_like(self._keys)))
+            self._states = np.concatenate((self._states, np.zeros_like(self._states)))
+            self._aside = np.concatenate((self._aside, np.zeros_like(self._aside)))
+        self._keys[: len(states)] = keys[order]
+        self._states[: len(states)] = states[order]
+        self._count[kernel.WAITING] = len(states)
+        self._count[kernel.INCONSISTENT] = 0
+
+    def result(self) -> Found | None:
+        """The best path so far with its lower bound; None: there is none."""
+        if self._best[0] < 0:
+            return None
+        lattice = self.ground.lattice
+        state = int(self._best[1])
+        last = divmod(state, self._headings)
+        states, primitives = [], []
+        while self._parent[state] >= 0:
+            primitive = int(self._parent[state])
+            heading = lattice.primitives[primitive].start
+            state = (state // self._headings - int(self.ground.offsets[primitive])) * self._headings + heading
+            primitives.append(primitive)
+            states.append((state // self._headings, heading))
+        cost = int(lattice.cost[primitives].sum()) if primitives else 0
+        _, costs, ahead = self._open()
+        bound = int((costs + ahead).min()) if len(costs) else cost
+        return Found(tuple(states[::-1]), tuple(primitives[::-1]), last, cost, min(bound, cost))

@@ -1,0 +1,236 @@
+"""The session of the lattice planner."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from lampyris._core import cancellation
+from lampyris._core.cancellation import Cancelled
+from lampyris.errors import SceneError
+from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
+from lampyris.model.change import Change
+from lampyris.model.footprint import Polygon
+from lampyris.model.moves import MOVES
+from lampyris.model.path import path_of
+from lampyris.model.plan import Plan, Status
+from lampyris.model.pose_path import Pose
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Budget, SessionBase
+from lampyris.planning.edits import edited
+from lampyris.planning.lattice.lattice import Lattice, LatticeShape, lattice_of
+from lampyris.planning.lattice.map import LatticeMap
+from lampyris.planning.lattice.poses import difference, headings_near, pose_path_of, states_near
+from lampyris.planning.lattice.primitives import angles
+from lampyris.planning.lattice.search import Found, LatticeSearch
+from lampyris.planning.session_limits import limited
+from lampyris.typing import Cell
+
+DISC_VERTICES = 16
+"""A disc is swept as the regular polygon of so many vertices around it."""
+
+State = tuple[Cell, int]
+
+
+class Settings(Protocol):
+    """What the session reads of its planner."""
+
+    name: str
+    weight: float
+    anytime: bool
+    headings: int
+    reverse: bool
+    reverse_cost: float
+    turn_cost: float
+    goal_tolerance: float
+    goal_yaw_tolerance: float
+
+
+def lattice_for(scene: Scene, settings: Settings) -> Lattice:
+    """The lattice of a scene's robot on the cells of its map."""
+    cell = scene.grid.resolution
+    return lattice_of(
+        LatticeShape(
+            footprint=tuple((x / cell, y / cell) for x, y in outline(scene)),
+            drive=scene.robot.drive,
+            turn_radius=scene.robot.turn_radius / cell,
+            headings=settings.headings,
+            reverse_cost=settings.reverse_cost if settings.reverse else math.inf,
+            turn_cost=settings.turn_cost / cell,
+        )
+    )
+
+
+def outline(scene: Scene) -> Polygon:
+    """The robot's footprint, or a polygon around its disc; metres."""
+    robot = scene.robot
+    if robot.footprint is not None:
+        return robot.footprint
+    radius = max(robot.radius, 1e-3 * scene.grid.resolution) / math.cos(math.pi / DISC_VERTICES)
+    turns = [2 * math.pi * (k + 0.5) / DISC_VERTICES for k in range(DISC_VERTICES)]
+    return tuple((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
+
+
+class LatticeSession(SessionBase):
+    """Remembers the map, the robot, the heuristic of the goal and the states of the last search.
+
+    Parameters
+    ----------
+    settings : the planner.
+    scene : what to plan in.
+    """
+
+    def __init__(self, settings: Settings, scene: Scene) -> None:
+        self._settings, self._scene = settings, scene
+        self._pose: Pose | None = scene.start_pose
+        self._robot = scene.start
+        self._under_walls: dict[Cell, int] = {}
+        self._lattice = lattice_for(scene, settings)
+        self._search: LatticeSearch | None = None
+        self._heuristic: tuple[object, np.ndarray] | None = None
+
+    def drop(self, anywhere: bool) -> str:
+        """See :class:`lampyris.planning.session_limits.Limited`."""
+        self._search, self._heuristic = None, None
+        return self._settings.name
+
+    @limited
+    def plan(self, change: Change | None = None, budget: Budget | None = None) -> Plan:
+        """Poses from where the robot is to the goal.
+
+        A change that moves the robot to a cell gives no heading: any heading will do there.
+
+        Raises
+        ------
+        SceneError : the robot, or a cell of the map said to have changed, is outside the map.
+        """
+        change = change or Change()
+        scene = edited(self._scene, change, self._under_walls)
+        if scene is not self._scene:
+            self.drop(False)
+            self._scene = scene
+        if change.robot is not None:
+            self._robot, self._pose = change.robot, None
+        obstacles = frozenset(filter(scene.grid.contains, change.obstacles))
+        if obstacles or self._search is None:
+            self.drop(False)
+            self._search = LatticeSearch(LatticeMap(scene.grid, self._lattice, obstacles))
+        try:
+            plan = self._answer(self._search, budget)
+        finally:
+            if obstacles:
+                self.drop(False)
+        if plan.status is Status.NO_PATH and obstacles:
+            free = LatticeSearch(LatticeMap(scene.grid, self._lattice))
+            if self._answer(free, None).status is Status.FOUND:
+                return Plan(Status.HEMMED_IN, self._settings.name, expansions=plan.expansions)
+        return plan
+
+    def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
+        name, ground, scene = self._settings.name, search.ground, self._scene
+        starts = self._starts(ground)
+        if not starts:
+            return Plan(Status.START_OCCUPIED, name)
+        goals = self._goals(ground)
+        if not goals:
+            return Plan(Status.GOAL_OCCUPIED, name)
+        goal_cells = frozenset(cell for cell, _ in goals)
+        if self._heuristic is None or self._heuristic[0] != goal_cells:
+            self._heuristic = goal_cells, ground.heuristic(scene.goal, goal_cells)
+        heuristic = self._heuristic[1]
+        known = [(ground.index(cell), h) for cell, h in goals if heuristic[ground.index(cell)] >= 0]
+        if not known:
+            return Plan(Status.NO_PATH, name)
+        search.begin(heuristic, [(ground.index(cell), h) for cell, h in starts], known)
+        limit = None if budget is None else budget.expansions
+        word = search.improve(self._settings.weight, limit)
+        found = search.result()
+        if found is None:
+            status = {EXHAUSTED: Status.NO_PATH, LIMIT: Status.LIMIT}[word]
+            return Plan(status, name, expansions=search.expansions)
+        detail = ""
+        if self._settings.anytime:
+            found, detail = self._improved(search, found, limit)
+        return self._plan_of(found, search, detail)
+
+    def _improved(self, search: LatticeSearch, found: Found, limit: int | None) -> tuple[Found, str]:
+        """Lower the weight until the path is the best, or time or expansions are used; what was found last."""
+        weight = self._settings.weight
+        try:
+            while found.cost > found.lower_bound and weight > 1.0:
+                weight = max(1.0, 1.0 + (weight - 1.0) / 2 - 1e-3)
+                word = search.improve(weight, limit)
+                better = search.result()
+                assert better is not None
+                bound = max(found.lower_bound, better.lower_bound)
+                found = better if better.cost < found.cost else found
+                found = Found(found.states, found.primitives, found.last, found.cost, min(bound, found.cost))
+                if word == LIMIT:
+                    return found, "Stopped improving at the budget."
+        except Cancelled:
+            own = cancellation.watch()
+            if own is None or own.was_told or (own.outer is not None and own.outer.is_over):
+                raise
+            self.drop(True)
+            return found, "Stopped improving at the time limit."
+        return found, ""
+
+    def _plan_of(self, found: Found, search: LatticeSearch, detail: str) -> Plan:
+        scene = self._scene
+        path, cells = pose_path_of(found, search.ground, scene.robot.radius / scene.grid.resolution)
+        notes = tuple(filter(None, (self._note("start", path.poses[0]), self._note("goal", path.poses[-1]))))
+        return Plan(
+            Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
+            expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
+        )  # fmt: skip
+
+    def _note(self, what: str, pose: np.ndarray) -> str:
+        """A note where an end of the path is not the pose that was asked for."""
+        asked = self._pose if what == "start" else self._scene.goal_pose
+        if asked is None:
+            return ""
+        away = math.hypot(pose[0] - asked[0], pose[1] - asked[1])
+        turned = abs(difference(float(pose[2]), asked[2]))
+        if away < 1e-9 and turned < 1e-9:
+            return ""
+        return (
+            f"the {what} of the path is the nearest pose of the lattice, {away:.3g} m and "
+            f"{math.degrees(turned):.3g} degrees away"
+        )
+
+    def _starts(self, ground: LatticeMap) -> list[State]:
+        n, grid = self._settings.headings, self._scene.grid
+        if not grid.contains(self._robot):
+            raise SceneError("CHANGE_OUTSIDE", f"cell {self._robot} is outside the map", where="change.robot")
+        if self._pose is None:
+            states = [(self._robot, k) for k in range(n)]
+            return [one for one in states if ground.is_free(*one)]
+        states = [one for one in states_near(grid, n, self._pose) if ground.is_free(*one)]
+        return states[:1]
+
+    def _goals(self, ground: LatticeMap) -> list[State]:
+        """The states that count as the goal: all within the tolerances, or the nearest that is free."""
+        n, scene = self._settings.headings, self._scene
+        pose = scene.goal_pose
+        x, y = scene.goal if pose is None else scene.grid.frame.to_points(pose[0], pose[1]).tolist()
+        reach = self._settings.goal_tolerance / scene.grid.resolution
+        headings = list(range(n))
+        if pose is not None:
+            yaw = pose[2] - scene.grid.origin[2]
+            most = self._settings.goal_yaw_tolerance
+            headings = [k for k in headings if abs(difference(angles(n)[k], yaw)) <= most] or headings_near(
+                n, yaw
+            )[:1]
+        cells = [
+            (cx, cy)
+            for cx in range(math.ceil(x - reach), math.floor(x + reach) + 1)
+            for cy in range(math.ceil(y - reach), math.floor(y + reach) + 1)
+            if math.hypot(cx - x, cy - y) <= reach
+        ]
+        states = [(cell, k) for cell in cells for k in headings if ground.is_free(cell, k)]
+        if states or pose is None:
+            return states
+        near = [one for one in states_near(scene.grid, n, pose) if ground.is_free(*one)]
+        return near[:1]
