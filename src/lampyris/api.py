@@ -31,11 +31,12 @@ from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path
 from lampyris.model.plan import Plan
 from lampyris.model.profile import Profile
-from lampyris.model.robot import LEAST
+from lampyris.model.robot import LEAST, inscribed_disc
 from lampyris.model.scene import Scene
 from lampyris.model.trace import Trace
 from lampyris.model.traffic import ObstacleSpec
 from lampyris.motion.geometry.curve import polyline_of
+from lampyris.motion.geometry.pose_curve import curve_of_poses
 from lampyris.motion.geometry.sampled_path import SampledPath, course_of
 from lampyris.motion.geometry.smoothing import DRAWINGS, Drawing, drawn, wanted_of
 from lampyris.motion.laws import registry as laws
@@ -136,7 +137,9 @@ def plan(
     _small_enough(scene, chosen, "planning")
     of_kind("budget", budget, Budget, none=True)
     of_kind("record", record, bool)
-    demand_at_least(PATH, scene, least_steps(scene) + 1, "even a straight path")
+    poses = chosen.traits.plans_headings
+    if not poses:
+        demand_at_least(PATH, scene, least_steps(scene) + 1, "even a straight path")
     rng = np.random.Generator(np.random.PCG64(_seed(seed)))
     began, loaded = loading.wall(), loading.seconds()
     answers: list[tuple[Plan, float]] = []
@@ -147,6 +150,8 @@ def plan(
         if made.path is not None:
             PATH.demand(len(made.path.cells), "the path")
         answers.append((made, loading.wall()))
+        if poses:
+            return made
         made = assess(made, scene)
         return replace(made, detail=why(made, scene))
 
@@ -154,7 +159,8 @@ def plan(
     assessed = loading.wall()
     first, planned = answers[0] if answers else (found, assessed)
     found = found if found.status is first.status else first  # no time was left to judge it
-    referee.demand(referee.check_plan(found, scene))
+    if found.path is not None or not poses:
+        referee.demand(referee.check_plan(found, scene))
     ended, loaded = loading.wall(), loading.seconds() - loaded
     timing = {"plan_s": planned - began, "assess_s": assessed - planned, "referee_s": ended - assessed}
     return replace(
@@ -248,6 +254,17 @@ def speed_profile(
         plain = smooth == "none" and spacing is None and movers is None and v0 == 0.0
         made = _scheduled(path, scene, laws.settings_named(law), tick_seconds, plain)
         return replace(made, frame=scene.grid.frame)
+    poses = path.pose_path if isinstance(path, Plan) else None
+    if poses is not None:
+        if smooth != "none":
+            raise UsageError(
+                "OPTIONS", "poses are driven as they are", where="smooth", allowed="a path of cells"
+            )
+        # The speed near walls counts from the disc that is within the footprint.
+        scene = replace(scene, robot=inscribed_disc(scene.robot))
+        path = course_of(curve_of_poses(poses, scene.grid), _spacing(scene, spacing))
+        smooth, spacing = "none", None
+        path = refined(path, scene)
     along = path if isinstance(path, SampledPath) else _path(path)
     if isinstance(along, SampledPath) and (smooth != "none" or spacing is not None):
         given = "smooth" if smooth != "none" else "spacing"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lampyris._core.noun import Noun
@@ -95,3 +95,8 @@ class Robot(Noun):
     def inscribed_radius(self) -> float:
         """Radius of the greatest disc around the base that is within the robot, metres."""
         return self.radius if self.footprint is None else inscribed_radius(self.footprint)
+
+
+def inscribed_disc(robot: Robot) -> Robot:
+    """The same robot as the greatest disc around its base that is within its footprint."""
+    return replace(robot, footprint=None, radius=robot.inscribed_radius)

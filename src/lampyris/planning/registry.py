@@ -15,6 +15,9 @@ from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you
 from lampyris.planning.base import Planner, Traits
 
 GROUP = "lampyris.planners"
+"""Entry points of planners on cells: any verb takes them."""
+POSE_GROUP = "lampyris.pose_planners"
+"""Entry points of planners of poses, for robots with a shape and a heading: for ``plan`` alone."""
 
 
 class PlannerLeftOut(RuntimeWarning):
@@ -35,14 +38,19 @@ class PlannerInfo:
 
 
 @cache
-def _entries() -> Mapping[str, EntryPoint]:
-    found = {e.name: e for e in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
+def _entries(group: str = GROUP) -> Mapping[str, EntryPoint]:
+    found = {e.name: e for e in sorted(entry_points(group=group), key=lambda e: e.name)}
     return MappingProxyType(found)
 
 
 def names() -> tuple[str, ...]:
-    """The names of all planners that are registered, sorted; a guest among them may fail to load."""
+    """The names of all planners on cells that are registered, sorted; a guest among them may fail to load."""
     return tuple(_entries())
+
+
+def pose_names() -> tuple[str, ...]:
+    """The names of all planners of poses, sorted."""
+    return tuple(_entries(POSE_GROUP))
 
 
 def demand_name(name: str) -> None:
@@ -56,16 +64,19 @@ def demand_name(name: str) -> None:
 
 
 def _entry(name: str) -> EntryPoint:
-    try:
-        return _entries()[name]
-    except (KeyError, TypeError):
-        raise UsageError(
-            "PLANNER",
-            f"no planner is called {shown(name)}",
-            allowed=", ".join(names()),
-            todo=did_you_mean(name, names()),
-            setting="planner",
-        ) from None
+    for group in (GROUP, POSE_GROUP):
+        try:
+            return _entries(group)[name]
+        except (KeyError, TypeError):
+            continue
+    known = (*names(), *pose_names())
+    raise UsageError(
+        "PLANNER",
+        f"no planner is called {shown(name)}",
+        allowed=", ".join(known),
+        todo=did_you_mean(name, known),
+        setting="planner",
+    )
 
 
 def planner_class(name: str) -> type[Planner]:

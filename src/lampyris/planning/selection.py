@@ -61,6 +61,23 @@ def chosen_planner(
     return planner
 
 
+def demand_cells(planner: Planner, doing: str) -> None:
+    """Refuse a planner of poses where cells are driven.
+
+    Raises
+    ------
+    UsageError : ``PLANNER``.
+    """
+    if planner.traits.plans_headings:
+        raise UsageError(
+            "PLANNER",
+            f"{planner.name} plans poses; {doing} needs a path of cells",
+            allowed="a planner on cells, such as astar",
+            todo="`lampyris plan` and lampyris.plan take planners of poses",
+            setting="planner",
+        )
+
+
 def _told(verb: Callable[..., Any], own: Mapping[str, Any]) -> list[str]:
     """Names of the function's own arguments that were given another value than they have by themselves."""
     defaults = _defaults(verb)

@@ -17,6 +17,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.referee.any_angle import lines_violation
 from lampyris.referee.geometry.shapes import Ints, disc_cells, first_overlap, stands_free, swept_cells
+from lampyris.referee.pose_path import check_pose_path
 from lampyris.referee.schedule import schedule_violation
 from lampyris.referee.verdict import Violation
 from lampyris.typing import Cell
@@ -275,8 +276,12 @@ def check_plan(plan: Plan, scene: Scene, *, start: Cell | None = None) -> Violat
     start : where the robot stood when it was asked; None: the scene's start. That an end is occupied is then
         not questioned: a moving obstacle may stand there.
 
+    A plan with poses is judged by :func:`lampyris.referee.pose_path.check_pose_path` instead.
+
     A ``no-path`` is not searched again here; the tests compare it with an exhaustive reference.
     """
+    if plan.pose_path is not None:
+        return check_pose_path(plan, scene)
     broken = _status_violation(plan, scene, start)
     if broken is not None:
         return broken

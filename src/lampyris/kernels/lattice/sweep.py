@@ -14,8 +14,8 @@ def _edge(touched, width, height, ax, ay, bx, by, margin):
         ax, ay, bx, by = bx, by, ax, ay
     # Cell x covers x - 0.5 to x + 0.5, widened by the margin; a square that only touches does not count.
     half = 0.5 + margin
-    x = max(int(floor(ax - half)) + 1, 0)
-    last = min(int(ceil(bx + half)) - 1, width - 1)
+    x = max(floor(ax - half) + 1, 0)
+    last = min(ceil(bx + half) - 1, width - 1)
     while x <= last:
         # The part of the segment in this column.
         left = max(ax, x - half)
@@ -28,8 +28,8 @@ def _edge(touched, width, height, ax, ay, bx, by, margin):
             y1 = by
         if y0 > y1:
             y0, y1 = y1, y0
-        y = max(int(floor(y0 - half)) + 1, 0)
-        bottom = min(int(ceil(y1 + half)) - 1, height - 1)
+        y = max(floor(y0 - half) + 1, 0)
+        bottom = min(ceil(y1 + half) - 1, height - 1)
         while y <= bottom:
             touched[u64(y * width + x)] = 1
             y += 1

@@ -119,7 +119,7 @@ def lattice_of(shape: LatticeShape) -> Lattice:
 
 def _motions(shape: LatticeShape) -> Iterable[Primitive]:
     headings, n = range(shape.headings), shape.headings
-    backward = math.isfinite(shape.reverse_cost)
+    backward = math.isfinite(shape.reverse_cost) and shape.drive != "omnidirectional"
     radius = max(shape.turn_radius, 1.0)
     for k in headings:
         yield straight(n, k)
@@ -140,7 +140,7 @@ def _sideways(n: int) -> Iterable[Primitive]:
     """Motions along each lattice vector but the heading's own, without a turn."""
     for k in range(n):
         for j in range(n):
-            if j % (n // 2) != k % (n // 2):
+            if j != k:
                 ahead = straight(n, j)
                 lateral = angles(n)[j] - angles(n)[k]
                 yield Primitive(k, k, ahead.cell, ahead.pieces, angles(n)[k], lateral)
@@ -149,7 +149,7 @@ def _sideways(n: int) -> Iterable[Primitive]:
 def _cost(one: Primitive, shape: LatticeShape) -> int:
     if one.length == 0:
         return math.ceil(one.turn * shape.turn_cost * UNIT)
-    factor = shape.reverse_cost if one.reverse and shape.drive != "omnidirectional" else 1.0
+    factor = shape.reverse_cost if one.reverse else 1.0
     return math.ceil(one.length * factor * UNIT)
 
 

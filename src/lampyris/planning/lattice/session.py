@@ -31,21 +31,33 @@ from lampyris.typing import Cell
 DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
+_ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
+"""Settings by which the referee judges a path."""
+
 State = tuple[Cell, int]
 
 
 class Settings(Protocol):
     """What the session reads of its planner."""
 
-    name: str
-    weight: float
-    anytime: bool
-    headings: int
-    reverse: bool
-    reverse_cost: float
-    turn_cost: float
-    goal_tolerance: float
-    goal_yaw_tolerance: float
+    @property
+    def name(self) -> str: ...
+    @property
+    def weight(self) -> float: ...
+    @property
+    def anytime(self) -> bool: ...
+    @property
+    def headings(self) -> int: ...
+    @property
+    def reverse(self) -> bool: ...
+    @property
+    def reverse_cost(self) -> float: ...
+    @property
+    def turn_cost(self) -> float: ...
+    @property
+    def goal_tolerance(self) -> float: ...
+    @property
+    def goal_yaw_tolerance(self) -> float: ...
 
 
 def lattice_for(scene: Scene, settings: Settings) -> Lattice:
@@ -71,6 +83,10 @@ def outline(scene: Scene) -> Polygon:
     radius = max(robot.radius, 1e-3 * scene.grid.resolution) / math.cos(math.pi / DISC_VERTICES)
     turns = [2 * math.pi * (k + 0.5) / DISC_VERTICES for k in range(DISC_VERTICES)]
     return tuple((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
+
+
+def _occupied(end: str) -> str:
+    return f"The footprint touches a wall at every pose of the lattice near the {end}."
 
 
 class LatticeSession(SessionBase):
@@ -132,10 +148,10 @@ class LatticeSession(SessionBase):
         name, ground, scene = self._settings.name, search.ground, self._scene
         starts = self._starts(ground)
         if not starts:
-            return Plan(Status.START_OCCUPIED, name)
+            return Plan(Status.START_OCCUPIED, name, detail=_occupied("start"))
         goals = self._goals(ground)
         if not goals:
-            return Plan(Status.GOAL_OCCUPIED, name)
+            return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
         goal_cells = frozenset(cell for cell, _ in goals)
         if self._heuristic is None or self._heuristic[0] != goal_cells:
             self._heuristic = goal_cells, ground.heuristic(scene.goal, goal_cells)
@@ -184,6 +200,7 @@ class LatticeSession(SessionBase):
         return Plan(
             Status.FOUND, self._settings.name, path_of(cells, MOVES["octile"], None), iterations=1,
             expansions=search.expansions, detail=detail, pose_path=path, notes=notes,
+            attributes={name: getattr(self._settings, name) for name in _ATTRIBUTES},
         )  # fmt: skip
 
     def _note(self, what: str, pose: np.ndarray) -> str:

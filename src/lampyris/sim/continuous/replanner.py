@@ -12,6 +12,7 @@ from lampyris.model.scene import Scene
 from lampyris.motion.geometry.smoothing import rounded_alone
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import free_space
+from lampyris.planning.selection import demand_cells
 from lampyris.sim.continuous.leg import (
     Ceiling,
     Leg,
@@ -52,6 +53,7 @@ class Replanner:
         spacing: float | None,
         budget: Budget | None = None,
     ) -> None:
+        demand_cells(planner, "a drive")
         self.scene, self.planner, self.seed, self.smooth = scene, planner, seed, smooth
         self.spacing = spacing_of(spacing, scene)
         self.budget = budget

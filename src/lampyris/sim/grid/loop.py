@@ -54,6 +54,7 @@ from lampyris.model.settings.simulation import SimulationSettings
 from lampyris.model.trace import Event, Outcome, Trace
 from lampyris.planning.base import Budget, Planner
 from lampyris.planning.field.layers import moves_on
+from lampyris.planning.selection import demand_cells
 from lampyris.sim.grid.editing import Walls
 from lampyris.sim.grid.following import Following, follow
 from lampyris.sim.grid.sensing import seen_bodies, seen_cells, sense
@@ -131,6 +132,7 @@ class Simulation(Exclusive):
         self, scene: Scene, planner: Planner, *, seed: int = 0, ticks: int | None = None,
         law: SpeedLaw = "physical", patience: int | None = None, budget: Budget | None = None,
     ) -> None:  # fmt: skip
+        demand_cells(planner, "a simulation in ticks")
         began, loaded = time.perf_counter(), loading.seconds()
         self.scene, self.planner, self.seed = scene, planner, _whole("seed", seed, 0)
         settings = SimulationSettings(ticks, patience)

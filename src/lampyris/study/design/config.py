@@ -20,6 +20,7 @@ from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.strict_yaml import Where, shown
 from lampyris.motion.laws import registry as laws
 from lampyris.planning import registry
+from lampyris.planning.selection import demand_cells
 from lampyris.study.design import schema as form
 from lampyris.study.design.study import Config, StudyTraffic, canonical
 
@@ -177,6 +178,7 @@ def _unfolded(
 def planner_who(name: str, settings: Mapping[str, Any], label: str) -> Config:
     """A planner with every setting that it has."""
     made = registry.make(name, settings)
+    demand_cells(made, "a study")
     known = registry.settings_of(type(made))
     full = {key: _like(default, getattr(made, key)) for key, default in known.items()}
     return Config(name, _plain(full, name), "" if label == name else label, registry.origin_of(name))

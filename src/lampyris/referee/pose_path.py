@@ -1,0 +1,162 @@
+"""Judgement of a path of poses: ends, footprint, curvature, gears, density, cost."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lampyris.model.plan import Plan
+from lampyris.model.pose_path import Pose, PosePath
+from lampyris.model.scene import Scene
+from lampyris.referee.geometry.footprint import overlapped, placed
+from lampyris.referee.verdict import Violation
+from lampyris.typing import Floats
+
+DENSE = 0.5
+"""Cells that a point of the robot may move between two poses."""
+FINE = 0.25
+"""Cells that it moves at most between two places where its footprint is laid on the map."""
+DISC_VERTICES = 32
+SLACK = 1e-6
+"""Share of a length, and radians, by which rounding may miss a rule."""
+COST_SLACK = 1e-4
+"""Share of a cost: planners count in whole units."""
+
+
+def check_pose_path(plan: Plan, scene: Scene) -> Violation | None:
+    """Judge the poses of a plan.
+
+    Ends: the first pose within a cell and a half of the start, the last within ``attributes["goal_tolerance"]``
+    (metres) and a cell and a half of the goal; yaws, where the scene has poses, within 0.3 rad, of the goal within
+    ``attributes["goal_yaw_tolerance"]`` if that is more. Prices of ``attributes``: ``reverse_cost``,
+    ``turn_cost`` (metres a radian).
+    """
+    path, grid = plan.pose_path, scene.grid
+    assert path is not None
+    for check in (_check_ends, _check_steps, _check_footprint, _check_cost):
+        found = check(path, plan, scene)
+        if found is not None:
+            return found
+    inside = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
+    outside = (inside < -0.5 - SLACK) | (inside > np.array([grid.width, grid.height]) - 0.5 + SLACK)
+    if outside.any():
+        k = int(outside.any(axis=1).argmax())
+        return Violation("outside", f"pose {k}", f"the base at {path.poses[k, :2].tolist()} is off the map")
+    return None
+
+
+def _angle(turn: Floats) -> Floats:
+    """An angle in [-pi, pi)."""
+    return np.remainder(turn + math.pi, 2 * math.pi) - math.pi
+
+
+def _check_ends(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
+    grid = scene.grid
+    tolerance = plan.attributes.get("goal_tolerance", 0.0)
+    angle = max(0.3, plan.attributes.get("goal_yaw_tolerance", 0.0) + SLACK)
+    for what, pose, asked, cell, more, turn in (
+        ("start", path.poses[0], scene.start_pose, scene.start, 0.0, 0.3),
+        ("goal", path.poses[-1], scene.goal_pose, scene.goal, tolerance, angle),
+    ):
+        wanted: Pose | None = asked
+        x, y = wanted[:2] if wanted is not None else grid.to_metres(cell).tolist()
+        away = math.hypot(pose[0] - x, pose[1] - y)
+        if away > 1.5 * grid.resolution + more + SLACK:
+            return Violation(what, "pose_path", f"it is {away:.6g} m from the {what}")
+        if wanted is not None and abs(float(_angle(pose[2] - wanted[2]))) > turn:
+            return Violation(
+                what, "pose_path", f"the yaw {pose[2]:.6g} is not that of the {what}, {wanted[2]:.6g}"
+            )
+    return None
+
+
+def _check_steps(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
+    """Density, gears, and the curvature of every step."""
+    robot, cell = scene.robot, scene.grid.resolution
+    poses, gears, lengths = path.poses, path.gears, path.step_lengths
+    d = np.diff(poses, axis=0)
+    turn = _angle(d[:, 2])
+    moved = lengths + np.abs(turn) * robot.radius
+    if (moved >= DENSE * cell * (1 + SLACK)).any():
+        k = int(moved.argmax())
+        return Violation("dense", f"step {k}", f"a point of the robot moves {moved[k] / cell:.4g} cells")
+    still = lengths <= SLACK * cell
+    wrong = (gears == 0) != still
+    if wrong.any():
+        k = int(wrong.argmax())
+        return Violation("gear", f"step {k}", f"gear {gears[k]} on a step of {lengths[k]:.4g} m")
+    if robot.drive == "ackermann" and still.any():
+        return Violation("drive", f"step {int(still.argmax())}", "an ackermann robot turns in place")
+    # An arc's chord lies halfway between its headings.
+    travel = np.arctan2(d[:, 1], d[:, 0]) - np.where(gears < 0, math.pi, 0.0)
+    drift = np.abs(_angle(travel - (poses[:-1, 2] + turn / 2)))
+    sideways = ~still & (drift > 1e-4)
+    if robot.drive != "omnidirectional" and sideways.any():
+        k = int(sideways.argmax())
+        return Violation(
+            "drive", f"step {k}", f"it moves {math.degrees(drift[k]):.4g} degrees off its heading"
+        )
+    tight = np.abs(turn) * robot.turn_radius > lengths * (1 + 1e-4) + SLACK * cell
+    tight &= ~still
+    if tight.any():
+        k = int(tight.argmax())
+        radius = lengths[k] / abs(turn[k])
+        return Violation(
+            "turn_radius", f"step {k}", f"an arc of radius {radius:.6g} m, below {robot.turn_radius:g}"
+        )
+    return None
+
+
+def _check_footprint(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
+    """The footprint at every pose and between them."""
+    grid, robot = scene.grid, scene.robot
+    if robot.footprint is not None:
+        polygon = np.array(robot.footprint) / grid.resolution
+    else:
+        turns = 2 * math.pi * np.arange(DISC_VERTICES) / DISC_VERTICES
+        polygon = np.column_stack((np.cos(turns), np.sin(turns))) * (robot.radius / grid.resolution)
+    points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
+    yaws = path.poses[:, 2] - grid.origin[2]
+    turn = _angle(np.diff(yaws))
+    arm = robot.radius / grid.resolution
+    parts = 1 + np.floor((path.step_lengths / grid.resolution + np.abs(turn) * arm) / FINE).astype(int)
+    for k, (point, yaw) in enumerate(zip(points, yaws, strict=True)):
+        n = int(parts[k]) if k < len(parts) else 1
+        for i in range(n):
+            x, y = point
+            heading = float(yaw)
+            if i:
+                heading += float(turn[k]) * i / n
+                x, y = _along_arc(point, points[k + 1], float(turn[k]), i / n)
+            hit = overlapped(placed(polygon, float(x), float(y), heading), grid.blocked)
+            if hit is not None:
+                return Violation("footprint", f"pose {k}", f"the robot overlaps the blocked cell {hit}")
+    return None
+
+
+def _along_arc(start: Floats, end: Floats, turn: float, share: float) -> tuple[float, float]:
+    """A point of the arc from one point to another that turns by an angle (y down)."""
+    dx, dy = end - start
+    if abs(turn) < 1e-9:
+        return start[0] + share * dx, start[1] + share * dy
+    # The chord to the point is to the whole chord as the sines of half the angles are.
+    ratio = math.sin(turn * share / 2) / math.sin(turn / 2)
+    bend = turn * (share - 1) / 2
+    cos, sin = math.cos(bend), -math.sin(bend)  # y points down
+    return start[0] + ratio * (cos * dx - sin * dy), start[1] + ratio * (sin * dx + cos * dy)
+
+
+def _check_cost(path: PosePath, plan: Plan, scene: Scene) -> Violation | None:
+    """The cost is the length with its prices, and not below the bound or the straight line."""
+    lengths = path.step_lengths
+    turned = np.abs(_angle(np.diff(path.poses[:, 2])))
+    reverse = plan.attributes.get("reverse_cost", 1.0)
+    price = np.where(path.gears < 0, reverse, 1.0)
+    cost = math.fsum((lengths * price).tolist())
+    cost += plan.attributes.get("turn_cost", 0.0) * math.fsum(turned[path.gears == 0].tolist())
+    if abs(cost - path.cost_m) > COST_SLACK * max(cost, scene.grid.resolution):
+        return Violation("cost", "pose_path", f"it says {path.cost_m:.9g} m, its poses come to {cost:.9g}")
+    if path.lower_bound_m > path.cost_m:
+        return Violation("bound", "pose_path", "the lower bound is above the cost")
+    return None
