@@ -33,10 +33,16 @@ Start = Annotated[
 ]
 Goal = Annotated[str | None, typer.Option("--goal", metavar="X,Y", help="Goal cell.")]
 StartM = Annotated[
-    str | None, typer.Option("--start-m", metavar="X,Y", help="Start in metres of the map frame.")
+    str | None,
+    typer.Option(
+        "--start-m",
+        metavar="X,Y[,YAW]",
+        help="Start in metres of the map frame; yaw in radians, counterclockwise, for planners of poses.",
+    ),
 ]
 GoalM = Annotated[
-    str | None, typer.Option("--goal-m", metavar="X,Y", help="Goal in metres of the map frame.")
+    str | None,
+    typer.Option("--goal-m", metavar="X,Y[,YAW]", help="Goal in metres of the map frame, and its yaw."),
 ]
 Planner = Annotated[str, typer.Option("--planner", help="Name of the planner: see `lampyris planners`.")]
 Preset = Annotated[
@@ -75,7 +81,7 @@ RobotFile = Annotated[
         metavar="FILE",
         is_eager=True,
         callback=_read_robot_file,
-        help="YAML or JSON with any of radius, v_max, a_max, d_max, a_lat_max, turn_radius, jerk_max; options override it.",
+        help="YAML or JSON: radius, rectangle or footprint, drive, turn_radius and the other limits; options override it.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]

@@ -36,7 +36,7 @@ from lampyris.model.traffic import ObstacleSpec, Recorded
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
 from lampyris.planning.field.layers import moves_for
-from lampyris.typing import Cell, FloatGrid
+from lampyris.typing import FloatGrid
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,13 @@ class Request:
         return self.rules.seed
 
     def robot(self) -> Robot:
-        """Size and limits."""
-        return Robot(**settings_in(self.robot_options, Robot))
+        """Shape, drive and limits."""
+        given, path = settings_in(self.robot_options, Robot), self.robot_options.robot_file
+        if path is not None:
+            from lampyris.io.scenario.robot_file import read_robot
+
+            given["footprint"] = read_robot(path).get("footprint")
+        return Robot(**given)
 
     def planner_settings(self) -> dict[str, Any]:
         """Settings of the planner, as it declares them."""
@@ -116,8 +121,8 @@ class Request:
         zones, notes = self.read_zones(document.grid)
         scene = Scene(
             document.grid,
-            self._end("start", self.ends.start, self.ends.start_m, document),
-            self._end("goal", self.ends.goal, self.ends.goal_m, document),
+            **self._end("start", self.ends.start, self.ends.start_m, document),
+            **self._end("goal", self.ends.goal, self.ends.goal_m, document),
             moves=moves,
             robot=robot,
             traffic=document.traffic(),
@@ -131,18 +136,19 @@ class Request:
             notes=(*document.notes, *notes), zones=None if where is None else str(where),
         )  # fmt: skip
 
-    def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> Cell:
+    def _end(self, what: str, cell: str | None, metres: str | None, document: MapDocument) -> dict[str, Any]:
+        """An end as the argument of a scene: a cell, or a pose."""
         if cell is not None and metres is not None:
             raise UsageError("OPTIONS", f"--{what} and --{what}-m both given", allowed="one of them")
         if cell is not None:
             x, y = _pair(cell, f"--{what}", int)
-            return (x, y)
+            return {what: (x, y)}
         if metres is not None:
-            x, y = _pair(metres, f"--{what}-m", float)
+            x, y, *yaw = _numbers(metres, f"--{what}-m")
             found = document.grid.to_cell(x, y)
             if not document.grid.contains(found):
                 raise _outside(what, (x, y), document.grid)
-            return found
+            return {f"{what}_pose": (x, y, *yaw)} if yaw else {what: found}
         own = getattr(document, what)
         if own is None and document.queries:
             own = getattr(document.queries[0], what)
@@ -152,7 +158,7 @@ class Request:
                 f"{self.map.map_} has no {what} of its own",
                 todo=f"give --{what} X,Y (a cell) or --{what}-m X,Y (metres)",
             )
-        return typing.cast(Cell, own)
+        return {what: own}
 
 
 def scene_notes(scene: Scene) -> tuple[str, ...]:
@@ -217,6 +223,18 @@ def traffic_of(options: TrafficOptions, scene: Scene, seed: int) -> tuple[Obstac
     fit = replace(scene, traffic=tuple(made))
     more = crowd(mobility, options.obstacles, scene.grid, seed, rate=rate, radius=radius, fit=fit)
     return (*made, *more)
+
+
+def _numbers(text: str, where: str) -> tuple[float, ...]:
+    """``X,Y`` or ``X,Y,YAW``."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+            raise ValueError
+    except ValueError:
+        allowed = "two or three finite numbers: X,Y (metres) or X,Y,YAW (radians)"
+        raise UsageError("TYPE", f"{text!r}", where=where, allowed=allowed) from None
+    return numbers
 
 
 def _pair(text: str, where: str, kind: type[Any]) -> tuple[Any, Any]:

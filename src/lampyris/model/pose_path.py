@@ -72,6 +72,18 @@ class PosePath(Value):
         bent = half > 1e-9
         return np.where(bent, chord * np.where(bent, half, 1.0) / np.where(bent, np.sin(half), 1.0), chord)
 
+    def yaw_at(self, s: Floats) -> Floats:
+        """Yaw (radians, in (-pi, pi]) at distances driven, metres; where it turns in place, that after the turn."""
+        ends = np.concatenate(([0.0], np.cumsum(self.step_lengths)))
+        yaw = np.unwrap(self.poses[:, 2])
+        at = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, max(len(ends) - 2, 0))
+        if len(ends) == 1:
+            return np.full(np.shape(s), self.poses[0, 2])
+        length = ends[at + 1] - ends[at]
+        share = np.where(length > 0, (s - ends[at]) / np.where(length > 0, length, 1.0), 1.0)
+        turned = yaw[at] + np.clip(share, 0.0, 1.0) * (yaw[at + 1] - yaw[at])
+        return -(np.remainder(math.pi - turned, 2 * math.pi) - math.pi)
+
     @property
     def reversals(self) -> int:
         """How often it changes between driving ahead and in reverse."""

@@ -55,7 +55,10 @@ def plan(
         typer.Option("--time-limit", metavar="S", help="Seconds of planning; then it stops, exit code 5."),
     ] = None,
 ) -> None:
-    """Plan a path and a speed for every cell of it: corners are rounded within half a step, or stops."""
+    """Plan a path and a speed for every cell of it: corners are rounded within half a step, or stops.
+
+    The planner `lattice` plans poses for a robot with a footprint and a heading (`--robot`, `--start-m X,Y,YAW`).
+    """
     from lampyris.cli.request import Request, budget_of
 
     request = Request(map_options, ends, robot, rules, planning, law_options)
@@ -110,6 +113,8 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
     from lampyris.report.pictures.plan_picture import draw_plan
 
     layer, settings, scene = out.layer or LAYERS[0], scenario.settings, scenario.scene
+    if found.pose_path is not None:
+        layer = "none"  # the field is that of a disc
     with working("drawing", quiet=out.json):
         # The field that the planner walked on, not the default one.
         shares = {k: settings[k] for k in ("rho", "gamma") if k in settings}
@@ -130,9 +135,15 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     rows += [
         ("map", f"{grid.name or '-'}, {grid.width} x {grid.height} cells of {grid.resolution:g} m"),
         ("from, to", f"{scene.start} to {scene.goal}"),
-        ("planner", f"{found.planner}, {scene.moves.name} moves"),
+        ("planner", f"{found.planner}, {_motion(found, scene)}"),
     ]
-    if found.path is not None and found.steps is not None:
+    if found.pose_path is not None:
+        poses = found.pose_path
+        rows += [
+            ("length", f"{poses.length_m:.4g} m, {poses.reversals} reversals, {len(poses.poses)} poses"),
+            ("cost", f"{poses.cost_m:.6g} m; at most {poses.bound:.4g} times the least of the lattice"),
+        ]
+    elif found.path is not None and found.steps is not None:
         counts = ", ".join(f"{n} {w}" for n, w in zip(found.steps, STEP_WORDS, strict=False))
         m = path_metrics(found.path, grid)
         gap = found.gap or 0.0
@@ -153,7 +164,8 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         rows.append(("any angle", words))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = text.some([g.cell for g in found.gates_on_path]) or "none"
-    rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
+    if found.pose_path is None:
+        rows.append(("gates", f"on the way: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
         rows.append(("replanned at", text.some(found.gates_met)))
     if profile is not None:
@@ -176,6 +188,11 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         _explain(found, profile)
 
 
+def _motion(found: Plan, scene: Scene) -> str:
+    """How the robot moves from state to state."""
+    return f"{scene.moves.name} moves" if found.pose_path is None else f"{scene.robot.drive} drive"
+
+
 def _explain(found: Plan, profile: Profile | None) -> None:
     from lampyris.report.data.adgso_tables import COLUMNS, jump_tables
 
@@ -184,7 +201,7 @@ def _explain(found: Plan, profile: Profile | None) -> None:
         right = [COLUMNS[k] for k in (0, 2, 3)]
         text.table("", COLUMNS, jump.rows, right=right, bold=jump.chosen, boxed=True)
         text.line(jump.note)
-    if profile is not None and found.path is not None:
+    if profile is not None and found.path is not None and found.pose_path is None:
         columns = ("node", "cell", "s", f"v ({profile.units})", "t", "limited by")
         numbers = (profile.s, profile.v, profile.t)
         rows = [

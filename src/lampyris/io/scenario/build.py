@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from lampyris.errors import FileError, LampyrisError, LimitError, SceneError, SettingError
@@ -12,6 +13,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.scenario import schema as form
 from lampyris.io.scenario.map_source import Files, Mistakes
+from lampyris.io.scenario.robot_file import robot_of
 from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.csv_table import MAX_BYTES
@@ -71,15 +73,17 @@ class _Build:
         law, law_settings = _named(file.law or default_law)
         self.tried(("planner",), self.names.planner, planner, settings)
         self.tried(("law",), self.names.law, law, law_settings)
-        robot = Robot(**file.robot.model_dump())
+        robot = self.tried(("robot",), robot_of, file.robot.model_dump()) or Robot()
         traffic = self._traffic(map_[0] if map_ else None, robot)
         start, goal = (map_ and self.tried((what,), self._end, what, map_[0]) for what in ("start", "goal"))
         zones = map_ and self.tried(("zones",), self._zones, map_[0].grid, robot)
         edits = self._edits(map_[0].grid if map_ else None)
         scene = None
         if map_ and start and goal and not self.faults:
-            parts = (map_[0].grid, start, goal, file.moves or moves, robot, traffic, zones)
-            scene = self.tried(("robot", "radius"), Scene, *parts)
+            make = partial(
+                Scene, moves=file.moves or moves, robot=robot, traffic=traffic, zones=zones, **start, **goal
+            )
+            scene = self.tried(("robot", "radius"), make, map_[0].grid)
         drive = self._drive()
         if map_ is None or scene is None or self.faults:
             self.faults.give()
@@ -165,10 +169,13 @@ class _Build:
 
     # ---- ends and traffic --------------------
 
-    def _end(self, what: str, found: MapDocument) -> Cell:
+    def _end(self, what: str, found: MapDocument) -> dict[str, Any]:
+        """An end as the argument of a scene: a cell, or a pose."""
         given = getattr(self.file, what)
         cell: Any = None
-        if isinstance(given, form.Point):
+        if isinstance(given, form.Pose):
+            cell = found.grid.to_cell(*given.pose[:2])
+        elif isinstance(given, form.Point):
             cell = found.grid.to_cell(*given.m)
         elif given is not None:
             cell = (given[0], given[1])
@@ -184,8 +191,7 @@ class _Build:
                 f"{what} {cell} is outside the map",
                 allowed=f"x 0 to {found.grid.width - 1}, y 0 to {found.grid.height - 1}",
             )
-        made: Cell = cell
-        return made
+        return {f"{what}_pose": given.pose} if isinstance(given, form.Pose) else {what: cell}
 
     def _traffic(self, found: MapDocument | None, robot: Robot) -> tuple[ObstacleSpec, ...]:
         """What the file lists; if it has no list, what is drawn in the map."""

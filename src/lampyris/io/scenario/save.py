@@ -25,8 +25,10 @@ from lampyris.io.scenario.scenario import Bundled, Made, MapFile, Scenario
 from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
+from lampyris.model.pose_path import Pose
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
+from lampyris.typing import Cell
 
 ENDINGS = (".yaml", ".yml", ".json")
 _WIDE = 90
@@ -137,9 +139,9 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
     data |= {
         "map": _map(scenario, folder),
         "map_hash": map_hash(scenario.drawn),
-        "start": list(scene.start),
-        "goal": list(scene.goal),
-        "robot": {f.name: getattr(scene.robot, f.name) for f in fields(Robot)},
+        "start": _end(scene.start, scene.start_pose),
+        "goal": _end(scene.goal, scene.goal_pose),
+        "robot": _robot(scene.robot),
         "moves": scene.moves.name,
         "planner": {"name": scenario.planner, "settings": _settings(scenario.planner, scenario.settings)},
         "law": {"name": scenario.law, "settings": _settings(scenario.law, scenario.law_settings)},
@@ -155,6 +157,21 @@ def plain(scenario: Scenario, folder: Path) -> dict[str, Any]:
     if scenario.drive is not None:
         data["drive"] = _settings("drive", scenario.drive)
     return data
+
+
+def _end(cell: Cell, pose: Pose | None) -> Any:
+    return list(cell) if pose is None else {"pose": list(pose)}
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    """The robot's settings; a footprint stands in place of the radius that comes of it."""
+    settings = {f.name: getattr(robot, f.name) for f in fields(Robot)}
+    if robot.footprint is None:
+        del settings["footprint"]
+    else:
+        del settings["radius"]
+        settings["footprint"] = [list(vertex) for vertex in robot.footprint]
+    return settings
 
 
 def _zones(scenario: Scenario, folder: Path) -> str | None:

@@ -113,6 +113,17 @@ MapSpec: TypeAlias = Annotated[
 # ---- ends, robot, who plans --------------------
 
 
+class Pose(Table):
+    """A place in metres and a heading, for planners of poses."""
+
+    pose: Annotated[
+        Annotated[list[float], Field(min_length=3, max_length=3)],
+        Rule("TYPE", "[x, y, yaw]: metres of the map frame and radians"),
+    ] = Field(
+        description="x, y in metres of the map frame, and yaw in radians counterclockwise from its x axis."
+    )
+
+
 class Point(Table):
     """A place in metres."""
 
@@ -124,18 +135,34 @@ class Point(Table):
 def _end_kind(value: Any) -> str | None:
     if isinstance(value, list):
         return "end-cell"
-    return "end-point" if isinstance(value, dict) else None
+    if isinstance(value, dict):
+        return "end-pose" if "pose" in value else "end-point"
+    return None
 
 
 End: TypeAlias = Annotated[
-    Annotated[Pair, Tag("end-cell")] | Annotated[Point, Tag("end-point")],
+    Annotated[Pair, Tag("end-cell")] | Annotated[Point, Tag("end-point")] | Annotated[Pose, Tag("end-pose")],
     Discriminator(_end_kind),
-    Rule("TYPE", "[x, y]: two whole numbers, column and row from the top left; or {m: [x, y]} in metres"),
+    Rule(
+        "TYPE",
+        "[x, y]: two whole numbers, column and row from the top left; {m: [x, y]} in metres; or {pose: [x, y, yaw]}",
+    ),
 ]
 if TYPE_CHECKING:
     RobotTable: TypeAlias = Table
 else:
-    RobotTable = table_of("RobotTable", Robot, "Size and limits of the robot.", "ROBOT_LIMIT")
+    _Limits = table_of("RobotTable", Robot, "Shape, drive and limits of the robot.", "ROBOT_LIMIT")
+
+    class RobotTable(_Limits):
+        """Shape, drive and limits of the robot."""
+
+        footprint: Annotated[list[Metres] | None, Rule("ROBOT_FOOTPRINT", "pairs [x, y] of metres")] = Field(
+            None,
+            description="Vertices of its outline, metres, x ahead and y to the left of its base; in place of radius.",
+        )
+        rectangle: Annotated[Metres | None, Rule("ROBOT_FOOTPRINT", "[length, width] in metres")] = Field(
+            None, description="Length and width of a rectangle around its base; in place of radius."
+        )
 
 
 class Named(Table):
@@ -291,7 +318,7 @@ class ScenarioFile(Table):
     ] = Field(None, description="SHA-256 of the map's cells; another map is refused.")
     start: End | None = Field(None, description="Where the robot starts; null: the map's own start.")
     goal: End | None = Field(None, description="Where it drives; null: the map's own goal.")
-    robot: RobotTable = Field(RobotTable.model_validate({}), description="Size and limits, SI units.")
+    robot: RobotTable = Field(RobotTable.model_validate({}), description="Shape, drive and limits, SI units.")
     preset: Annotated[Literal["robot", "dissertation"], Rule("PRESET", ", ".join(PRESETS))] = Field(
         defaults.PRESET,
         description="Moves and law where they are not given: octile and physical, or its own.",

@@ -51,10 +51,10 @@ def curve_of_poses(path: PosePath, grid: Grid) -> Curve:
         halted = False
         pieces.append([*points[k], direction, float(lengths[k]), curvature, float(gears[k])])
     table = np.array(pieces).reshape(-1, 6)
-    direction = table[:, 2]
-    curvature = np.where(np.abs(table[:, 4]) * grid.resolution < _EQUAL, 0.0, table[:, 4])
+    directions = table[:, 2]
+    curvatures = np.where(np.abs(table[:, 4]) * grid.resolution < _EQUAL, 0.0, table[:, 4])
     x, y = points[-1].tolist()
     return Curve(
-        table[:, :2], np.column_stack((np.cos(direction), np.sin(direction))), table[:, 3], curvature, (x, y),
+        table[:, :2], np.column_stack((np.cos(directions), np.sin(directions))), table[:, 3], curvatures, (x, y),
         grid.resolution, np.array(stops, dtype=np.int64),
     )  # fmt: skip

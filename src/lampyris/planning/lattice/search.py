@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +67,7 @@ class LatticeSearch:
         """A new search from any of the starts to any of the goals, pairs of cell index and heading."""
         self._run += 1
         self._round = 0
+        self._weight, self._complete = math.inf, False
         self._heuristic = heuristic
         self._goals = np.array([cell * self._headings + h for cell, h in goals], dtype=np.int64)
         self._near = int(max(heuristic[cell] for cell, _ in goals))
@@ -85,6 +87,7 @@ class LatticeSearch:
     def improve(self, weight: float, limit: int | None) -> int:
         """Search with a weight until the path found costs at most ``weight`` times the least; the kernel's word."""
         self._round += 1
+        self._weight, self._complete = weight, False
         self._rekey(weight)
         lattice, ground = self.ground.lattice, self.ground
         while True:
@@ -98,6 +101,7 @@ class LatticeSearch:
                 )
             )  # fmt: skip
             if word != kernel.FULL:
+                self._complete = word == kernel.FOUND
                 return word
             for name in ("_keys", "_states", "_aside"):
                 held = getattr(self, name)
@@ -143,5 +147,9 @@ class LatticeSearch:
             states.append((state // self._headings, heading))
         cost = int(lattice.cost[primitives].sum()) if primitives else 0
         _, costs, ahead = self._open()
+        # A path goes through a state that waits: it costs no less than that state's cost and heuristic together. And
+        # with a consistent heuristic no search finds a path of more than its weight times the least cost.
         bound = int((costs + ahead).min()) if len(costs) else cost
+        if self._complete:
+            bound = max(bound, math.floor(cost / self._weight * (1 - 1e-9)))
         return Found(tuple(states[::-1]), tuple(primitives[::-1]), last, cost, min(bound, cost))

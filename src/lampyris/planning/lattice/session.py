@@ -31,6 +31,7 @@ from lampyris.typing import Cell
 DISC_VERTICES = 16
 """A disc is swept as the regular polygon of so many vertices around it."""
 
+_NO_PATH = "No path: no sequence of the lattice's motions takes this robot from the start to the goal."
 _ATTRIBUTES = ("goal_tolerance", "goal_yaw_tolerance", "reverse_cost", "turn_cost")
 """Settings by which the referee judges a path."""
 
@@ -158,14 +159,15 @@ class LatticeSession(SessionBase):
         heuristic = self._heuristic[1]
         known = [(ground.index(cell), h) for cell, h in goals if heuristic[ground.index(cell)] >= 0]
         if not known:
-            return Plan(Status.NO_PATH, name)
+            return Plan(Status.NO_PATH, name, detail=_NO_PATH)
         search.begin(heuristic, [(ground.index(cell), h) for cell, h in starts], known)
         limit = None if budget is None else budget.expansions
         word = search.improve(self._settings.weight, limit)
         found = search.result()
         if found is None:
             status = {EXHAUSTED: Status.NO_PATH, LIMIT: Status.LIMIT}[word]
-            return Plan(status, name, expansions=search.expansions)
+            detail = _NO_PATH if status is Status.NO_PATH else ""
+            return Plan(status, name, expansions=search.expansions, detail=detail)
         detail = ""
         if self._settings.anytime:
             found, detail = self._improved(search, found, limit)

@@ -51,7 +51,7 @@ def _edges_enter(vertices: Floats, centres: NDArray[np.integer]) -> NDArray[np.b
     half = 0.5 - DEPTH
     first = np.zeros((len(centres), len(vertices)))
     last = np.ones_like(first)
-    outside = np.zeros_like(first, dtype=bool)
+    outside: NDArray[np.bool_] = np.zeros(first.shape, dtype=np.bool_)
     for axis in (0, 1):
         low = centres[:, None, axis] - half - start[:, :, axis]
         high = centres[:, None, axis] + half - start[:, :, axis]

@@ -39,7 +39,8 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     m/s, s, m and m/s2 (of a law in velocity units these are velocity units and cells, and ``t_transfers``
     stands in place of ``t_s``); ``cause`` what binds v; ``x``, ``y`` the cell; ``why`` the cause in words,
     with what it speaks of. A plan with a schedule has ``tick`` before that: when the robot is to enter the
-    cell. Its times are of the drive alone and know nothing of the waiting.
+    cell. Its times are of the drive alone and know nothing of the waiting. A plan of poses has the columns of
+    :func:`write_profile_csv`; its yaw is that of the robot, also in reverse.
 
     Raises
     ------
@@ -47,6 +48,12 @@ def write_plan_csv(out: OutFile, plan: Plan, profile: Profile, grid: Grid) -> No
     FileError : the system refuses to write.
     """
     path = plan.path
+    if plan.pose_path is not None:
+        columns = profile_columns(profile, grid.frame) | {"yaw": plan.pose_path.yaw_at(profile.s).tolist()}
+        if not profile.metric:
+            columns["t_s"] = columns.pop("t_transfers")
+        _write(out, PROFILE_COLUMNS, columns)
+        return
     if path is None or len(path.cells) != len(profile.v):
         nodes = 0 if path is None else len(path.cells)
         raise UsageError(

@@ -15,6 +15,7 @@ from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Jump, Plan
+from lampyris.model.pose_path import PosePath
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
@@ -60,8 +61,22 @@ def plan_record(
         "attributes": dict(plan.attributes),
         "notes": list(plan.notes),
         "corners": corners_record(plan, scene, profile),
+        **({} if plan.pose_path is None else pose_record(plan.pose_path)),
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),
+    }
+
+
+def pose_record(path: PosePath) -> dict[str, Any]:
+    """A path of poses: metres of the map frame and radians."""
+    return {
+        "poses": path.poses.tolist(),
+        "gears": path.gears.tolist(),
+        "length_m": path.length_m,
+        "cost_m": path.cost_m,
+        "lower_bound_m": path.lower_bound_m,
+        "bound": _finite(path.bound),
+        "reversals": path.reversals,
     }
 
 

@@ -16,6 +16,7 @@ from lampyris.report import style
 from lampyris.report.charts.speed_chart import draw_speed
 from lampyris.report.pictures import canvas
 from lampyris.report.pictures.canvas import FigureLayout
+from lampyris.report.pictures.footprints import draw_footprints
 from lampyris.typing import FloatGrid
 
 if TYPE_CHECKING:
@@ -69,6 +70,8 @@ def draw_plan(
     bars = _bars(profile, values, layer)
     figure, axes, frame = canvas.blank(grid, bars, values)
     items = _draw_gates(axes, plan, frame)
+    if plan.pose_path is not None and scene is not None:
+        items = draw_footprints(axes, plan.pose_path, grid, scene.robot) + items
     items = _draw_path(axes, plan, profile, frame) + items
     if plan.path is not None:
         first, last = plan.path.cells[[0, -1]].tolist()
@@ -96,6 +99,10 @@ def _draw_path(axes: Axes, plan: Plan, profile: Profile | None, frame: FigureLay
         return []
     xy = plan.path.cells.astype(np.float64)
     width = float(np.clip(frame.cell * 0.22, 2.0, 5.5))
+    if plan.pose_path is not None:
+        width = min(width, 2.5)
+        if profile is not None and profile.xy is not None:
+            xy = profile.xy
     for colour, wider in (("white", 3.0), (style.INK, 1.8)):
         look: dict[str, Any] = {"color": colour, "linewidth": width + wider, "zorder": 3}
         axes.plot(xy[:, 0], xy[:, 1], solid_capstyle="round", solid_joinstyle="round", **look)
@@ -189,6 +196,9 @@ def _told(plan: Plan) -> str:
     if plan.path is None:
         return plan.sentence
     parts = [f"cost {plan.cost:.6g}"]
+    if plan.pose_path is not None:
+        poses = plan.pose_path
+        parts = [f"{poses.length_m:.4g} m", f"{poses.reversals} reversals", f"bound {poses.bound:.3g}"]
     if plan.optimal_cost is not None and plan.gap is not None:
         parts += [f"optimal {plan.optimal_cost:.6g}", f"gap {plan.gap:.1%}"]
     parts.append(f"{plan.iterations} iteration" + ("s" if plan.iterations != 1 else ""))

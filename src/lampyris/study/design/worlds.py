@@ -21,7 +21,7 @@ from lampyris.io.maps.formats.document import MapDocument
 from lampyris.io.maps.formats.movingai import grid_for, read_scen
 from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.scenario.map_source import Files
-from lampyris.io.scenario.schema import Point
+from lampyris.io.scenario.schema import Point, Pose
 from lampyris.io.scenario.validation_errors import spot
 from lampyris.io.text.strict_yaml import Where, shown
 from lampyris.model.grid import Grid
@@ -296,11 +296,14 @@ def _stored(found: MapDocument) -> list[tuple[Cell, Cell]]:
 
 def _listed(queries: list[form.QueryTable], grid: Grid, way: Where) -> Iterator[tuple[Cell, Cell, Where]]:
     for k, query in enumerate(queries):
-        start, goal = (
-            grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1])
-            for end in (query.start, query.goal)
-        )
+        start, goal = (_cell_of(end, grid) for end in (query.start, query.goal))
         yield start, goal, (*way, k)
+
+
+def _cell_of(end: list[int] | Point | Pose, grid: Grid) -> Cell:
+    if isinstance(end, Pose):
+        return grid.to_cell(*end.pose[:2])
+    return grid.to_cell(*end.m) if isinstance(end, Point) else (end[0], end[1])
 
 
 def _scens(path: str) -> list[str]:

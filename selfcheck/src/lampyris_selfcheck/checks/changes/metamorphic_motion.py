@@ -131,7 +131,7 @@ def quicker(rng: np.random.Generator, number: int) -> CaseResult:
     """A robot with a greater v_max, a_max or d_max does not take longer."""
     scene = drawn(rng, most=14)
     limits = {name: float(rng.choice([0.1, 0.3, 0.7, 1.0, 2.5])) for name in LIMITS}
-    robot = Robot(radius=0.0, a_lat_max=float(rng.choice([0.5, 2.0])), **limits)
+    robot = replace(Robot(radius=0.0, a_lat_max=float(rng.choice([0.5, 2.0]))), **limits)  # type: ignore[arg-type]
     scene = replace(scene, robot=robot)
     plan = planner(exact_name(number)).open(scene, RNG).plan()
     if plan.path is None or len(plan.path.cells) < 2:

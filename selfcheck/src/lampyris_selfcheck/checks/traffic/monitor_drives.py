@@ -26,7 +26,7 @@ class DriveFault(NamedTuple):
     seen: str = ""
 
 
-def _limit(drive: Drive, **limits: float) -> Drive:
+def _limit(drive: Drive, **limits: Any) -> Drive:
     return replace(drive, scene=replace(drive.scene, robot=replace(drive.scene.robot, **limits)))
 
 
