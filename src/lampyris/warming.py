@@ -157,6 +157,7 @@ def jobs() -> Iterator[Callable[[], object]]:
                     yield partial(_cells, name, moves, terrain)
         yield partial(_studied, moves)
     yield _attributes
+    yield _poses
     yield _crowded
     for law in laws.names():
         yield partial(_speeds, law)
@@ -222,6 +223,12 @@ def _attributes() -> None:
     clearance(scene.grid)
     api.plan(scene, "ad-gso", obstacle_density_weight=1.0, min_clearance=1)
     api.plan(_scene(robot=Robot(radius=0.6)), "astar")
+
+
+def _poses() -> None:
+    """A lattice, searched once and improved."""
+    robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
+    api.plan(_scene(robot=robot), "lattice", anytime=True, weight=3.0)
 
 
 def _crowded() -> None:

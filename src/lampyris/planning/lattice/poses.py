@@ -29,11 +29,11 @@ def difference(a: float, b: float) -> float:
 
 
 def states_near(grid: Grid, headings: int, pose: Pose) -> list[tuple[Cell, int]]:
-    """The lattice states around a pose, the nearest first: the four nearest cells with the two nearest headings."""
+    """The lattice states around a pose, the nearest first: the four nearest cells with the nearest heading."""
     (x, y), yaw = grid.frame.to_points(pose[0], pose[1]).tolist(), pose[2] - grid.origin[2]
     cells = [(cx, cy) for cx in _around(x) for cy in _around(y)]
     cells = sorted({c for c in cells if grid.contains(c)}, key=lambda c: (math.hypot(c[0] - x, c[1] - y), c))
-    return [(cell, k) for cell in cells for k in headings_near(headings, yaw)[:2]]
+    return [(cell, headings_near(headings, yaw)[0]) for cell in cells]
 
 
 def _around(value: float) -> tuple[int, int]:

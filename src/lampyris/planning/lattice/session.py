@@ -147,10 +147,10 @@ class LatticeSession(SessionBase):
 
     def _answer(self, search: LatticeSearch, budget: Budget | None) -> Plan:
         name, ground, scene = self._settings.name, search.ground, self._scene
-        starts = self._starts(ground)
+        starts = self.starts(ground)
         if not starts:
             return Plan(Status.START_OCCUPIED, name, detail=_occupied("start"))
-        goals = self._goals(ground)
+        goals = self.goals(ground)
         if not goals:
             return Plan(Status.GOAL_OCCUPIED, name, detail=_occupied("goal"))
         goal_cells = frozenset(cell for cell, _ in goals)
@@ -219,7 +219,15 @@ class LatticeSession(SessionBase):
             f"{math.degrees(turned):.3g} degrees away"
         )
 
-    def _starts(self, ground: LatticeMap) -> list[State]:
+    @property
+    def ground(self) -> LatticeMap:
+        """The map as it is now, without moving obstacles."""
+        if self._search is None:
+            self._search = LatticeSearch(LatticeMap(self._scene.grid, self._lattice))
+        return self._search.ground
+
+    def starts(self, ground: LatticeMap) -> list[State]:
+        """The states that count as the robot's: the nearest that is free, or all headings where none is known."""
         n, grid = self._settings.headings, self._scene.grid
         if not grid.contains(self._robot):
             raise SceneError("CHANGE_OUTSIDE", f"cell {self._robot} is outside the map", where="change.robot")
@@ -229,7 +237,7 @@ class LatticeSession(SessionBase):
         states = [one for one in states_near(grid, n, self._pose) if ground.is_free(*one)]
         return states[:1]
 
-    def _goals(self, ground: LatticeMap) -> list[State]:
+    def goals(self, ground: LatticeMap) -> list[State]:
         """The states that count as the goal: all within the tolerances, or the nearest that is free."""
         n, scene = self._settings.headings, self._scene
         pose = scene.goal_pose

@@ -1,0 +1,221 @@
+"""The lattice planner against an exhaustive search of the same lattice, and its sweeps against exact polygons."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from shapely import affinity
+from shapely.geometry import Polygon as Shape
+from shapely.geometry import box
+
+from lampyris.model.change import Change
+from lampyris.model.footprint import Polygon
+from lampyris.model.grid import Grid
+from lampyris.model.plan import Plan, Status
+from lampyris.model.robot import DRIVES, Robot
+from lampyris.model.scene import Scene
+from lampyris.planning.base import Budget
+from lampyris.planning.lattice.lattice import MARGIN, UNIT, Lattice
+from lampyris.planning.lattice.lattice_planner import LatticePlanner
+from lampyris.planning.lattice.primitives import HEADINGS, angles
+from lampyris.planning.lattice.session import lattice_for
+from lampyris.referee import check_plan
+from lampyris_selfcheck.reference.paths.lattice import Motion, is_free, least_costs
+from sizes import sized
+
+FOOTPRINTS: dict[str, Polygon] = {
+    "car": ((1.9, 0.6), (-0.5, 0.6), (-0.5, -0.6), (1.9, -0.6)),
+    "square": ((0.45, 0.45), (-0.45, 0.45), (-0.45, -0.45), (0.45, -0.45)),
+    "arrow": ((1.4, 0.0), (-0.7, 0.9), (-0.3, 0.0), (-0.7, -0.9)),
+}
+"""In cells of 1 m; the last is not convex."""
+
+
+def scene_of(seed: int, drive: str, footprint: Polygon, side: int = 12) -> Scene:
+    rng = np.random.default_rng([seed, DRIVES.index(drive), len(footprint)])
+    walls = rng.random((side, side)) < rng.choice([0.02, 0.06, 0.12])
+    ends = [(*(rng.random(2) * side).tolist(), float(rng.uniform(-math.pi, math.pi))) for _ in range(2)]
+    robot = Robot(drive=drive, footprint=footprint, turn_radius=2.0 if drive == "ackermann" else 0.0)
+    return Scene(Grid(walls), start_pose=ends[0], goal_pose=ends[1], robot=robot)
+
+
+def planned(scene: Scene, budget: Budget | None = None, **settings: Any) -> Plan:
+    plan = LatticePlanner(**settings).open(scene, np.random.default_rng(0)).plan(None, budget)
+    if plan:
+        assert check_plan(plan, scene) is None
+    return plan
+
+
+def motions_of(lattice: Lattice) -> dict[int, list[Motion]]:
+    found: dict[int, list[Motion]] = {k: [] for k in range(lattice.shape.headings)}
+    for k, one in enumerate(lattice.primitives):
+        first, last = lattice.sweep_first[k : k + 2]
+        swept = tuple(map(tuple, lattice.sweep[first:last].tolist()))
+        dx, dy = lattice.cell[k].tolist()
+        found[one.start].append((dx, dy, one.end, int(lattice.cost[k]), swept))
+    return found
+
+
+def optimum(scene: Scene, planner: LatticePlanner) -> tuple[Status, float]:
+    """The status and the least cost (metres) by the exhaustive search, between the same states."""
+    session = planner.open(scene, np.random.default_rng(0))
+    lattice = lattice_for(scene, planner)
+    walls = scene.grid.blocked.tolist()
+
+    def stands(state: tuple[int, int, int]) -> bool:
+        first, last = lattice.stand_first[state[2] : state[2] + 2]
+        return all(is_free(walls, state[0] + a, state[1] + b) for a, b in lattice.stand[first:last].tolist())
+
+    ground = session.ground
+    starts, goals = ([(*cell, h) for cell, h in states(ground)] for states in (session.starts, session.goals))
+    for status, ends in ((Status.START_OCCUPIED, starts), (Status.GOAL_OCCUPIED, goals)):
+        if not ends:
+            return status, math.inf
+        assert all(map(stands, ends))
+    best = least_costs(walls, motions_of(lattice), starts)
+    costs = [best[goal] for goal in goals if goal in best]
+    if not costs:
+        return Status.NO_PATH, math.inf
+    return Status.FOUND, min(costs) * scene.grid.resolution / UNIT
+
+
+@sized("maps", 6, 1000)
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+@pytest.mark.parametrize("drive", DRIVES)
+def test_weight_one_finds_the_least_cost_and_greater_weights_keep_their_bound(
+    drive: str, footprint: str, maps: int
+) -> None:
+    found = 0
+    for seed in range(maps):
+        scene = scene_of(seed, drive, FOOTPRINTS[footprint])
+        status, least = optimum(scene, LatticePlanner(weight=1.0))
+        plan = planned(scene, weight=1.0)
+        assert plan.status is status, seed
+        for weight in (1.4, 4.0):
+            assert planned(scene, weight=weight).status is status
+        if plan.pose_path is None:
+            continue
+        found += 1
+        assert plan.pose_path.cost_m == pytest.approx(least, rel=1e-12)
+        assert plan.bound == 1.0
+        for weight in (1.4, 4.0):
+            path = planned(scene, weight=weight).pose_path
+            assert path is not None
+            assert path.lower_bound_m <= least * (1 + 1e-9)
+            assert least <= path.cost_m * (1 + 1e-9) <= weight * least * (1 + 2e-9)
+            assert path.bound <= weight * (1 + 1e-6)
+        last = planned(scene, weight=5.0, anytime=True)
+        assert last.bound == 1.0
+        assert last.pose_path is not None
+        assert last.pose_path.cost_m == pytest.approx(least, rel=1e-12)
+    assert found > 0
+
+
+@pytest.mark.parametrize("headings", HEADINGS)
+def test_tolerances_and_ends_without_a_yaw_widen_the_goal(headings: int) -> None:
+    wide = {"goal_tolerance": 1.5, "goal_yaw_tolerance": 0.8}
+    for seed in range(8):
+        scene = scene_of(100 + seed, "differential", FOOTPRINTS["square"])
+        for settings in ({}, wide):
+            planner = LatticePlanner(weight=1.0, headings=headings, **settings)  # type: ignore[arg-type]
+            status, least = optimum(scene, planner)
+            plan = planned(scene, weight=1.0, headings=headings, **settings)
+            assert plan.status is status
+            if plan.pose_path is not None:
+                assert plan.pose_path.cost_m == pytest.approx(least, rel=1e-12)
+        cells = Scene(scene.grid, scene.start, scene.goal, robot=scene.robot)
+        status, least = optimum(cells, LatticePlanner(weight=1.0))
+        plan = planned(cells, weight=1.0)
+        assert plan.status is status
+        if plan.pose_path is not None:
+            assert plan.pose_path.cost_m == pytest.approx(least, rel=1e-12)
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+@pytest.mark.parametrize("headings", HEADINGS)
+def test_sweeps_hold_every_cell_that_the_footprint_touches_and_few_others(
+    headings: int, footprint: str
+) -> None:
+    robot = Robot(drive="omnidirectional", footprint=FOOTPRINTS[footprint], turn_radius=3.0)
+    scene = Scene(Grid(np.zeros((3, 3), dtype=bool)), (0, 0), (2, 2), robot=robot)
+    lattice = lattice_for(scene, LatticePlanner(headings=headings))
+    outline = Shape(FOOTPRINTS[footprint])
+    rng = np.random.default_rng(headings)
+    for k in rng.choice(len(lattice.primitives), 40, replace=False).tolist():
+        one = lattice.primitives[k]
+        first, last = lattice.sweep_first[k : k + 2]
+        swept = {(x, y) for x, y in lattice.sweep[first:last].tolist()}
+        poses = one.poses(0.02, robot.radius)
+        shapes = [
+            affinity.translate(affinity.rotate(outline, yaw, (0, 0), use_radians=True), x, y)
+            for x, y, yaw in poses[rng.choice(len(poses), min(len(poses), 25), replace=False)].tolist()
+        ]
+        for x in range(-9, 10):
+            for y in range(-9, 10):
+                square = box(x - 0.5, y - 0.5, x + 0.5, y + 0.5)
+                if any(shape.intersection(square).area > 1e-9 for shape in shapes):
+                    assert (x, -y) in swept
+        dense = [
+            affinity.translate(affinity.rotate(outline, yaw, (0, 0), use_radians=True), x, y)
+            for x, y, yaw in poses.tolist()
+        ]
+        for x, y in swept:
+            square = box(x - 0.5, -y - 0.5, x + 0.5, -y + 0.5)
+            assert min(shape.distance(square) for shape in dense) <= math.sqrt(2) * MARGIN + 0.02
+
+
+@pytest.mark.parametrize("headings", HEADINGS)
+@pytest.mark.parametrize("drive", DRIVES)
+def test_primitives_end_where_they_say_and_turn_no_tighter_than_the_robot(drive: str, headings: int) -> None:
+    robot = Robot(drive=drive, footprint=FOOTPRINTS["car"], turn_radius=3.0)
+    scene = Scene(Grid(np.zeros((3, 3), dtype=bool)), (0, 0), (2, 2), robot=robot)
+    lattice = lattice_for(scene, LatticePlanner(headings=headings))
+    for k, one in enumerate(lattice.primitives):
+        poses = one.poses(0.1, 2.0)
+        assert poses[-1, :2] == pytest.approx(one.cell, abs=1e-9)
+        assert math.remainder(poses[-1, 2] - angles(headings)[one.end], 2 * math.pi) == pytest.approx(
+            0, abs=1e-9
+        )
+        for length, turn in one.pieces:
+            assert length == 0 or abs(length) >= 3.0 * abs(turn) * (1 - 1e-9)
+        assert (one.length == 0) <= (drive != "ackermann")
+        assert lattice.cost[k] > 0
+
+
+def test_a_rectangle_passes_a_door_that_its_circumscribed_circle_does_not() -> None:
+    walls = np.zeros((60, 80), dtype=bool)
+    walls[:, 40:43] = True
+    walls[20:34, 40:43] = False  # 0.7 m of 0.05 m cells
+    robot = Robot(footprint=((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)))
+    scene = Scene(
+        Grid(walls, resolution=0.05), start_pose=(1.0, 1.5, 0.0), goal_pose=(3.0, 1.5, 0.0), robot=robot
+    )
+    plan = planned(scene)
+    assert plan.status is Status.FOUND
+    disc = Scene(scene.grid, scene.start, scene.goal, robot=Robot(radius=robot.radius))
+    assert planned(disc).status is Status.NO_PATH
+
+
+def test_changes_of_the_map_obstacles_and_the_robot() -> None:
+    walls = np.zeros((20, 30), dtype=bool)
+    walls[:, 15] = True
+    walls[4:9, 15] = False
+    robot = Robot(footprint=FOOTPRINTS["square"])
+    scene = Scene(Grid(walls), start_pose=(4.5, 10.5, 0.0), goal_pose=(25.5, 10.5, 0.0), robot=robot)
+    session = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
+    first = session.plan()
+    door = tuple((15, y) for y in range(4, 9))
+    assert session.plan(Change(obstacles=frozenset(door))).status is Status.HEMMED_IN
+    again = session.plan(Change())
+    assert again.status is Status.FOUND
+    assert again.pose_path == first.pose_path
+    assert session.plan(Change(blocked=door)).status is Status.NO_PATH
+    assert session.plan(Change(freed=door)).pose_path == first.pose_path
+    moved = session.plan(Change(robot=(20, 10)))
+    assert moved.pose_path is not None
+    assert moved.pose_path.cost_m < 8.0
+    fresh = LatticePlanner(weight=1.0).open(scene, np.random.default_rng(0))
+    assert fresh.plan(None, Budget(expansions=3)).status is Status.LIMIT

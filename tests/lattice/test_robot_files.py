@@ -1,0 +1,127 @@
+"""Footprints, robot files and poses, as a user gives them."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lampyris
+from in_process import call
+from lampyris.errors import SettingError
+from lampyris.model.footprint import footprint_of, rectangle_of
+from lampyris.model.robot import Robot
+from lampyris.model.scene import Scene
+
+CAR = "rectangle: [1.2, 0.5]\ndrive: ackermann\nturn_radius: 0.9\nv_max: 1.5\n"
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ([(0, 0), (1, 0)], "3 to 64 pairs"),
+        ("abc", "3 to 64 pairs"),
+        ([(1, 1), (-1, 1), (-1, math.nan), (1, -1)], "3 to 64 pairs"),
+        ([(1, 1), (-1, -1), (-1, 1), (1, -1)], "edges 0 and 2 cross"),
+        ([(1, 1), (2, 1), (2, 2), (1, 2)], "is not inside"),
+        ([(0, 1), (0, -1), (1, 0)], "is not inside"),
+        ([(1, 1), (1, 1), (-1, 1), (-1, -1)], "twice in a row"),
+        ([(1, 1), (-1, 1), (-1, -1), (-1, 1)], "edges"),
+        ([(k, 1) for k in range(70)], "3 to 64 pairs"),
+    ],
+)
+def test_an_outline_that_is_none_is_refused(given: object, words: str) -> None:
+    with pytest.raises(SettingError, match=words) as caught:
+        Robot(footprint=given)  # type: ignore[arg-type]
+    assert caught.value.code == "ROBOT_FOOTPRINT"
+
+
+def test_a_footprint_has_one_orientation_and_sets_the_radius() -> None:
+    square = rectangle_of([2.0, 1.0])
+    clockwise = footprint_of(square[::-1])
+    assert (
+        Robot(footprint=square).radius
+        == Robot(footprint=clockwise).radius
+        == pytest.approx(math.hypot(1, 0.5))
+    )
+    area = sum(
+        ax * by - bx * ay for (ax, ay), (bx, by) in zip(clockwise, clockwise[1:] + clockwise[:1], strict=True)
+    )
+    assert area > 0
+    assert Robot(footprint=square).inscribed_radius == 0.5
+    with pytest.raises(SettingError, match="a footprint or a radius"):
+        Robot(radius=0.2, footprint=square)
+
+
+def test_scenes_take_poses() -> None:
+    grid = lampyris.Grid(np.zeros((10, 20), dtype=bool), resolution=0.5)
+    scene = Scene(grid, start_pose=(1.1, 2.2, 7.0), goal=(19, 0))
+    assert scene.start == (2, 5)
+    assert scene.start_pose == pytest.approx((1.1, 2.2, 7.0 - 2 * math.pi))
+    assert scene.goal_pose is None
+    with pytest.raises(SettingError, match="more than once"):
+        Scene(grid, start=(0, 0), start_pose=(1.1, 2.2, 0.0), goal=(19, 0))
+    with pytest.raises(SettingError, match="three finite numbers"):
+        Scene(grid, start_pose=(1.1, 2.2), goal=(19, 0))
+
+
+def test_plan_of_a_robot_file_prints_poses(tmp_path: Path) -> None:
+    (tmp_path / "car.yaml").write_text(CAR)
+    words = [
+        "plan",
+        "env-6",
+        "--resolution",
+        "0.4",
+        "--robot",
+        str(tmp_path / "car.yaml"),
+        "--planner",
+        "lattice",
+    ]
+    words += ["--start-m", "2,2,0", "--goal-m", "16,16,1.57"]
+    record = json.loads(call(*words, "--set", "weight=1.5", "--json").stdout)
+    assert record["status"] == "found"
+    poses = np.array(record["poses"])
+    assert poses.shape[1] == 3
+    assert np.hypot(*(poses[0, :2] - (2, 2))) < 0.4
+    assert np.hypot(*(poses[-1, :2] - (16, 16))) < 0.4
+    assert 1.0 <= record["bound"] <= 1.5 * (1 + 1e-6)
+    assert record["lower_bound_m"] <= record["length_m"] <= record["cost_m"]
+    assert record["reversals"] >= 0
+    assert record["speed"]["duration"] > 0
+    save, csv, picture = (str(tmp_path / name) for name in ("run.yaml", "plan.csv", "plan.png"))
+    done = call(*words, "--save-scenario", save, "--csv", csv, "--picture", picture)
+    assert done.returncode == 0
+    assert "ackermann drive" in done.stdout
+    assert Path(picture).stat().st_size > 10_000
+    again = json.loads(call("run", save, "--json", "--no-timing").stdout)
+    assert again["poses"] == record["poses"]
+    assert Path(csv).read_text().startswith("x_m,y_m,yaw,v,t_s")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("rectangle: [1.2]\n", "robot.yaml"),
+        ("rectangle: [1.2, -1]\n", "length, width"),
+        ("rectangle: [1, 1]\nradius: 0.3\n", "radius and rectangle together"),
+        ("drive: tracks\n", "differential"),
+        ("footprint: [[1, 1], [2, 2]]\n", "3 to 64 pairs"),
+        ("wheels: 4\n", "wheels"),
+    ],
+)
+def test_a_wrong_robot_file_is_named(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / "robot.yaml").write_text(text)
+    done = call("plan", "env-6", "--robot", str(tmp_path / "robot.yaml"), "--planner", "lattice")
+    assert done.returncode == 3
+    assert words in done.stderr
+    assert "robot.yaml" in done.stderr
+
+
+def test_verbs_on_cells_refuse_a_planner_of_poses() -> None:
+    for verb in ("simulate", "drive"):
+        done = call(verb, "env-6", "--planner", "lattice", "--obstacles", "1")
+        assert done.returncode == 2
+        assert "lattice plans poses" in done.stderr
