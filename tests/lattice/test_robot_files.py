@@ -70,16 +70,8 @@ def test_scenes_take_poses() -> None:
 
 def test_plan_of_a_robot_file_prints_poses(tmp_path: Path) -> None:
     (tmp_path / "car.yaml").write_text(CAR)
-    words = [
-        "plan",
-        "env-6",
-        "--resolution",
-        "0.4",
-        "--robot",
-        str(tmp_path / "car.yaml"),
-        "--planner",
-        "lattice",
-    ]
+    np.save(tmp_path / "hall.npy", np.zeros((50, 50), dtype=bool))
+    words = f"plan {tmp_path}/hall.npy --resolution 0.4 --robot {tmp_path}/car.yaml --planner lattice".split()
     words += ["--start-m", "2,2,0", "--goal-m", "16,16,1.57"]
     record = json.loads(call(*words, "--set", "weight=1.5", "--json").stdout)
     assert record["status"] == "found"
