@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.lattice.sweep import sweep
-from lampyris.planning.lattice.primitives import Primitive, angles, arc, back, in_place, straight
+from lampyris.planning.lattice.primitives import (
+    Primitive,
+    angles,
+    arc,
+    back,
+    in_place,
+    quarter_turned,
+    straight,
+)
 from lampyris.typing import Floats
 
 UNIT = 1 << 20
@@ -91,15 +99,18 @@ class Lattice:
 @lru_cache(16)
 def lattice_of(shape: LatticeShape) -> Lattice:
     """The lattice of a shape; the same object for the same shape."""
-    made = sorted(_motions(shape), key=lambda one: one.start)
-    first = np.searchsorted([one.start for one in made], np.arange(shape.headings + 1)).astype(np.int32)
-    cost = np.array([_cost(one, shape) for one in made], dtype=np.int64)
+    n = shape.headings
+    # Everything is worked out for the headings of a quarter turn, and turned into the other quarters.
+    quarter = sorted(_motions(shape), key=lambda one: one.start)
+    made = [quarter_turned(one, n, k) for k in range(4) for one in quarter]
+    first = np.searchsorted([one.start for one in made], np.arange(n + 1)).astype(np.int32)
+    cost = np.array([_cost(one, shape) for one in quarter] * 4, dtype=np.int64)
     arm = max(math.hypot(*v) for v in shape.footprint)
-    tracks = [one.poses(STEP, arm) for one in made]
-    swept = [_swept(shape.footprint, track, arm) for track in tracks]
-    stands = [_swept(shape.footprint, np.array([(0.0, 0.0, a)]), arm) for a in angles(shape.headings)]
-    low, chains = _low_chains(tracks)
-    scale = min(int(c) / UNIT / o for c, o in zip(cost, chains, strict=True) if o > 0)
+    swept = _all_quarters([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter])
+    poses = [np.array([(0.0, 0.0, angle)]) for angle in angles(n)[: n // 4]]
+    stands = _all_quarters([_swept(shape.footprint, pose, arm) for pose in poses])
+    low, chains = _low_chains([one.poses(STEP, 0.0) for one in quarter])
+    scale = min(int(c) / UNIT / o for c, o in zip(cost, chains * 4, strict=True) if o > 0)
     inscribed = inscribed_radius(shape.footprint)
     return Lattice(
         shape,
@@ -118,7 +129,9 @@ def lattice_of(shape: LatticeShape) -> Lattice:
 
 
 def _motions(shape: LatticeShape) -> Iterable[Primitive]:
-    headings, n = range(shape.headings), shape.headings
+    """The motions that begin at a heading of the first quarter turn."""
+    n = shape.headings
+    headings = range(n // 4)
     backward = math.isfinite(shape.reverse_cost) and shape.drive != "omnidirectional"
     radius = max(shape.turn_radius, 1.0)
     for k in headings:
@@ -126,10 +139,9 @@ def _motions(shape: LatticeShape) -> Iterable[Primitive]:
         if backward:
             yield straight(n, k, -1)
         for by in (1, -1):
-            bend = arc(n, k, by, radius)
-            yield bend
+            yield arc(n, k, by, radius)
             if backward:
-                yield back(bend, n)
+                yield back(arc(n, (k + by) % n, -by, radius), n)
             if shape.drive != "ackermann":
                 yield in_place(n, k, by)
     if shape.drive == "omnidirectional":
@@ -138,7 +150,7 @@ def _motions(shape: LatticeShape) -> Iterable[Primitive]:
 
 def _sideways(n: int) -> Iterable[Primitive]:
     """Motions along each lattice vector but the heading's own, without a turn."""
-    for k in range(n):
+    for k in range(n // 4):
         for j in range(n):
             if j != k:
                 ahead = straight(n, j)
@@ -176,6 +188,14 @@ def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
     cells = np.stack((x - reach, y - reach), axis=1)
     distance = np.hypot(cells[:, 0], cells[:, 1])
     return cells[np.argsort(-distance, kind="stable")].astype(np.int32)
+
+
+def _all_quarters(swept: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
+    """The same cells, then turned counterclockwise by one, two and three quarters; y points down."""
+    quarters = [swept]
+    for _ in range(3):
+        quarters.append([np.column_stack((cells[:, 1], -cells[:, 0])) for cells in quarters[-1]])
+    return [cells for quarter in quarters for cells in quarter]
 
 
 def _joined(parts: list[NDArray[np.int32]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -12,7 +12,7 @@ Positions are in cells, x to the right and y up; headings are counted counterclo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -147,6 +147,15 @@ def arc(headings: int, k: int, by: int, radius: float) -> Primitive:
     ahead, after = (d - tangent, 0.0), (e - tangent, 0.0)
     pieces = tuple(piece for piece in (ahead, bend, after) if abs(piece[0]) > 1e-9)
     return Primitive(k, end, cell, pieces, a)
+
+
+def quarter_turned(one: Primitive, headings: int, quarters: int) -> Primitive:
+    """The same motion turned counterclockwise by so many quarter turns."""
+    x, y = one.cell
+    for _ in range(quarters):
+        x, y = -y, x
+    start, end = ((k + quarters * headings // 4) % headings for k in (one.start, one.end))
+    return replace(one, start=start, end=end, cell=(x, y), heading=angles(headings)[start])
 
 
 def back(one: Primitive, headings: int) -> Primitive:

@@ -62,7 +62,7 @@ def _edges_enter(vertices: Floats, centres: NDArray[np.integer]) -> NDArray[np.b
         a, b = low / safe, high / safe
         first = np.where(still, first, np.maximum(first, np.minimum(a, b)))
         last = np.where(still, last, np.minimum(last, np.maximum(a, b)))
-    found: NDArray[np.bool_] = (~outside & (first < last)).any(axis=1)
+    found: NDArray[np.bool_] = np.any(~outside & (first < last), axis=1)
     return found
 
 
