@@ -12,10 +12,9 @@ from shapely.geometry import Polygon as Shape
 from shapely.geometry import box
 
 from lampyris.model.change import Change
-from lampyris.model.footprint import Polygon
 from lampyris.model.grid import Grid
 from lampyris.model.plan import Plan, Status
-from lampyris.model.robot import DRIVES, Robot
+from lampyris.model.robot import DRIVES, Polygon, Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget
 from lampyris.planning.lattice.lattice import MARGIN, UNIT, Lattice

@@ -13,8 +13,8 @@ from shapely.geometry import MultiPolygon, box
 from shapely.geometry import Polygon as Shape
 
 from lampyris.model.grid import Grid
+from lampyris.model.path import PosePath
 from lampyris.model.plan import Plan
-from lampyris.model.pose_path import PosePath
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.lattice.lattice_planner import LatticePlanner

@@ -12,8 +12,7 @@ import pytest
 import lampyris
 from in_process import call
 from lampyris.errors import SettingError
-from lampyris.model.footprint import footprint_of, rectangle_of
-from lampyris.model.robot import Robot
+from lampyris.model.robot import Robot, footprint_of, rectangle_of
 from lampyris.model.scene import Scene
 
 CAR = "rectangle: [1.2, 0.5]\ndrive: ackermann\nturn_radius: 0.9\nv_max: 1.5\n"

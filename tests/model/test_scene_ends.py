@@ -43,10 +43,10 @@ def test_a_changed_scene_keeps_its_ends() -> None:
     [
         (
             {"start": (0, 0)},
-            "ENDS.*goal is given neither in cells nor in metres; allowed: goal in cells or goal_m",
+            "ENDS.*goal is given neither in cells nor in metres; allowed: one of goal .cell., goal_m",
         ),
         ({"start": None, "goal": (1, 1)}, "ENDS.*start is given neither in cells nor in metres"),
-        ({"start": (0, 0), "start_m": (0.0, 2.5), "goal": (1, 1)}, "ENDS.*start is given twice"),
+        ({"start": (0, 0), "start_m": (0.0, 2.5), "goal": (1, 1)}, "ENDS.*start is given more than once"),
         ({"start_m": (0.0,), "goal": (1, 1)}, "TYPE.*start_m.*metres"),
         ({"start_m": (math.nan, 2.5), "goal": (1, 1)}, "TYPE.*start_m.*metres"),
         ({"start_m": "ab", "goal": (1, 1)}, "TYPE.*start_m.*metres"),

@@ -1,14 +1,15 @@
-"""Path: where to drive."""
+"""Path: where to drive, from cell to cell or from pose to pose."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.arrays import cells_of
+from lampyris._core.arrays import cells_of, numbers_of, whole_of
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT
@@ -102,3 +103,92 @@ def step_costs(cells: Cells, moves: Moves, terrain: ByteGrid | None = None) -> N
     entered = terrain[walk[1:, 1], walk[1:, 0]].astype(np.int64)
     weighed: NDArray[np.int64] = exact // TERRAIN_UNIT * (TERRAIN_UNIT + entered)
     return weighed
+
+
+# ---- poses --------------------
+
+Pose = tuple[float, float, float]
+"""x, y (metres of the map frame, y up) and yaw (radians, counterclockwise from the x axis)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PosePath(Value):
+    """Poses so dense that no point of the robot moves half a cell between two of them.
+
+    Parameters
+    ----------
+    poses : float64 (n, 3): x, y (metres of the map frame, y up) and yaw (radians, in (-pi, pi]) of the base.
+    gears : int8 (n - 1,): how each step between two poses is driven: 1 ahead (or sideways), -1 in reverse, 0
+        turned in place.
+    cost_m : what the planner minimised: length, with its prices for reversing and for turning in place; metres.
+    lower_bound_m : no path of the planner's lattice costs less; metres.
+
+    Raises
+    ------
+    SettingError : no pose, or arrays whose shapes do not fit; a bound above the cost.
+    """
+
+    poses: Floats
+    gears: NDArray[np.int8]
+    cost_m: float
+    lower_bound_m: float
+
+    def __post_init__(self) -> None:
+        poses = numbers_of("pose_path", "poses", self.poses, (None, 3))
+        object.__setattr__(self, "poses", poses)
+        gears = whole_of("pose_path", "gears", self.gears, (max(len(poses) - 1, 0),)).astype(np.int8)
+        gears.setflags(write=False)
+        object.__setattr__(self, "gears", gears)
+        if not len(poses):
+            raise SettingError("ARRAY", "no pose", where="pose_path.poses", allowed="at least one")
+        if not 0 <= self.lower_bound_m <= self.cost_m < math.inf:
+            raise SettingError(
+                "ARRAY",
+                f"{shown(self.lower_bound_m)} and {shown(self.cost_m)}",
+                where="pose_path.lower_bound_m",
+                allowed="0 to cost_m",
+            )
+
+    def _brief(self) -> str:
+        return f"<PosePath of {len(self.poses)} poses, {self.length_m:.6g} m, {self.reversals} reversals>"
+
+    @property
+    def length_m(self) -> float:
+        """Distance that the base drives, metres, forwards and in reverse."""
+        return math.fsum(self.step_lengths.tolist())
+
+    @property
+    def step_lengths(self) -> Floats:
+        """Length of the arc of each step, metres, float64 (n - 1,)."""
+        d = np.diff(self.poses, axis=0)
+        chord = np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1])
+        half = np.abs(np.remainder(d[:, 2] + np.pi, 2 * np.pi) - np.pi) / 2
+        bent = half > 1e-9
+        return np.where(
+            bent, chord * np.where(bent, half, 1.0) / np.where(bent, elementary.sin(half), 1.0), chord
+        )
+
+    def yaw_at(self, s: Floats) -> Floats:
+        """Yaw (radians, in (-pi, pi]) at distances driven, metres; where it turns in place, that after the turn."""
+        ends = np.concatenate(([0.0], np.cumsum(self.step_lengths)))
+        yaw = np.unwrap(self.poses[:, 2])
+        at = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, max(len(ends) - 2, 0))
+        if len(ends) == 1:
+            return np.full(np.shape(s), self.poses[0, 2])
+        length = ends[at + 1] - ends[at]
+        share = np.where(length > 0, (s - ends[at]) / np.where(length > 0, length, 1.0), 1.0)
+        turned = yaw[at] + np.clip(share, 0.0, 1.0) * (yaw[at + 1] - yaw[at])
+        return -(np.remainder(math.pi - turned, 2 * math.pi) - math.pi)
+
+    @property
+    def reversals(self) -> int:
+        """How often it changes between driving ahead and in reverse."""
+        driven = self.gears[self.gears != 0]
+        return int(np.count_nonzero(np.diff(driven)))
+
+    @property
+    def bound(self) -> float:
+        """The cost is at most so many times the least cost in the planner's lattice; 1.0: it is the least."""
+        if self.cost_m == self.lower_bound_m:
+            return 1.0
+        return self.cost_m / self.lower_bound_m if self.lower_bound_m > 0 else math.inf

@@ -16,8 +16,7 @@ from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid, MapFrame
-from lampyris.model.path import Path
-from lampyris.model.pose_path import PosePath
+from lampyris.model.path import Path, PosePath
 from lampyris.typing import Cell, Cells, Floats, Ticks
 
 if TYPE_CHECKING:

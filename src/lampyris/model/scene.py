@@ -16,7 +16,7 @@ from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.edit import Edit, check_edits
 from lampyris.model.grid import Grid, frozen
 from lampyris.model.moves import Moves, moves_named
-from lampyris.model.pose_path import Pose
+from lampyris.model.path import Pose
 from lampyris.model.robot import LEAST, Robot
 from lampyris.model.traffic import ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell, CellLike, FloatGrid

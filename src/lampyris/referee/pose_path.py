@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from lampyris.model.path import Pose, PosePath
 from lampyris.model.plan import Plan
-from lampyris.model.pose_path import Pose, PosePath
 from lampyris.model.scene import Scene
 from lampyris.referee.geometry.footprint import overlapped, placed
 from lampyris.referee.verdict import Violation

@@ -13,7 +13,7 @@ from lampyris.io.maps.map_hash import map_hash
 from lampyris.io.maps.zones import read_zones
 from lampyris.io.scenario import schema as form
 from lampyris.io.scenario.map_source import Files, Mistakes
-from lampyris.io.scenario.robot_file import robot_of
+from lampyris.io.scenario.robot_table import robot_of
 from lampyris.io.scenario.scenario import PRESETS, MapSource, Scenario
 from lampyris.io.scenario.validation_errors import Document, spot
 from lampyris.io.text.csv_table import MAX_BYTES

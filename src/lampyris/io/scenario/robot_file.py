@@ -3,43 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ValidationError
 
 from lampyris.errors import SettingError
 from lampyris.io.scenario.read import read_plain
+from lampyris.io.scenario.robot_table import with_footprint
 from lampyris.io.scenario.schema import RobotTable
 from lampyris.io.scenario.validation_errors import faults_of, raise_all
-from lampyris.model.footprint import footprint_of, rectangle_of
-from lampyris.model.robot import Robot
-
-
-def robot_of(given: Mapping[str, Any]) -> Robot:
-    """A robot from the keys of a ``robot`` table.
-
-    Raises
-    ------
-    SettingError : more than one of radius, rectangle and footprint; an outline that is none.
-    """
-    return Robot(**_with_footprint(given))
-
-
-def _with_footprint(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The same keys with a footprint in place of a rectangle."""
-    settings = dict(given)
-    shapes = [name for name in ("radius", "rectangle", "footprint") if settings.get(name)]
-    if len(shapes) > 1:
-        raise SettingError(
-            "ROBOT_FOOTPRINT", f"{' and '.join(shapes)} together", where="robot", allowed="one of them"
-        )
-    rectangle = settings.pop("rectangle", None)
-    if rectangle is not None:
-        settings["footprint"] = rectangle_of(rectangle)
-    elif settings.get("footprint") is not None:
-        settings["footprint"] = footprint_of(settings["footprint"])
-    return settings
 
 
 def read_robot(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -69,7 +41,7 @@ def read_robot(path: str | os.PathLike[str]) -> dict[str, Any]:
     except ValidationError as problem:
         raise_all(faults_of(document, problem, RobotTable), problem.error_count())
     try:
-        return _with_footprint({key: getattr(table, key) for key in document.data})
+        return with_footprint({key: getattr(table, key) for key in document.data})
     except SettingError as fault:
         fault.where = f"{os.fspath(path)}: {fault.where}"
         raise

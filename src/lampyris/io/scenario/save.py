@@ -25,7 +25,7 @@ from lampyris.io.scenario.scenario import Bundled, Made, MapFile, Scenario
 from lampyris.io.text import strict_json, strict_yaml
 from lampyris.model.edit import Edit
 from lampyris.model.grid import Grid
-from lampyris.model.pose_path import Pose
+from lampyris.model.path import Pose
 from lampyris.model.robot import Robot
 from lampyris.model.traffic import Crossing, ObstacleSpec, Patrol, RandomWalk, Recorded
 from lampyris.typing import Cell

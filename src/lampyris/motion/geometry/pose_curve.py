@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from lampyris._core import elementary
 from lampyris.model.curve import Curve
 from lampyris.model.grid import Grid
-from lampyris.model.pose_path import PosePath
+from lampyris.model.path import PosePath
 
 _EQUAL = 1e-6
 """Difference of two curvatures (1/cell), or angle between two directions, that is rounding."""
@@ -27,6 +28,9 @@ def curve_of_poses(path: PosePath, grid: Grid) -> Curve:
     points = grid.frame.to_points(path.poses[:, 0], path.poses[:, 1])
     turn = np.remainder(np.diff(path.poses[:, 2]) + math.pi, 2 * math.pi) - math.pi
     lengths, gears = path.step_lengths, path.gears
+    # Directions are those of rows that point down: a turn to the left is negative.
+    d = np.diff(points, axis=0)
+    bearing = elementary.atan2(d[:, 1], d[:, 0]) + turn / 2
     pieces: list[list[float]] = []  # x, y, direction, length, curvature, gear
     stops: list[int] = []
     halted = False
@@ -34,9 +38,7 @@ def curve_of_poses(path: PosePath, grid: Grid) -> Curve:
         if gears[k] == 0:
             halted = True
             continue
-        dx, dy = points[k + 1] - points[k]
-        # Directions are those of rows that point down: a turn to the left is negative.
-        direction = math.atan2(dy, dx) + float(turn[k]) / 2
+        direction = float(bearing[k])
         curvature = -float(turn[k]) / float(lengths[k])
         if pieces and not halted:
             _, _, before, length, bend, gear = pieces[-1]
@@ -55,6 +57,6 @@ def curve_of_poses(path: PosePath, grid: Grid) -> Curve:
     curvatures = np.where(np.abs(table[:, 4]) * grid.resolution < _EQUAL, 0.0, table[:, 4])
     x, y = points[-1].tolist()
     return Curve(
-        table[:, :2], np.column_stack((np.cos(directions), np.sin(directions))), table[:, 3], curvatures, (x, y),
+        table[:, :2], np.column_stack((elementary.cos(directions), elementary.sin(directions))), table[:, 3], curvatures, (x, y),
         grid.resolution, np.array(stops, dtype=np.int64),
     )  # fmt: skip

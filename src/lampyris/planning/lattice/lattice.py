@@ -11,7 +11,9 @@ from heapq import heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core import elementary
 from lampyris.kernels.lattice.sweep import sweep
+from lampyris.model.robot import Polygon, circumscribed_radius, inscribed_radius
 from lampyris.planning.lattice.primitives import (
     Primitive,
     angles,
@@ -29,8 +31,6 @@ STEP = 0.1
 """Greatest distance, in cells, that a point of the footprint moves between two poses of a sweep."""
 MARGIN = STEP / 2 + 1e-6
 """By how much the footprint is widened in a sweep: no point of it is ever farther from a pose than that."""
-
-Polygon = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ def lattice_of(shape: LatticeShape) -> Lattice:
     made = [quarter_turned(one, n, k) for k in range(4) for one in quarter]
     first = np.searchsorted([one.start for one in made], np.arange(n + 1)).astype(np.int32)
     cost = np.array([_cost(one, shape) for one in quarter] * 4, dtype=np.int64)
-    arm = max(math.hypot(*v) for v in shape.footprint)
+    arm = circumscribed_radius(shape.footprint)
     swept = _all_quarters([_swept(shape.footprint, one.poses(STEP, arm), arm) for one in quarter])
     poses = [np.array([(0.0, 0.0, angle)]) for angle in angles(n)[: n // 4]]
     stands = _all_quarters([_swept(shape.footprint, pose, arm) for pose in poses])
@@ -119,7 +119,7 @@ def lattice_of(shape: LatticeShape) -> Lattice:
         np.array([(one.cell[0], -one.cell[1]) for one in made], dtype=np.int64),
         np.array([one.end for one in made], dtype=np.int32),
         cost,
-        np.array([np.hypot(np.abs(s[:, 0]) + 0.5, np.abs(s[:, 1]) + 0.5).max() for s in swept], np.float32),
+        np.array([_reach(cells) for cells in swept], np.float32),
         *_joined(swept),
         *_joined(stands),
         inscribed,
@@ -172,13 +172,14 @@ def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
     touched = np.zeros(side * side, dtype=np.uint8)
     px, py = np.array([x for x, _ in footprint]), np.array([-y for _, y in footprint])
     yaw = -poses[:, 2]
+    cos, sin = elementary.cos(yaw), elementary.sin(yaw)
     sweep(
         px,
         py,
         poses[:, 0] + reach,
         reach - poses[:, 1],
-        np.cos(yaw),
-        np.sin(yaw),
+        cos,
+        sin,
         MARGIN,
         touched,
         side,
@@ -186,8 +187,14 @@ def _swept(footprint: Polygon, poses: Floats, arm: float) -> NDArray[np.int32]:
     )
     y, x = np.nonzero(touched.reshape(side, side))
     cells = np.stack((x - reach, y - reach), axis=1)
-    distance = np.hypot(cells[:, 0], cells[:, 1])
+    distance = (cells * cells).sum(axis=1)
     return cells[np.argsort(-distance, kind="stable")].astype(np.int32)
+
+
+def _reach(cells: NDArray[np.int32]) -> float:
+    """Distance from the centre of the cell (0, 0) to the farthest corner of any of the cells."""
+    corner = np.abs(cells) + 0.5
+    return math.sqrt(float((corner * corner).sum(axis=1).max()))
 
 
 def _all_quarters(swept: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
@@ -201,16 +208,6 @@ def _all_quarters(swept: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
 def _joined(parts: list[NDArray[np.int32]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     first = np.concatenate(([0], np.cumsum([len(part) for part in parts]))).astype(np.int32)
     return first, np.concatenate(parts)
-
-
-def inscribed_radius(footprint: Polygon) -> float:
-    """Distance from the base (the origin) to the nearest edge."""
-    least = math.inf
-    for (ax, ay), (bx, by) in zip(footprint, (*footprint[1:], footprint[0]), strict=True):
-        ex, ey = bx - ax, by - ay
-        t = min(1.0, max(0.0, -(ax * ex + ay * ey) / (ex * ex + ey * ey)))
-        least = min(least, math.hypot(ax + t * ex, ay + t * ey))
-    return least
 
 
 def _low_chains(tracks: list[Floats]) -> tuple[float, list[float]]:
@@ -234,9 +231,9 @@ def _passed(track: Floats) -> tuple[dict[tuple[int, int], float], tuple[int, int
     """The cells that a track passes through, with its least distance from the centre of each, and the last."""
     cells: dict[tuple[int, int], float] = {}
     for x, y, _ in track.tolist():
-        for cx in {math.ceil(x - 0.5 - 1e-9), math.floor(x + 0.5 + 1e-9)}:
-            for cy in {math.ceil(y - 0.5 - 1e-9), math.floor(y + 0.5 + 1e-9)}:
-                near = math.hypot(x - cx, y - cy)
+        for cx in range(math.ceil(x - 0.5 - 1e-9), math.floor(x + 0.5 + 1e-9) + 1):
+            for cy in range(math.ceil(y - 0.5 - 1e-9), math.floor(y + 0.5 + 1e-9) + 1):
+                near = math.sqrt((x - cx) * (x - cx) + (y - cy) * (y - cy))
                 cells[cx, cy] = min(cells.get((cx, cy), math.inf), near)
     return cells, (round(track[-1, 0]), round(track[-1, 1]))
 
@@ -253,7 +250,7 @@ def _octile(cells: dict[tuple[int, int], float], end: tuple[int, int], limit: fl
             for dy in (-1, 0, 1):
                 to = (x + dx, y + dy)
                 if cells.get(to, math.inf) <= limit:
-                    more = cost + math.hypot(dx, dy)
+                    more = cost + math.sqrt(dx * dx + dy * dy)
                     if more < best.get(to, math.inf):
                         best[to] = more
                         heappush(heap, (more, to))

@@ -23,7 +23,7 @@ class LatticePlanner:
     Parameters
     ----------
     weight : the path costs at most so many times the least cost in the lattice; 1 finds the least.
-    anytime : after the first path go on with smaller weights until the budget is used or the path is the best.
+    anytime : after the first path search with smaller weights, until the budget is used or the path is the best.
     headings : 16 or 32.
     reverse_cost : a metre in reverse costs as much as so many ahead.
     reverse : whether it may drive in reverse.

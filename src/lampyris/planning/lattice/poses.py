@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from lampyris.model.grid import Grid
-from lampyris.model.pose_path import Pose, PosePath
+from lampyris.model.path import Pose, PosePath
 from lampyris.planning.lattice.lattice import UNIT
 from lampyris.planning.lattice.map import LatticeMap
 from lampyris.planning.lattice.primitives import Primitive, angles
@@ -28,11 +28,17 @@ def difference(a: float, b: float) -> float:
     return math.remainder(a - b, 2 * math.pi)
 
 
+def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """Distance between two points."""
+    dx, dy = a[0] - b[0], a[1] - b[1]
+    return math.sqrt(dx * dx + dy * dy)
+
+
 def states_near(grid: Grid, headings: int, pose: Pose) -> list[tuple[Cell, int]]:
     """The lattice states around a pose, the nearest first: the four nearest cells with the nearest heading."""
     (x, y), yaw = grid.frame.to_points(pose[0], pose[1]).tolist(), pose[2] - grid.origin[2]
     cells = [(cx, cy) for cx in _around(x) for cy in _around(y)]
-    cells = sorted({c for c in cells if grid.contains(c)}, key=lambda c: (math.hypot(c[0] - x, c[1] - y), c))
+    cells = sorted(filter(grid.contains, cells), key=lambda c: (distance(c, (x, y)), c))
     return [(cell, headings_near(headings, yaw)[0]) for cell in cells]
 
 

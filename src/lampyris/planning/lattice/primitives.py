@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from lampyris._core import elementary
 from lampyris.typing import Floats
 
 _QUARTERS = {
@@ -39,7 +40,7 @@ def vectors(headings: int) -> tuple[tuple[int, int], ...]:
 @lru_cache(8)
 def angles(headings: int) -> tuple[float, ...]:
     """The angle of each heading, radians in [0, 2 pi)."""
-    return tuple(math.atan2(y, x) % (2 * math.pi) for x, y in vectors(headings))
+    return tuple(float(elementary.atan2(y, x)) % (2 * math.pi) for x, y in vectors(headings))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,24 +87,32 @@ class Primitive:
         step : greatest distance that a point within ``arm`` of the base moves between two poses, cells.
         arm : cells.
         """
-        x, y, yaw = 0.0, 0.0, self.heading
-        found = [(x, y, yaw)]
+        yaw = self.heading
+        found = [np.array([(0.0, 0.0, yaw)])]
         for length, turn in self.pieces:
             n = max(1, math.ceil((abs(length) + abs(turn) * arm) / step))
-            for k in range(1, n + 1):
-                part, half = length * (k / n), turn * (k / n) / 2
-                chord = part if half == 0 else part * math.sin(half) / half
-                way = yaw + half + self.lateral
-                found.append((x + chord * math.cos(way), y + chord * math.sin(way), yaw + 2 * half))
-            x, y, yaw = found[-1]
-        return np.array(found)
+            share = np.arange(1, n + 1) / n
+            half = share * (turn / 2)
+            chord = share * length
+            if turn != 0:
+                chord *= elementary.sin(half) / half
+            way = yaw + self.lateral + half
+            x = found[-1][-1, 0] + chord * elementary.cos(way)
+            y = found[-1][-1, 1] + chord * elementary.sin(way)
+            found.append(np.column_stack((x, y, yaw + 2 * half)))
+            yaw += turn
+        return np.concatenate(found)
 
 
 def straight(headings: int, k: int, direction: int = 1) -> Primitive:
     """One lattice vector ahead, or back (``direction`` -1)."""
     x, y = vectors(headings)[k]
     return Primitive(
-        k, k, (direction * x, direction * y), ((direction * math.hypot(x, y), 0.0),), angles(headings)[k]
+        k,
+        k,
+        (direction * x, direction * y),
+        ((direction * math.sqrt(x * x + y * y), 0.0),),
+        angles(headings)[k],
     )
 
 
@@ -124,15 +133,17 @@ def arc(headings: int, k: int, by: int, radius: float) -> Primitive:
     end = (k + by) % headings
     turn = _turn(headings, k, end)
     a, b = angles(headings)[k], angles(headings)[end]
-    half = math.tan(abs(turn) / 2)
+    (cos_a, sin_a), (cos_b, sin_b) = elementary.direction(a), elementary.direction(b)
+    cos_half, sin_half = elementary.direction(abs(turn) / 2)
+    half = sin_half / cos_half
     reach = math.ceil(2 * radius * half) + 2 * max(map(max, vectors(headings))) + 2
     best: tuple[float, tuple[int, int], float, float] | None = None
-    sine = math.sin(b - a)
+    sine = sin_b * cos_a - cos_b * sin_a
     for x in range(-reach, reach + 1):
         for y in range(-reach, reach + 1):
             # Where the two tangents meet: at d along the first, e before the end on the second.
-            d = (x * math.sin(b) - y * math.cos(b)) / sine
-            e = (y * math.cos(a) - x * math.sin(a)) / sine
+            d = (x * sin_b - y * cos_b) / sine
+            e = (y * cos_a - x * sin_a) / sine
             tangent = min(d, e)
             if tangent <= 1e-9 or tangent / half < radius - 1e-9:
                 continue

@@ -7,22 +7,21 @@ from typing import Protocol
 
 import numpy as np
 
-from lampyris._core import cancellation
+from lampyris._core import cancellation, elementary
 from lampyris._core.cancellation import Cancelled
 from lampyris.errors import SceneError
 from lampyris.kernels.lattice.search import EXHAUSTED, LIMIT
 from lampyris.model.change import Change
-from lampyris.model.footprint import Polygon
 from lampyris.model.moves import MOVES
-from lampyris.model.path import path_of
+from lampyris.model.path import Pose, path_of
 from lampyris.model.plan import Plan, Status
-from lampyris.model.pose_path import Pose
+from lampyris.model.robot import Polygon
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Budget, SessionBase
 from lampyris.planning.edits import edited
 from lampyris.planning.lattice.lattice import Lattice, LatticeShape, lattice_of
 from lampyris.planning.lattice.map import LatticeMap
-from lampyris.planning.lattice.poses import difference, headings_near, pose_path_of, states_near
+from lampyris.planning.lattice.poses import difference, distance, headings_near, pose_path_of, states_near
 from lampyris.planning.lattice.primitives import angles
 from lampyris.planning.lattice.search import Found, LatticeSearch
 from lampyris.planning.session_limits import limited
@@ -81,9 +80,11 @@ def outline(scene: Scene) -> Polygon:
     robot = scene.robot
     if robot.footprint is not None:
         return robot.footprint
-    radius = max(robot.radius, 1e-3 * scene.grid.resolution) / math.cos(math.pi / DISC_VERTICES)
-    turns = [2 * math.pi * (k + 0.5) / DISC_VERTICES for k in range(DISC_VERTICES)]
-    return tuple((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
+    inner, _ = elementary.direction(math.pi / DISC_VERTICES)
+    radius = max(robot.radius, 1e-3 * scene.grid.resolution) / inner
+    turns = np.arange(DISC_VERTICES) * (2 * math.pi / DISC_VERTICES)
+    vertices = radius * np.column_stack((elementary.cos(turns), elementary.sin(turns)))
+    return tuple((x, y) for x, y in vertices.tolist())
 
 
 def _occupied(end: str) -> str:
@@ -210,7 +211,7 @@ class LatticeSession(SessionBase):
         asked = self._pose if what == "start" else self._scene.goal_pose
         if asked is None:
             return ""
-        away = math.hypot(pose[0] - asked[0], pose[1] - asked[1])
+        away = distance((float(pose[0]), float(pose[1])), asked[:2])
         turned = abs(difference(float(pose[2]), asked[2]))
         if away < 1e-9 and turned < 1e-9:
             return ""
@@ -254,7 +255,7 @@ class LatticeSession(SessionBase):
             (cx, cy)
             for cx in range(math.ceil(x - reach), math.floor(x + reach) + 1)
             for cy in range(math.ceil(y - reach), math.floor(y + reach) + 1)
-            if math.hypot(cx - x, cy - y) <= reach
+            if distance((cx, cy), (x, y)) <= reach
         ]
         states = [(cell, k) for cell in cells for k in headings if ground.is_free(cell, k)]
         if states or pose is None:

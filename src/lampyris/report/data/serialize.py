@@ -14,8 +14,8 @@ from lampyris.model.curve import Curve
 from lampyris.model.drive import Drive
 from lampyris.model.field import Gate
 from lampyris.model.grid import Grid
+from lampyris.model.path import PosePath
 from lampyris.model.plan import Jump, Plan
-from lampyris.model.pose_path import PosePath
 from lampyris.model.profile import Profile
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lampyris.model.grid import Grid
-from lampyris.model.pose_path import PosePath
+from lampyris.model.path import PosePath
 from lampyris.model.robot import Robot
 from lampyris.report import style
 from lampyris.typing import Floats
